@@ -1,0 +1,1 @@
+../../interpreter/softmark/__init__.py
