@@ -1,1 +1,27 @@
+"""References: what the answer should be, by means that share nothing with the solvers.
 
+    cantilever         the straight clamped beam that a scene is reduced to, and `Refused`
+    centre_line        the result: displacements of any point of the beam
+    collocation        the boundary-value problem that two of the theories share, and `NotSolved`
+    elastica           large deflections, bending alone
+    simo_reissner      large deflections with shear and stretch
+    small_deflection   the closed form for small ones
+
+To add one, write a file with a frozen dataclass: fields as in `Elastica` (the scene language reads them),
+class attributes `kind`, `source` and `error_meaning`, and `solve(cantilever) -> CentreLine`; then add its
+line to `REFERENCES`. Its docstring is what `dsl list` (first line) and `dsl explain` (the rest) show.
+
+Importing this package imports neither numpy nor scipy: naming a reference costs nothing until it is solved.
+"""
+
+from __future__ import annotations
+
+from softmark.references.elastica import Elastica
+from softmark.references.simo_reissner import SimoReissner
+from softmark.references.small_deflection import SmallDeflection
+
+REFERENCES: dict[str, type] = {
+    "elastica": Elastica,
+    "small_deflection": SmallDeflection,
+    "simo_reissner": SimoReissner,
+}

@@ -1,0 +1,190 @@
+"""The straight beam that every reference of this folder is solved for, in numbers alone.
+
+A reference knows no scene and no mesh: whoever asks for one reduces the scene to a `Cantilever`. What cannot
+be reduced is `Refused`, with the reason and what to change.
+
+To add a section, write a frozen dataclass with the members of `Section`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+Vector = tuple[float, float, float]
+
+ALIGNMENT = 1e-9
+"""How far from unit length the axis, and from a right angle gravity, may be: well above what rounding does to
+a direction, and far too little to bend the beam differently."""
+
+
+class Refused(Exception):  # noqa: N818 (an answer, not a malfunction)
+    """The reference does not hold for what was asked. `reason` says why, `remedy` what to change."""
+
+    def __init__(self, reason: str, remedy: str) -> None:
+        super().__init__(f"{reason}; {remedy}")
+        self.reason = reason
+        self.remedy = remedy
+
+
+class Section(Protocol):
+    """The cross-section of a beam, uniform along it and symmetric about the plane of bending."""
+
+    @property
+    def area(self) -> float:
+        """A, m^2."""
+
+    @property
+    def second_moment(self) -> float:
+        """I, m^4: the integral over the section of the squared distance from the bending axis."""
+
+    def shear_factor(self, poisson: float) -> float:
+        """kappa, 1: mean shear strain times kappa G A is the shear force."""
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A solid circular section."""
+
+    radius: float  # m
+
+    def __post_init__(self) -> None:
+        _refuse_unless_positive("radius", self.radius)
+
+    @property
+    def area(self) -> float:
+        """A = pi R^2, m^2."""
+        return math.pi * self.radius**2
+
+    @property
+    def second_moment(self) -> float:
+        """I = pi R^4 / 4, m^4."""
+        return math.pi * self.radius**4 / 4
+
+    def shear_factor(self, poisson: float) -> float:
+        """kappa = 6 (1 + nu) / (7 + 6 nu). Source: Cowper 1966, J. Appl. Mech. 33:335."""
+        return 6 * (1 + poisson) / (7 + 6 * poisson)
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """A solid rectangular section, `height` measured along gravity."""
+
+    height: float  # m
+    width: float  # m
+
+    def __post_init__(self) -> None:
+        _refuse_unless_positive("height", self.height)
+        _refuse_unless_positive("width", self.width)
+
+    @property
+    def area(self) -> float:
+        """A = h b, m^2."""
+        return self.height * self.width
+
+    @property
+    def second_moment(self) -> float:
+        """I = b h^3 / 12, m^4."""
+        return self.width * self.height**3 / 12
+
+    def shear_factor(self, poisson: float) -> float:
+        """kappa = 10 (1 + nu) / (12 + 11 nu). Source: Cowper 1966, J. Appl. Mech. 33:335."""
+        return 10 * (1 + poisson) / (12 + 11 * poisson)
+
+
+@dataclass(frozen=True)
+class Cantilever:
+    """A straight uniform beam, clamped at `root`, that gravity bends across its axis. SI units throughout.
+
+    Raises Refused where the beam or its load is not of that kind.
+    """
+
+    length: float  # m
+    section: Section
+    young: float  # Pa
+    poisson: float  # 1
+    density: float  # kg/m^3
+    root: Vector  # m, the centre of the clamped section
+    axis: Vector  # unit vector, from the root to the tip
+    gravity: Vector  # m/s^2
+
+    def __post_init__(self) -> None:
+        _refuse_unless_positive("length", self.length)
+        _refuse_unless_positive("Young's modulus", self.young)
+        _refuse_unless_positive("density", self.density)
+        _refuse_poisson(self.poisson)
+        _refuse_unless_finite("root", self.root)
+        _refuse_axis(self.axis)
+        _refuse_gravity(self.gravity, self.axis)
+
+    @property
+    def weight_per_length(self) -> float:
+        """w = rho A |g|, N per metre of the undeformed beam."""
+        return self.density * self.section.area * math.hypot(*self.gravity)
+
+    @property
+    def shear_modulus(self) -> float:
+        """G = E / (2 (1 + nu)), Pa."""
+        return self.young / (2 * (1 + self.poisson))
+
+    @property
+    def bending_stiffness(self) -> float:
+        """EI, N m^2."""
+        return self.young * self.section.second_moment
+
+    @property
+    def axial_stiffness(self) -> float:
+        """EA, N."""
+        return self.young * self.section.area
+
+    @property
+    def shear_stiffness(self) -> float:
+        """kappa G A, N."""
+        return self.section.shear_factor(self.poisson) * self.shear_modulus * self.section.area
+
+    @property
+    def load_parameter(self) -> float:
+        """k = w L^3 / (EI), 1: the one number that the shape of an inextensible beam depends on."""
+        return self.weight_per_length * self.length**3 / self.bending_stiffness
+
+    @property
+    def down(self) -> Vector:
+        """The unit vector of gravity."""
+        g = math.hypot(*self.gravity)
+        return (self.gravity[0] / g, self.gravity[1] / g, self.gravity[2] / g)
+
+
+def _refuse_unless_positive(name: str, value: float) -> None:
+    if not (math.isfinite(value) and value > 0):
+        raise Refused(f"the {name} is {value:g}", f"give a {name} that is finite and above zero")
+
+
+def _refuse_unless_finite(name: str, vector: Vector) -> None:
+    if not all(map(math.isfinite, vector)):
+        raise Refused(f"the {name} is {vector}", f"give a {name} of three finite numbers")
+
+
+def _refuse_poisson(poisson: float) -> None:
+    if not -1 < poisson <= 0.5:
+        raise Refused(f"Poisson's ratio is {poisson:g}", "give one above -1 and at most 0.5")
+
+
+def _refuse_axis(axis: Vector) -> None:
+    _refuse_unless_finite("axis", axis)
+    if abs(math.hypot(*axis) - 1) > ALIGNMENT:
+        raise Refused(f"the axis has length {math.hypot(*axis):.10g}", "divide it by its length")
+
+
+def _refuse_gravity(gravity: Vector, axis: Vector) -> None:
+    _refuse_unless_finite("gravity", gravity)
+    g = math.hypot(*gravity)
+    if g == 0:
+        raise Refused("gravity is zero, so nothing bends the beam", "add a gravity load across the axis")
+    along = sum(a * b for a, b in zip(gravity, axis, strict=True)) / g
+    if abs(along) > ALIGNMENT:
+        angle = math.degrees(math.acos(max(-1.0, min(1.0, along))))
+        raise Refused(
+            f"gravity meets the axis of the beam at {angle:.6g} degrees, and this reference needs 90",
+            "turn the beam or gravity until they are perpendicular, or leave this reference out",
+        )

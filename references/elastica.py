@@ -1,0 +1,64 @@
+"""The large-deflection Bernoulli-Euler beam: the theory of the silicone beam's figure 3 and table 1."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from softmark.references.cantilever import Cantilever
+from softmark.references.centre_line import CentreLine
+from softmark.references.collocation import bend
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.deferred import np
+
+
+@dataclass(frozen=True)
+class Elastica:
+    """The cantilever under its own weight, large-deflection Bernoulli-Euler theory.
+
+    phi'' = -(w / EI) (L - s) cos(phi), phi(0) = 0, phi'(L) = 0, with phi the slope at the arc length s,
+    w = rho A g the weight per length and EI the bending stiffness. The centre line follows from x' = cos(phi)
+    along the axis and y' = sin(phi) along gravity; points off it turn with their cross-section.
+
+    Assumes a straight uniform beam, clamped at one end and horizontal there, linear in its curvature, that
+    neither stretches nor shears: the error of that is of order (depth / length)^2, several per cent for a
+    thick beam. Holds for every load parameter k = w L^3 / (EI); solved for k up to 1e5.
+    Source: Marchal, Allard, Duriez and Cotin 2008, ISBMS, LNCS 5104:176, equation (3).
+    """
+
+    body: Annotated[Any, "body", "the straight beam, clamped at one end, that gravity bends"]
+
+    kind: ClassVar[str] = "ordinary differential equation"
+    source: ClassVar[str] = "Marchal, Allard, Duriez and Cotin 2008, ISBMS, LNCS 5104:176, equation (3)"
+    error_meaning: ClassVar[str] = (
+        "numerical error of the displacement, m: the change between the last two resolutions, plus rounding"
+    )
+
+    def solve(self, cantilever: Cantilever) -> CentreLine:
+        """The bent centre line. Raises NotSolved where 1e-10 relative is not reached."""
+        return bend(Inextensible(cantilever.load_parameter), cantilever)
+
+
+@dataclass(frozen=True)
+class Inextensible:
+    """A rod that only bends, in the scale of its length; k = w L^3 / (EI)."""
+
+    k: float
+
+    def bending(self, s: Array, phi: Array) -> Array:
+        """g = k (1 - s) cos(phi). Source: Marchal et al. 2008, equation (3)."""
+        return self.k * (1 - s) * np.cos(phi)
+
+    def bending_slope(self, s: Array, phi: Array) -> Array:
+        """dg/dphi = -k (1 - s) sin(phi)."""
+        return -self.k * (1 - s) * np.sin(phi)
+
+    def strain(self, s: Array, phi: Array) -> tuple[Array, Array]:
+        """x' - 1 = cos(phi) - 1, written without cancellation, and y' = sin(phi)."""
+        return -2 * np.sin(phi / 2) ** 2, np.sin(phi)

@@ -1,0 +1,84 @@
+"""The geometrically exact planar rod, which bends, stretches and shears."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from softmark.references.cantilever import Cantilever, Refused
+from softmark.references.centre_line import CentreLine
+from softmark.references.collocation import bend
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.deferred import np
+
+
+@dataclass(frozen=True)
+class SimoReissner:
+    """The cantilever under its own weight, geometrically exact, with shear and axial strain.
+
+    With t = (cos phi, sin phi) normal to the section and n = (-sin phi, cos phi) in it, the line moves by
+    r' = (1 + Gamma1) t + Gamma2 n. The weight outboard of s is a dead force w (L - s) along gravity, so
+    N = EA Gamma1 = w (L - s) sin(phi), Q = kappa G A Gamma2 = w (L - s) cos(phi), and the balance of moments
+    M' + r' x (force) = 0 with M = EI phi' leaves one equation for the rotation of the section,
+
+    phi'' = -(w / EI) (L - s) cos(phi) [1 + w (L - s) (1/EA - 1/(kappa G A)) sin(phi)],
+    phi(0) = 0, phi'(L) = 0.
+
+    The shear factor kappa is Cowper's (1966). Assumes a straight uniform beam, clamped at one end and
+    horizontal there, stiffnesses that do not change with strain, and rigid sections: of the theories of a
+    line, the closest to a moderately thick soft solid. Refused where w L (1/(kappa G A) - 1/EA) is above 1:
+    there the shear strain is far outside the linear law, and the equilibrium need not be unique.
+    Source: Reissner 1972, ZAMP 23:795; Simo 1985, Comput. Methods Appl. Mech. Eng. 49:55.
+    """
+
+    body: Annotated[Any, "body", "the straight beam, clamped at one end, that gravity bends"]
+
+    kind: ClassVar[str] = "ordinary differential equation"
+    source: ClassVar[str] = "Reissner 1972, ZAMP 23:795; Simo 1985, Comput. Methods Appl. Mech. Eng. 49:55"
+    error_meaning: ClassVar[str] = (
+        "numerical error of the displacement, m: the change between the last two resolutions, plus rounding"
+    )
+
+    def solve(self, cantilever: Cantilever) -> CentreLine:
+        """The bent centre line. Raises Refused, and NotSolved where 1e-10 relative is not reached."""
+        weight = cantilever.weight_per_length * cantilever.length  # N
+        stretch, shear = weight / cantilever.axial_stiffness, weight / cantilever.shear_stiffness
+        if shear - stretch > 1:
+            raise Refused(
+                f"the weight shears the root by {shear:.3g}, where the equilibrium need not be unique",
+                "make the beam stiffer or lighter, or leave this reference out",
+            )
+        return bend(Flexible(cantilever.load_parameter, stretch, shear), cantilever)
+
+
+@dataclass(frozen=True)
+class Flexible:
+    """A rod that bends, stretches and shears, in the scale of its length."""
+
+    k: float  # w L^3 / (EI)
+    stretch: float  # w L / (EA), the axial strain of the hanging rod at its root
+    shear: float  # w L / (kappa G A), the shear strain of the straight rod at its root
+
+    def bending(self, s: Array, phi: Array) -> Array:
+        """g = k (1 - s) x'."""
+        return self.k * (1 - s) * np.cos(phi) * (1 + self._difference(s) * np.sin(phi))
+
+    def bending_slope(self, s: Array, phi: Array) -> Array:
+        """dg/dphi = k (1 - s) [-sin(phi) + (stretch - shear) (1 - s) cos(2 phi)]."""
+        return self.k * (1 - s) * (-np.sin(phi) + self._difference(s) * np.cos(2 * phi))
+
+    def strain(self, s: Array, phi: Array) -> tuple[Array, Array]:
+        """x' - 1 and y', with x' = (1 + Gamma1) cos(phi) - Gamma2 sin(phi) and y' = (1 + Gamma1) sin(phi)
+        + Gamma2 cos(phi), Gamma1 = stretch (1 - s) sin(phi), Gamma2 = shear (1 - s) cos(phi)."""
+        sin, cos = np.sin(phi), np.cos(phi)
+        axial = -2 * np.sin(phi / 2) ** 2 + self._difference(s) * sin * cos
+        return axial, sin + (1 - s) * (self.stretch * sin**2 + self.shear * cos**2)
+
+    def _difference(self, s: Array) -> Array:
+        return (self.stretch - self.shear) * (1 - s)

@@ -1,0 +1,81 @@
+"""Sum of energies over shared degrees of freedom, with a sparse pattern that is prepared once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from softmark.solvers.energies.energy import Energy, Floats, Ints
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """The CSR structure of the free-free tangent and, for each energy, where its local entries go."""
+
+    size: int
+    indptr: Ints
+    indices: Ints
+    slots: tuple[Ints, ...]  # one (n, k, k) per energy, -1 where a row or a column is constrained
+
+    def matrix(self, data: Floats) -> sparse.csr_matrix:
+        """The sparse matrix with these values, sharing the pattern."""
+        return sparse.csr_matrix((data, self.indices, self.indptr), shape=(self.size, self.size), copy=False)
+
+
+def prepare(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
+    """The pattern of all stencils over the degrees of freedom that are not `fixed`."""
+    number = np.full(dofs, -1, dtype=np.int64)
+    free = np.setdiff1d(np.arange(dofs), fixed)
+    number[free] = np.arange(len(free))
+    size = len(free)
+    keys = [_keys(number[s], size) for s in stencils]
+    used = np.concatenate([k[k >= 0] for k in keys] or [np.zeros(0, dtype=np.int64)])
+    structure = sparse.coo_matrix((np.ones(len(used)), (used // size, used % size)), shape=(size, size)).tocsr()
+    structure.sort_indices()
+    rows = np.repeat(np.arange(size, dtype=np.int64), np.diff(structure.indptr))
+    place = rows * size + structure.indices
+    slots = tuple(np.where(k >= 0, np.searchsorted(place, k), -1) for k in keys)
+    return Pattern(size, structure.indptr, structure.indices, slots)
+
+
+def _keys(stencil: Ints, size: int) -> Ints:
+    """row * size + column of every local entry (n, k, k), -1 where either is constrained."""
+    rows, columns = stencil[:, :, None], stencil[:, None, :]
+    keys: Ints = np.where((rows >= 0) & (columns >= 0), rows * size + columns, -1)
+    return keys
+
+
+class Assembly:
+    """Value, gradient and tangent of `internal` energies plus `load` times the `loads`."""
+
+    def __init__(self, dofs: int, fixed: Ints, internal: Sequence[Energy], loads: Sequence[Energy]) -> None:
+        self.dofs = dofs
+        self.internal, self.loads = tuple(internal), tuple(loads)
+        self.free = np.setdiff1d(np.arange(dofs), fixed)
+        self.conservative = all(e.conservative for e in (*self.internal, *self.loads))
+        self.pattern = prepare(dofs, fixed, [e.stencils for e in (*self.internal, *self.loads)])
+
+    def _scaled(self, load: float) -> list[tuple[Energy, float]]:
+        return [(e, 1.0) for e in self.internal] + [(e, load) for e in self.loads]
+
+    def value(self, x: Floats, load: float) -> float:
+        """Total potential energy, J; infinite outside the domain of a law."""
+        return sum(scale * e.value(x) for e, scale in self._scaled(load) if scale != 0.0)
+
+    def gradient(self, x: Floats, load: float) -> Floats:
+        """Out-of-balance force on every degree of freedom (dofs,), supports included (there: reactions)."""
+        g = np.zeros(self.dofs)
+        for energy, scale in self._scaled(load):
+            energy.add_gradient(x, g, scale)
+        return g
+
+    def tangent(self, x: Floats, load: float, projected: bool = False) -> sparse.csr_matrix:
+        """Tangent stiffness over the free degrees of freedom."""
+        data = np.zeros(len(self.pattern.indices))
+        for (energy, scale), slots in zip(self._scaled(load), self.pattern.slots, strict=True):
+            if energy.stencils.size:
+                energy.add_hessian(x, data, slots, scale, projected)
+        return self.pattern.matrix(data)

@@ -1,0 +1,40 @@
+"""The four-node tetrahedron: linear shape functions, one integration point."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+else:
+    from softmark.solvers.deferred import np
+
+
+class Tet4:
+    """Four-node tetrahedron, linear displacement: cheap, stiff in bending, locks near incompressibility.
+
+    N_0 = 1 - xi - eta - zeta, N_1 = xi, N_2 = eta, N_3 = zeta, one integration point (exact, since the gradient
+    is constant). Displacements converge with h^2 and strains with h. At Poisson ratios of 0.45 and above it is much too
+    stiff (volumetric locking). Source: Zienkiewicz, Taylor and Zhu (2013), section 5.
+    """
+
+    nodes: ClassVar[int] = 4
+    order: ClassVar[int] = 1
+    dimension: ClassVar[int] = 3
+
+    @staticmethod
+    def quadrature() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Points (q, 3) and weights (q,) on the unit tetrahedron, whose volume is 1/6."""
+        return np.full((1, 3), 0.25), np.full(1, 1.0 / 6.0)
+
+    @staticmethod
+    def shape(xi: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Shape functions N (m, 4) at local points xi (m, 3)."""
+        return np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
+
+    @staticmethod
+    def gradient(xi: NDArray[np.float64]) -> NDArray[np.float64]:
+        """dN/dxi (m, 4, 3) at local points xi (m, 3)."""
+        dN = np.array([[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+        return np.broadcast_to(dN, (len(xi), 4, 3))

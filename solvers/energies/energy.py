@@ -1,0 +1,60 @@
+"""What every energy offers, and the space in which a state moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class Energy(Protocol):
+    """A value, a gradient and a Hessian over local stencils of degrees of freedom."""
+
+    @property
+    def conservative(self) -> bool:
+        """False for follower loads, which have a force and a tangent but no value."""
+
+    @property
+    def stencils(self) -> Ints:
+        """Degrees of freedom (n, k) of each local Hessian block; (0, 0) where there is none."""
+
+    def value(self, x: Floats) -> float:
+        """Energy in J; infinite outside the domain of the law."""
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """g (dofs,) += scale * dE/dx, in N (and N m for rotations)."""
+
+    def add_hessian(
+        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
+    ) -> None:
+        """data (nnz,) += scale * d2E/dx2 at `slots` (n, k, k), skipping negative slots.
+
+        `projected` makes every local block positive semi-definite first.
+        """
+
+
+class Space(Protocol):
+    """How a state moves by an increment of its degrees of freedom."""
+
+    @property
+    def dofs(self) -> int:
+        """Number of degrees of freedom."""
+
+    def move(self, x: Floats, d: Floats) -> Floats:
+        """The state after the increment d (dofs,)."""
+
+
+@dataclass(frozen=True)
+class VectorSpace:
+    """Displacements of points: a state is its own degrees of freedom."""
+
+    dofs: int
+
+    def move(self, x: Floats, d: Floats) -> Floats:
+        """x + d."""
+        return x + d

@@ -1,0 +1,71 @@
+"""numba, with a cache on disk that never returns what an older source computed.
+
+numba's cache does not notice that a function called from another file has changed: the old kernel answers, silently.
+So the folder of the cache is named by a digest of all solver sources, of numba's and numpy's version and of the
+processor, and it is set before numba is imported. Kernels live in `kernels.py` files, which alone import this module.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import sys
+from collections.abc import Iterable
+from importlib.metadata import version
+from pathlib import Path
+
+
+def sources() -> list[Path]:
+    """Every source file whose change must make the kernels compile anew."""
+    return sorted(Path(__file__).parent.rglob("*.py"))
+
+
+def digest(files: Iterable[Path], *facts: str) -> str:
+    """SHA-256 over the texts of `files` and over `facts`, as 16 hexadecimal digits."""
+    h = hashlib.sha256("\0".join(facts).encode())
+    for file in files:
+        h.update(file.read_bytes())
+    return h.hexdigest()[:16]
+
+
+def _processor() -> str:
+    """The processor's model as far as it is known: kernels are compiled for it."""
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return platform.processor()
+    return "\n".join(sorted({line for line in text.splitlines() if line.startswith(("model name", "flags"))}))
+
+
+def cache_folder() -> Path:
+    """Where this version of the kernels is kept: $XDG_CACHE_HOME/softmark/kernels/<digest>."""
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    facts = (version("numba"), version("numpy"), sys.version, _processor())
+    return Path(home) / "softmark" / "kernels" / digest(sources(), *facts)
+
+
+def _prepare() -> bool:
+    """Point numba at the folder; False, and no cache, where it cannot be written."""
+    folder = cache_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        writable = os.access(folder, os.W_OK)
+    except OSError:
+        writable = False
+    if writable:
+        os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    return writable
+
+
+CACHED = _prepare()
+
+import numba  # noqa: E402  (the cache folder must be known first)
+
+kernel = numba.njit(cache=CACHED, nogil=True, error_model="numpy")
+"""Decorator of every kernel: compiled at its first call, kept on disk where that is possible."""
+
+
+def compiled() -> bool:
+    """Whether kernels of this version are on disk already: if not, the first run has to compile them."""
+    return CACHED and any(cache_folder().rglob("*.nbc"))

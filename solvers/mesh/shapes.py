@@ -1,0 +1,185 @@
+"""Shapes: what a scene may call a body's geometry. To add one: a class here or in a file of its own, a line in SHAPES.
+
+A shape knows its bounds without a mesh, and makes a mesh only when it is asked. A shape that is a straight
+prism also has `section`, `length`, `axis` and `root`, which is all that a beam model needs of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.mesh.mesh import Floats, Mesh
+else:
+    from softmark.solvers.deferred import np
+
+Vector3 = tuple[float, float, float]
+Bounds = tuple[Vector3, Vector3]
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A circular cross-section, radius in m."""
+
+    radius: float
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """A rectangular cross-section: extents in m along the two axes of the section."""
+
+    width: float  # along the first transverse axis
+    height: float  # along the second transverse axis
+
+
+def transverse(axis: Vector3) -> tuple[Vector3, Vector3]:
+    """Two unit vectors that make a right-handed frame with `axis`; coordinate axes stay coordinate axes."""
+    smallest = min(range(3), key=lambda i: (round(abs(axis[i]), 12), i))
+    seed = tuple(1.0 if i == smallest else 0.0 for i in range(3))
+    second = _cross(axis, seed)
+    norm = sum(c * c for c in second) ** 0.5
+    second = (second[0] / norm, second[1] / norm, second[2] / norm)
+    return _cross(second, axis), second
+
+
+def _cross(a: tuple[float, ...], b: tuple[float, ...]) -> Vector3:
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A straight circular cylinder, its axis starting at `origin`.
+
+    Meshed with rings of well-shaped cells around a square core. The mesh is inscribed: its points lie on the cylinder,
+    so a coarse mesh holds less volume (the report says how much).
+    """
+
+    length: Annotated[float, "m in (0, inf)", "length along the axis"]
+    radius: Annotated[float, "m in (0, inf)", "radius of the cross-section"]
+    axis: Annotated[Vector3, "direction", "direction of the axis, from the end at `origin`"] = (1.0, 0.0, 0.0)
+    origin: Annotated[Vector3, "m", "centre of the end where the axis starts"] = (0.0, 0.0, 0.0)
+
+    @property
+    def section(self) -> Disc:
+        """The cross-section."""
+        return Disc(self.radius)
+
+    @property
+    def root(self) -> Vector3:
+        """Where the axis starts, m."""
+        return self.origin
+
+    @property
+    def bounds(self) -> Bounds:
+        """Lowest and highest coordinates, m."""
+        reach = [self.radius * max(0.0, 1.0 - a * a) ** 0.5 for a in self.axis]
+        ends = [(o, o + self.length * a) for o, a in zip(self.origin, self.axis, strict=True)]
+        low = tuple(min(e) - r for e, r in zip(ends, reach, strict=True))
+        high = tuple(max(e) + r for e, r in zip(ends, reach, strict=True))
+        return low, high  # type: ignore[return-value]
+
+    @property
+    def volume(self) -> float:
+        """Exact volume, m^3."""
+        return 3.141592653589793 * self.radius**2 * self.length
+
+    def mesh(self, size: float) -> Mesh:
+        """Tetrahedra with edges of about `size` (m)."""
+        from softmark.solvers.mesh.structured import disc, extrude, split
+
+        mesh = split(*extrude(disc(self.radius, size), self.length, size))
+        return _placed(mesh, self.axis, self.origin)
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangular box with edges along x, y and z."""
+
+    size: Annotated[Vector3, "m in (0, inf)", "extents along x, y and z"]
+    origin: Annotated[Vector3, "m", "corner with the lowest x, y and z"] = (0.0, 0.0, 0.0)
+
+    @property
+    def _longest(self) -> int:
+        return max(range(3), key=lambda i: self.size[i])
+
+    @property
+    def axis(self) -> Vector3:
+        """Unit vector along the longest edge: the axis of a beam."""
+        return tuple(1.0 if i == self._longest else 0.0 for i in range(3))  # type: ignore[return-value]
+
+    @property
+    def length(self) -> float:
+        """Longest extent, m."""
+        return self.size[self._longest]
+
+    @property
+    def section(self) -> Rectangle:
+        """The cross-section normal to the longest edge, along `transverse(axis)`."""
+        extents = [sum(abs(t[i]) * self.size[i] for i in range(3)) for t in transverse(self.axis)]
+        return Rectangle(extents[0], extents[1])
+
+    @property
+    def root(self) -> Vector3:
+        """Centre of the end face with the lowest coordinate, m."""
+        along = self._longest
+        return tuple(  # type: ignore[return-value]
+            o if i == along else o + 0.5 * s for i, (o, s) in enumerate(zip(self.origin, self.size, strict=True))
+        )
+
+    @property
+    def bounds(self) -> Bounds:
+        """Lowest and highest coordinates, m."""
+        return self.origin, tuple(o + s for o, s in zip(self.origin, self.size, strict=True))  # type: ignore[return-value]
+
+    @property
+    def volume(self) -> float:
+        """Exact volume, m^3."""
+        return self.size[0] * self.size[1] * self.size[2]
+
+    def mesh(self, size: float) -> Mesh:
+        """Tetrahedra with edges of about `size` (m)."""
+        from softmark.solvers.mesh.structured import extrude, rectangle, split
+
+        section = self.section
+        mesh = split(*extrude(rectangle(section.width, section.height, size), self.length, size))
+        return _placed(mesh, self.axis, self.root)
+
+
+@dataclass(frozen=True)
+class MeshFile:
+    """A tetrahedral mesh read from a file, in any format that meshio knows (VTK, VTU, Gmsh, Abaqus, ...).
+
+    Its tetrahedra are taken as they are, so `size` of a model does not apply. Points that no cell uses are dropped;
+    cells that are inside out are turned, flat cells are an error.
+    """
+
+    path: Annotated[str, "file", "the file, relative to the scene"]
+    unit: Annotated[float, "m in (0, inf)", "length of one unit of the file's coordinates"]
+    prebuilt: ClassVar[bool] = True
+
+    def mesh(self, size: float) -> Mesh:
+        """The tetrahedra of the file; `size` is ignored. Raises Unreadable."""
+        from softmark.solvers.mesh.file import read
+
+        return read(self.path, self.unit)
+
+
+def _placed(mesh: Mesh, axis: Vector3, origin: Vector3) -> Mesh:
+    """A mesh made along z, turned so that z becomes `axis`, and moved to `origin`."""
+    from softmark.solvers.mesh.mesh import Mesh
+
+    first, second = transverse(axis)
+    frame: Floats = np.array([first, second, axis])  # rows: images of x, y, z
+    if np.linalg.det(frame) < 0:  # keep the cells positively oriented
+        frame[0] = -frame[0]
+    return Mesh(np.ascontiguousarray(mesh.points @ frame + np.array(origin)), mesh.cells)
+
+
+SHAPES: dict[str, type[Any]] = {
+    "cylinder": Cylinder,
+    "box": Box,
+    "mesh": MeshFile,
+}

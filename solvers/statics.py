@@ -1,0 +1,250 @@
+"""Static equilibrium: the state in which the energies' gradient vanishes on every free degree of freedom.
+
+Two ways, in this order. The free one takes whole Newton steps: with the exact tangent of a corotational
+energy they reach a 60-degree bend at full load in about six steps, because that energy grows with stretch alone
+and not with its square; a stiffer law starts from the equilibrium of its corotational twin. What it finds is kept only
+if it is a stable equilibrium without inverted cells. The careful one then starts again: energy decreasing in every step (backtracking,
+Armijo 1966), the tangent made definite where it is not, and the load in steps that shrink and grow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from softmark.solvers.assembly import Assembly
+from softmark.solvers.energies.energy import Floats, Ints, Space
+from softmark.solvers.linear import Factor, Singular, factor
+
+Watch = Callable[["Iteration"], None]
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One Newton iteration: `residual` is relative, before the step; `length` is the fraction of the step taken."""
+
+    phase: str  # "corotational start" | "free" | "careful"
+    load: float
+    number: int
+    residual: float
+    length: float
+
+
+class NotConverged(Exception):
+    """No equilibrium was found; `history` says how far each attempt came."""
+
+    def __init__(self, reason: str, history: tuple[Iteration, ...] = ()) -> None:
+        super().__init__(reason)
+        self.reason = reason
+        self.history = history
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A converged state, its relative residual, and every iteration that led to it."""
+
+    x: Floats
+    residual: float
+    history: tuple[Iteration, ...]
+    load_steps: int
+
+    @property
+    def iterations(self) -> int:
+        """Linear systems solved, all phases and failed attempts included."""
+        return len(self.history)
+
+
+@dataclass(frozen=True)
+class Statics:
+    """A static problem: `rest` moves by `space` until `assembly` balances, with `target` imposed on `fixed`.
+
+    `twin` is the assembly of the corotational law with the same moduli, or None; `sound` says whether a
+    state is admissible (no inverted cell). Residuals are relative to the larger of load and reactions.
+    """
+
+    assembly: Assembly
+    space: Space
+    rest: Floats
+    fixed: Ints  # (c,)
+    target: Floats  # (c,) imposed increments from rest, m or rad
+    tolerance: float = 1e-8
+    max_iterations: int = 50
+    twin: Assembly | None = None
+    sound: Callable[[Floats], bool] = field(default=lambda x: True)
+    watch: Watch = field(default=lambda iteration: None)
+
+
+def equilibrium(problem: Statics) -> Equilibrium:
+    """The equilibrium under full load. Raises NotConverged with the history of all attempts."""
+    history: list[Iteration] = []
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        try:
+            return _free(problem, history)
+        except NotConverged:
+            return _careful(problem, history)
+
+
+# ------------------------------------------------------------------ whole steps at full load
+
+
+def _free(problem: Statics, history: list[Iteration]) -> Equilibrium:
+    newton = _Newton(problem, history)
+    x = problem.rest
+    if problem.twin is not None:
+        rough = replace(problem, assembly=problem.twin, tolerance=1e-2)
+        start = _Newton(rough, history, "corotational start")
+        x = start.whole_steps(start.impose(x, 1.0), cap=12)
+        x = newton.whole_steps(x, cap=20)
+    else:
+        x = newton.whole_steps(newton.impose(x, 1.0), cap=20)
+    if problem.assembly.conservative and newton.last is not None and newton.last.negative_pivots:
+        raise NotConverged("the equilibrium is unstable", tuple(history))
+    if not problem.sound(x):
+        raise NotConverged("the equilibrium has inverted cells", tuple(history))
+    return Equilibrium(x, newton.residual(x, 1.0)[1], tuple(history), 1)
+
+
+# --------------------------------------------------------- decreasing energy, loads in steps
+
+
+def _careful(problem: Statics, history: list[Iteration]) -> Equilibrium:
+    newton = _Newton(problem, history, "careful")
+    x, load, step, steps = problem.rest, 0.0, 1.0, 0
+    while load < 1.0:
+        target = min(1.0, load + step)
+        try:
+            x = newton.descend(newton.impose(x, target - load, target), target)
+            load, steps = target, steps + 1
+            step *= 2.0
+        except NotConverged as failure:
+            step = 0.5 * (target - load)
+            if step < 1e-3:
+                reached = f"the load could be raised to {100 * load:.4g} % only: {failure.reason}"
+                raise NotConverged(reached, tuple(history)) from failure
+    if not problem.sound(x):
+        raise NotConverged("the equilibrium has inverted cells", tuple(history))
+    return Equilibrium(x, newton.residual(x, 1.0)[1], tuple(history), steps)
+
+
+class _Newton:
+    """Newton iterations over one assembly; keeps the last factorisation and writes the history."""
+
+    def __init__(self, problem: Statics, history: list[Iteration], phase: str = "free") -> None:
+        self.problem = problem
+        self.assembly = problem.assembly
+        self.history = history
+        self.phase = phase
+        self.last: Factor | None = None
+
+    def residual(self, x: Floats, load: float) -> tuple[Floats, float]:
+        """Gradient (dofs,) and the norm of its free part, relative to the larger of load and reactions."""
+        g = self.assembly.gradient(x, load)
+        external = np.zeros_like(g)
+        for energy in self.assembly.loads:
+            energy.add_gradient(x, external, load)
+        scale = max(np.linalg.norm(external), np.linalg.norm(g[self.problem.fixed]))
+        size = np.linalg.norm(g[self.assembly.free])
+        return g, float(size / scale) if scale > 0 else float(size)
+
+    def impose(self, x: Floats, fraction: float, load: float = 1.0) -> Floats:
+        """Move the supports by a fraction of their target, and the body with them as its tangent says."""
+        problem = self.problem
+        if not np.any(problem.target):
+            return x
+        d = np.zeros(self.space.dofs)
+        d[problem.fixed] = fraction * problem.target
+        eps = 1e-6 / max(1.0, float(np.abs(d).max()) * 1e3)
+        g = self.assembly.gradient(x, load)
+        coupling = (self.assembly.gradient(self.space.move(x, eps * d), load) - g) / eps
+        d[self.assembly.free] = -self._solve(x, load, coupling[self.assembly.free], projected=True)
+        return self.space.move(x, d)
+
+    @property
+    def space(self) -> Space:
+        """Where the state lives."""
+        return self.problem.space
+
+    def whole_steps(self, x: Floats, cap: int) -> Floats:
+        """Whole Newton steps at full load, shortened only to stay in the domain of the law."""
+        for number in range(cap + 1):
+            g, residual = self.residual(x, 1.0)
+            if residual <= self.problem.tolerance:
+                return x
+            if number == cap or not np.isfinite(residual):
+                break
+            d = self._direction(g, x, 1.0, projected=False)
+            x, length = self._inside(x, d)
+            self._record(1.0, number, residual, length)
+        raise NotConverged(f"whole Newton steps stopped at a residual of {residual:.1e}", tuple(self.history))
+
+    def _inside(self, x: Floats, d: Floats) -> tuple[Floats, float]:
+        length = 1.0
+        while length > 1e-3:
+            y = self.space.move(x, length * d)
+            if np.isfinite(sum(e.value(y) for e in self.assembly.internal)):
+                return y, length
+            length *= 0.5
+        raise NotConverged("no step stays in the domain of the law", tuple(self.history))
+
+    def descend(self, x: Floats, load: float) -> Floats:
+        """Newton steps that each decrease the energy (or, for follower loads, the residual)."""
+        merit = self._energy if self.assembly.conservative else self._imbalance
+        value = merit(x, load)
+        if not np.isfinite(value):
+            raise NotConverged("the supports' motion turns cells inside out", tuple(self.history))
+        for number in range(self.problem.max_iterations + 1):
+            g, residual = self.residual(x, load)
+            if residual <= self.problem.tolerance:
+                return x
+            if number == self.problem.max_iterations or not np.isfinite(residual):
+                break
+            x, value, length = self._decrease(x, load, g, value, merit)
+            self._record(load, number, residual, length)
+        reason = f"no equilibrium within {number} iterations at {100 * load:.4g} % of the load"
+        raise NotConverged(f"{reason}, residual {residual:.1e}", tuple(self.history))
+
+    def _energy(self, x: Floats, load: float) -> float:
+        return self.assembly.value(x, load)
+
+    def _imbalance(self, x: Floats, load: float) -> float:
+        if not np.isfinite(sum(e.value(x) for e in self.assembly.internal)):
+            return np.inf
+        return 0.5 * float(np.linalg.norm(self.assembly.gradient(x, load)[self.assembly.free]) ** 2)
+
+    def _decrease(
+        self, x: Floats, load: float, g: Floats, value: float, merit: Callable[[Floats, float], float]
+    ) -> tuple[Floats, float, float]:
+        """Backtrack along the Newton direction, then along that of the definite tangent."""
+        for projected in (False, True):
+            d = self._direction(g, x, load, projected)
+            slope = float(g @ d) if self.assembly.conservative else -2.0 * value
+            if not np.isfinite(slope) or slope >= 0:
+                continue
+            length = 1.0
+            while length > 1e-5:
+                y = self.space.move(x, length * d)
+                there = merit(y, load)
+                if there <= value + 1e-4 * length * slope + 1e-14 * abs(value):
+                    return y, there, length
+                length *= 0.5
+        raise NotConverged("no step decreases the energy", tuple(self.history))
+
+    def _direction(self, g: Floats, x: Floats, load: float, projected: bool) -> Floats:
+        d = np.zeros(self.space.dofs)
+        d[self.assembly.free] = -self._solve(x, load, g[self.assembly.free], projected)
+        return d
+
+    def _solve(self, x: Floats, load: float, b: Floats, projected: bool) -> Floats:
+        K = self.assembly.tangent(x, load, projected)
+        try:
+            self.last = factor(K, symmetric=projected or self.assembly.conservative)
+        except Singular as error:
+            raise NotConverged(f"the tangent is singular ({error})", tuple(self.history)) from error
+        return self.last.solve(b)
+
+    def _record(self, load: float, number: int, residual: float, length: float) -> None:
+        iteration = Iteration(self.phase, load, number, residual, length)
+        self.history.append(iteration)
+        self.problem.watch(iteration)
