@@ -7,8 +7,11 @@ E5xx what a model or a reference cannot represent, E6xx running; W as E, for wha
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
+from unicodedata import combining, east_asian_width
 
 from softmark.grammar.tree import Span
 
@@ -37,3 +40,152 @@ class Diagnostic:
     def severity(self) -> Literal["error", "warning"]:
         """`error` for codes that start with E, `warning` for W."""
         return "error" if self.code.startswith("E") else "warning"
+
+
+def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
+    """The fields that tools read; line and column are null where there is no place."""
+    span, source = diagnostic.span, diagnostic.source
+    return {
+        "code": diagnostic.code,
+        "severity": diagnostic.severity,
+        "message": diagnostic.message,
+        "file": source.name if source else None,
+        "line": span.line if span else None,
+        "column": span.column if span else None,
+        "end_line": span.end_line if span else None,
+        "end_column": span.end_column if span else None,
+        "help": diagnostic.help or None,
+        "label": diagnostic.label or None,
+        "notes": list(diagnostic.notes),
+    }
+
+
+def summary(diagnostics: Iterable[Diagnostic]) -> str:
+    """`2 errors, 1 warning`."""
+    severities = [diagnostic.severity for diagnostic in diagnostics]
+    counts = [(severities.count(severity), severity) for severity in ("error", "warning")]
+    return ", ".join(f"{n} {severity}{'s' * (n > 1)}" for n, severity in counts if n) or "no errors"
+
+
+def render(diagnostics: Iterable[Diagnostic], colour: bool = False) -> str:
+    """What a terminal shows: by file and place, with a blank line between; no line feed at the end."""
+    paint = _paint if colour else _plain
+    return "\n\n".join(_drawing(diagnostic, paint) for diagnostic in sorted(diagnostics, key=_place))
+
+
+def _place(diagnostic: Diagnostic) -> tuple[str, int]:
+    name = diagnostic.source.name if diagnostic.source else ""
+    return name, diagnostic.span.start if diagnostic.span else -1
+
+
+# ------------------------------------------------------------------------- drawing
+
+WIDTH = 100  # columns of a source line that are shown
+TAB = 4
+STYLES = {"error": "1;31", "warning": "1;33", "gutter": "1;34", "bold": "1", "plain": ""}
+
+
+def _plain(text: str, style: str) -> str:
+    return text
+
+
+def _paint(text: str, style: str) -> str:
+    return f"\x1b[{STYLES[style]}m{text}\x1b[0m" if STYLES[style] else text
+
+
+def _drawing(diagnostic: Diagnostic, paint: Any) -> str:
+    severity = diagnostic.severity
+    head = paint(f"{severity}[{diagnostic.code}]", severity) + paint(f": {_safe(diagnostic.message)}", "bold")
+    lines, margin = [head], "   "
+    if diagnostic.source and diagnostic.span:
+        margin = " " * (len(str(diagnostic.span.line)) + 2)
+        lines += _snippet(diagnostic, diagnostic.source, diagnostic.span, margin, paint)
+    remarks = [("help", diagnostic.help), *(("note", note) for note in diagnostic.notes)]
+    for kind, text in remarks:
+        if text:
+            indent = "\n" + " " * (len(margin) + len(f"= {kind}: "))
+            lines.append(f"{margin}{paint('=', 'gutter')} {paint(kind, 'bold')}: {indent.join(_safe_lines(text))}")
+    return "\n".join(lines)
+
+
+def _snippet(diagnostic: Diagnostic, source: Source, span: Span, margin: str, paint: Any) -> list[str]:
+    """The place, the line of the text, and carets under the span with the label after them."""
+    line, first, last = _line(source.text, span)
+    shown, before, carets = _clip(_cells(line), first, last)
+    label = f" {_safe(diagnostic.label)}" if diagnostic.label else ""
+    bar = paint("|", "gutter")
+    return [
+        f"{margin[1:]}{paint('-->', 'gutter')} {_safe(source.name)}:{span.line}:{span.column}",
+        f"{margin}{bar}",
+        f" {paint(str(span.line), 'gutter')} {bar} {shown}".rstrip(),
+        f"{margin}{bar} {' ' * before}{paint('^' * carets + label, diagnostic.severity)}",
+    ]
+
+
+def _line(text: str, span: Span) -> tuple[str, int, int]:
+    """The line a span starts on, and the characters of the line from and to which it goes."""
+    start = min(span.start, len(text))
+    first = max(text.rfind("\n", 0, start), text.rfind("\r", 0, start)) + 1
+    if first == 0 and text.startswith("\ufeff"):
+        first = 1
+    line = re.split("[\r\n]", text[first:], maxsplit=1)[0]
+    return line, max(start - first, 0), min(max(span.end - first, 0), len(line))
+
+
+def _cells(line: str) -> list[str]:
+    """What a terminal shows for each character: a tab as blanks, a control character as its picture."""
+    cells: list[str] = []
+    column = 0
+    for character in line:
+        cell = " " * (TAB - column % TAB) if character == "\t" else _safe(character)
+        column += _width(cell)
+        cells.append(cell)
+    return cells
+
+
+def _clip(cells: Sequence[str], first: int, last: int) -> tuple[str, int, int]:
+    """The part of a line around `cells[first:last]`, the columns before the carets, and how many carets."""
+    low, high = 0, len(cells)
+    if _width("".join(cells)) > WIDTH:
+        low = max(0, min(first - WIDTH // 3, len(cells) - WIDTH))
+        high = low
+        room = WIDTH
+        while high < len(cells) and (room := room - _width(cells[high])) >= 0:
+            high += 1
+    head, tail = "…" if low else "", "…" if high < len(cells) else ""
+    before = _width(head + "".join(cells[low:first]))
+    carets = _width("".join(cells[first : min(last, high)]))
+    return head + "".join(cells[low:high]) + tail, before, max(carets, 1)
+
+
+def _width(text: str) -> int:
+    if text.isascii():
+        return len(text)
+    return sum(_columns(character) for character in text)
+
+
+def _columns(character: str) -> int:
+    if combining(character) or character in "\u200b\u200c\u200d\ufe0f\ufeff":
+        return 0
+    return 2 if east_asian_width(character) in "WF" else 1
+
+
+def _safe(text: str) -> str:
+    """Without what could steer a terminal or not be encoded."""
+    if text.isprintable():
+        return text
+    return "".join(_picture(character) for character in text)
+
+
+def _safe_lines(text: str) -> list[str]:
+    return [_safe(line) for line in text.split("\n")]
+
+
+def _picture(character: str) -> str:
+    code = ord(character)
+    if code < 0x20:
+        return chr(0x2400 + code)
+    if code == 0x7F:
+        return "␡"
+    unsafe = 0x80 <= code < 0xA0 or 0xD800 <= code < 0xE000 or character in "\u2028\u2029" or 0x202A <= code <= 0x202E
+    return "\ufffd" if unsafe or 0x2066 <= code <= 0x2069 else character

@@ -6,6 +6,7 @@ Two trees are equal when they mean the same: spans take no part in the compariso
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
@@ -121,7 +122,7 @@ class Unary:
 
 @dataclass(frozen=True, slots=True)
 class Binary:
-    """`a + b`, `a ^ 2`, `a and b`, and `(a) m`-like grouping resolved."""
+    """`a + b`, `a^2`, `a and b`. Brackets that only group leave no node; the span of what they hold includes them."""
 
     operator: Literal["+", "-", "*", "/", "^", "and", "or"]
     left: Expression
@@ -216,7 +217,55 @@ class Comment:
 
 @dataclass(frozen=True, slots=True)
 class Tree:
-    """A scene as written: its declarations in order, and every comment."""
+    """A scene as written: its declarations in order, and every comment.
+
+    `broken` are the names of declarations left out for an error in them: whoever misses one has been told already.
+    """
 
     declarations: tuple[Declaration, ...]
     comments: tuple[Comment, ...] = field(default=(), compare=False)
+    broken: tuple[str, ...] = field(default=(), compare=False)
+
+
+# ------------------------------------------------------------------------- walking
+
+
+def children(node: Expression | Argument) -> tuple[Expression | Argument, ...]:
+    """The parts of an expression, in the order of the text."""
+    match node:
+        case Vector() | List():
+            return node.items
+        case Call():
+            return (node.function, *node.arguments)
+        case Argument():
+            return (node.value,)
+        case Unary():
+            return (node.operand,)
+        case Binary():
+            return node.left, node.right
+        case Compare():
+            return node.operands
+        case _:
+            return ()
+
+
+def walk(node: Expression | Argument) -> Iterator[tuple[Expression | Argument, int]]:
+    """Every part of an expression, itself first, with its depth from 0; without recursion."""
+    pending: list[tuple[Expression | Argument, int]] = [(node, 0)]
+    while pending:
+        part, depth = pending.pop()
+        yield part, depth
+        pending.extend((child, depth + 1) for child in reversed(children(part)))
+
+
+def expressions(declaration: Declaration) -> tuple[Expression, ...]:
+    """The expressions of a declaration, in the order of the text."""
+    match declaration:
+        case Param(value=value, low=low, high=high):
+            return (value,) if low is None or high is None else (value, low, high)
+        case Declare(value=value):
+            return (value,)
+        case Expect(condition=condition):
+            return (condition,)
+        case _:
+            return ()

@@ -38,6 +38,7 @@ ACCURACY = 1e-10
 
 RESOLUTIONS = (16, 32, 64, 128, 256, 512)
 NEWTON_STEPS = 60
+SMALLEST = 1e-300  # rad: a first iterate may round to zero under a load of nothing
 
 
 class NotSolved(Exception):  # noqa: N818 (named like the other outcomes of a solution)
@@ -100,7 +101,7 @@ def bend(rod: Rod, cantilever: Cantilever) -> CentreLine:
         changes.append(change / size)
         if changes[-1] <= ACCURACY:
             _between_axis_and_gravity(finer, changes)
-            return _centre_line(finer, cantilever, change + 64 * np.finfo(float).eps * size)
+            return _centre_line(finer, cantilever, change + 64 * float(np.finfo(float).eps) * size)
         shape = finer
     raise NotSolved(
         f"{RESOLUTIONS[-1]} Chebyshev points leave a relative change of {changes[-1]:.1e}, above "
@@ -125,7 +126,7 @@ def _newton(rod: Rod, grid: Grid) -> Array:
         J = np.eye(len(phi)) - grid.G * rod.bending_slope(grid.s, phi)  # (n, n)
         step: Array = np.asarray(np.linalg.solve(J, residual), dtype=float)
         phi = phi - step
-        steps.append(float(np.abs(step).max() / np.abs(phi).max()))
+        steps.append(float(np.abs(step).max()) / max(float(np.abs(phi).max()), SMALLEST))
         if steps[-1] <= 1e-8:  # the next step would be its square, below rounding
             return phi
     raise NotSolved(f"Newton's method took {NEWTON_STEPS} steps without settling", tuple(steps))

@@ -1,1 +1,68 @@
+"""Materials, and the laws of elasticity made from them.
 
+A material is what a scene names: constants with units. A law is psi, P and dPdF over a batch of deformation
+gradients (law.py); `law_for` makes one from a material and the strain that a model measures. To add a
+material: one file with a dataclass on `Isotropic` (hyperelastic.py says how its law is written), and one line
+in MATERIALS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from softmark.solvers.materials.corotational import Corotational
+from softmark.solvers.materials.isotropic import Isotropic
+from softmark.solvers.materials.law import Law, project
+from softmark.solvers.materials.linear_elastic import LinearElastic
+from softmark.solvers.materials.neo_hookean import NeoHookean
+from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
+from softmark.solvers.materials.small_strain import SmallStrain
+from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
+
+__all__ = ["MATERIALS", "STRAINS", "Isotropic", "Law", "NoFiniteLaw", "law_for", "project"]
+
+MATERIALS: dict[str, type[Isotropic]] = {
+    "linear_elastic": LinearElastic,
+    "neo_hookean": NeoHookean,
+    "neo_hookean_isochoric": NeoHookeanIsochoric,
+    "st_venant_kirchhoff": StVenantKirchhoff,
+}
+
+
+class NoFiniteLaw(Exception):  # noqa: N818 - it says what is missing
+    """The material has no law at finite strain."""
+
+    def __init__(self, material: Isotropic) -> None:
+        super().__init__(f"{type(material).__name__} has no law at finite strain; use small or corotational")
+        self.material = material
+
+
+def _small(material: Isotropic) -> Law:
+    return SmallStrain(material.shear_modulus, material.lame_lambda)
+
+
+def _corotational(material: Isotropic) -> Law:
+    return Corotational(material.shear_modulus, material.lame_lambda)
+
+
+def _finite(material: Isotropic) -> Law:
+    law = material.finite_law()
+    if law is None:
+        raise NoFiniteLaw(material)
+    return law
+
+
+STRAINS: dict[str, Callable[[Isotropic], Law]] = {
+    "small": _small,
+    "corotational": _corotational,
+    "finite": _finite,
+}
+
+
+def law_for(material: Isotropic, strain: str) -> Law:
+    """The law of `material` for a model that measures `strain`, a key of STRAINS.
+
+    `small` and `corotational` use the moduli at rest of any material; `finite` is the material's own law.
+    Raises NoFiniteLaw, and KeyError for a strain that is not in STRAINS.
+    """
+    return STRAINS[strain](material)

@@ -1,8 +1,8 @@
 """Batches of 3x3 matrices kept component by component: a (3, 3, m), a[i, J] over the whole batch.
 
-numpy works on long rows, so the laws compute in this layout, and it reads as the book: J = f[0] . (f[1] x f[2]).
-Fourth-order tensors H (9, 9, m) hold [3 i + J, 3 k + L]; they have major symmetry, and the functions here write
-the entries on and above the diagonal only.
+numpy works on long rows, so the laws compute in this layout. Fourth-order tensors H (9, 9, m) hold their
+entry iJkL at [3 i + J, 3 k + L]; they have major symmetry, and the functions here write the entries on and
+above the diagonal only.
 """
 
 from __future__ import annotations
@@ -20,28 +20,31 @@ CYCLES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 
 
 def components(A: Array) -> Array:
-    """A (m, 3, 3) as a (3, 3, m), contiguous."""
-    return np.ascontiguousarray(A.transpose(1, 2, 0))
+    """A (m, 3, 3) as a (3, 3, m), contiguous and of floats."""
+    return np.ascontiguousarray(A.transpose(1, 2, 0), dtype=np.float64)
 
 
 def transposed(a: Array) -> Array:
     """A^T, a view."""
-    return a.swapaxes(0, 1)
+    swapped: Array = a.swapaxes(0, 1)
+    return swapped
 
 
 def trace(a: Array) -> Array:
     """tr A (m,)."""
-    return a[0, 0] + a[1, 1] + a[2, 2]
+    tr: Array = a[0, 0] + a[1, 1] + a[2, 2]
+    return tr
 
 
 def inner(a: Array, b: Array) -> Array:
     """A : B = A_iJ B_iJ (m,)."""
-    return np.add.reduce((a * b).reshape(9, -1), axis=0)
+    total: Array = np.add.reduce((a * b).reshape(9, -1), axis=0)
+    return total
 
 
 def product(a: Array, b: Array) -> Array:
     """A B (3, 3, m)."""
-    c = a[:, 0, None] * b[0]
+    c: Array = a[:, 0, None] * b[0]
     c += a[:, 1, None] * b[1]
     c += a[:, 2, None] * b[2]
     return c
@@ -59,7 +62,8 @@ def cofactor(a: Array) -> Array:
 
 def determinant(a: Array, cof: Array) -> Array:
     """det A (m,) from A and its cofactor."""
-    return np.add.reduce(a[0] * cof[0], axis=0)
+    det: Array = np.add.reduce(a[0] * cof[0], axis=0)
+    return det
 
 
 def add_diagonal(a: Array, value: Array | float) -> Array:
@@ -86,10 +90,11 @@ def set_outer(H: Array, a: Array, b: Array) -> None:
         np.multiply(a[r], b[r:], out=H[r, r:])
 
 
-def add_outer(H: Array, a: Array, b: Array) -> None:
-    """H += a (x) b, upper triangle; a, b (9, m)."""
+def add_outer(H: Array, a: Array, b: Array, skip: int | None = None) -> None:
+    """H += a (x) b, upper triangle; a, b (9, m); `skip` names a column J of a that is zero."""
     for r in range(9):
-        H[r, r:] += a[r] * b[r:]
+        if r % 3 != skip:
+            H[r, r:] += a[r] * b[r:]
 
 
 def _cross_entries() -> tuple[tuple[int, int, int, int, bool], ...]:
@@ -111,7 +116,7 @@ def add_cross(H: Array, a: Array) -> None:
     """H_iJkL += e_ikm e_JLn A_mn, upper triangle: with A = F the derivative of cof F.
 
     And A_iL A_kJ = A_iJ A_kL - e_ikm e_JLn (cof A)_mn. Source: Bonet, Gil, Ortigosa (2015), "A computational
-    framework for polyconvex large strain elasticity", the tensor cross product, section 2.
+    framework for polyconvex large strain elasticity", the tensor cross product.
     """
     for row, column, m, n, positive in CROSS:
         if positive:

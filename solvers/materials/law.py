@@ -41,8 +41,8 @@ class Law(Protocol):
 def project(dPdF: Array) -> Array:
     """The nearest positive semi-definite tensors (Frobenius): negative eigenvalues of the 9x9 become zero.
 
-    Slow and for any law. dPdF (m, 3, 3, 3, 3) with major symmetry, same unit back. Source: Teran et al. (2005),
-    "Robust quasistatic finite elements and flesh simulation", section 5. Raises LinAlgError on NaN.
+    Slow, and for any law. dPdF (m, 3, 3, 3, 3) with major symmetry, same unit back. Source: Teran et al.
+    (2005), "Robust quasistatic finite elements and flesh simulation". Raises LinAlgError on NaN.
     """
     H = dPdF.reshape(-1, 9, 9)
     w, v = np.linalg.eigh(H)  # (m, 9), (m, 9, 9)

@@ -20,6 +20,7 @@ from softmark.solvers.materials.components import (
 
 if TYPE_CHECKING:
     import numpy as np
+    from numpy.typing import NDArray
 
     from softmark.solvers.materials.law import Array
 else:
@@ -27,6 +28,7 @@ else:
 
 GAP = 1e-6  # of (s1 + s2)(s2 + s3)(s3 + s1) / |F|^3: below it the singular value decomposition takes over
 ROUND_OFF = 1e-16
+TINY = 1e-300  # keeps 0/0 away where a matrix is diagonal already
 
 
 def rotation(f: Array) -> Array:
@@ -34,8 +36,8 @@ def rotation(f: Array) -> Array:
 
     With g = F/|F| and the invariants I, II, III of S: R (I II - III) = I cof g + (I^2 - II) g - g g^T g, by
     Cayley-Hamilton, where I = s1 + s2 + s3 is the largest root of a quartic (Lin, Chitalu, Komura 2022,
-    "Isotropic ARAP energy using Cauchy-Green invariants"). An error of I leaves R times a symmetric matrix, which
-    one Newton-Schulz step removes. Rows near the singular set s2 + s3 = 0, where R is not unique, are
+    "Isotropic ARAP energy using Cauchy-Green invariants"). An error of I leaves R times a symmetric matrix,
+    which one Newton-Schulz step removes. Rows near the singular set s2 + s3 = 0, where R is not unique, are
     decomposed one by one. NaN where F is not finite.
     """
     norm = np.sqrt(inner(f, f))
@@ -47,20 +49,22 @@ def rotation(f: Array) -> Array:
     r -= product(g, product(transposed(g), g))
     r /= gap
     defect = _orthonormalise(r)
-    regular = (gap > GAP) & (step < 1e-6) & (defect < 1e-3)
+    regular = (gap > GAP) & (step < 1e-6) & (defect < 1e-7)
     if not regular.all():
-        _decompose(f, r, np.flatnonzero(~regular & np.isfinite(norm)))
+        finite = np.isfinite(norm)
+        r[:, :, ~finite] = np.nan
+        _decompose(f, r, np.flatnonzero(~regular & finite))
     return r
 
 
 def _stretch_sum(cof: Array, det: Array) -> tuple[Array, Array, Array]:
     """I = s1 + s2 + s3 (m,) for |g| = 1, then I II - III, and the last Newton step.
 
-    Largest root of (x^2 - 1)^2 - 8 det x - 4 |cof|^2, from above, where Newton's method cannot overshoot: all four
-    roots +-s1 +-s2 +-s3 (even number of minuses) are real, and sqrt(3) bounds them.
+    Largest root of (x^2 - 1)^2 = 8 det x + 4 |cof|^2, from above, where Newton's method cannot overshoot: all
+    four roots +-s1 +-s2 +-s3 (even number of minuses) are real. The start is a bound as x <= sqrt(3).
     """
     q = 4.0 * inner(cof, cof)
-    x = np.full(det.shape, np.sqrt(3.0))
+    x = np.sqrt(1.0 + np.sqrt(q + 8.0 * np.sqrt(3.0) * np.maximum(det, 0.0)))
     for _ in range(12):
         y = x * x - 1.0
         step = (y * y - 8.0 * det * x - q) / (4.0 * x * y - 8.0 * det)
@@ -71,20 +75,18 @@ def _stretch_sum(cof: Array, det: Array) -> tuple[Array, Array, Array]:
 
 
 def _orthonormalise(r: Array) -> Array:
-    """R <- R (3 I - R^T R)/2 until orthonormal, in place; returns the largest |R^T R - I| (m,) at the start."""
-    first = None
+    """R <- R (3 I - R^T R)/2 until orthonormal, in place; returns |R^T R - I| (m,) before the last step."""
     for _ in range(3):
         e = add_diagonal(product(transposed(r), r), -1.0)
         r -= 0.5 * product(r, e)
-        defect = np.abs(e).reshape(9, -1).max(axis=0)
-        first = defect if first is None else first
+        defect: Array = np.abs(e).reshape(9, -1).max(axis=0)
         if not (defect > 1e-8).any():  # quadratic: what is left is below round-off
             break
-    return first
+    return defect
 
 
-def _decompose(f: Array, r: Array, rows: Array) -> None:
-    """R = U V^T of the singular value decomposition, the last axis turned where det (U V^T) = -1, in place."""
+def _decompose(f: Array, r: Array, rows: NDArray[np.intp]) -> None:
+    """R = U V^T of the singular value decomposition, last axis turned where det (U V^T) = -1, in place."""
     if len(rows):
         U, _, Vt = np.linalg.svd(f[:, :, rows].transpose(2, 0, 1))
         U[:, :, 2] *= np.sign(np.linalg.det(U) * np.linalg.det(Vt))[:, None]
@@ -118,8 +120,7 @@ def _annihilate(a: Array, v: Array, p: int, q: int, other: int) -> None:
     """One Jacobi rotation of the p-q plane that makes a_pq zero; only the upper triangle of a is kept."""
     apq = a[p, q].copy()
     d = a[q, q] - a[p, p]
-    across = d + np.copysign(np.hypot(d, 2.0 * apq), d)
-    t = 2.0 * apq / np.where(across == 0.0, 1.0, across)
+    t = 2.0 * apq / (d + np.copysign(np.sqrt(d * d + 4.0 * apq * apq + TINY), d))
     c = 1.0 / np.sqrt(1.0 + t * t)
     s = t * c
     a[p, p] -= t * apq
@@ -131,7 +132,8 @@ def _annihilate(a: Array, v: Array, p: int, q: int, other: int) -> None:
 
 def _entry(a: Array, i: int, j: int) -> Array:
     """The stored copy of a_ij = a_ji."""
-    return a[min(i, j), max(i, j)]
+    entry: Array = a[min(i, j), max(i, j)]
+    return entry
 
 
 def _turn(x: Array, y: Array, c: Array, s: Array) -> None:

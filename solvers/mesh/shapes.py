@@ -6,6 +6,7 @@ prism also has `section`, `length`, `axis` and `root`, which is all that a beam 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -26,6 +27,35 @@ class Disc:
 
     radius: float
 
+    @property
+    def area(self) -> float:
+        """Area, m^2."""
+        return math.pi * self.radius**2
+
+    @property
+    def moments(self) -> tuple[float, float]:
+        """Second moments of area about the two axes of the section, m^4."""
+        return math.pi * self.radius**4 / 4, math.pi * self.radius**4 / 4
+
+    @property
+    def torsion(self) -> float:
+        """Saint-Venant torsion constant, m^4."""
+        return math.pi * self.radius**4 / 2
+
+    def shear_factor(self, poisson: float) -> float:
+        """Cowper (1966): 6 (1 + nu) / (7 + 6 nu)."""
+        return 6 * (1 + poisson) / (7 + 6 * poisson)
+
+    def samples(self) -> list[tuple[float, float]]:
+        """Points of the section, m: its centre and two rings."""
+        turns = [2 * math.pi * i / 16 for i in range(16)]
+        rings = [(r * math.cos(t), r * math.sin(t)) for r in (0.5 * self.radius, self.radius) for t in turns]
+        return [(0.0, 0.0), *rings]
+
+    def contains(self, u: float, v: float, slack: float) -> bool:
+        """Whether a point of the section's plane lies within, give or take `slack` (m)."""
+        return math.hypot(u, v) <= self.radius + slack
+
 
 @dataclass(frozen=True)
 class Rectangle:
@@ -33,6 +63,37 @@ class Rectangle:
 
     width: float  # along the first transverse axis
     height: float  # along the second transverse axis
+
+    @property
+    def area(self) -> float:
+        """Area, m^2."""
+        return self.width * self.height
+
+    @property
+    def moments(self) -> tuple[float, float]:
+        """Second moments of area about the first and the second transverse axis, m^4."""
+        return self.width * self.height**3 / 12, self.height * self.width**3 / 12
+
+    @property
+    def torsion(self) -> float:
+        """Saint-Venant torsion constant, m^4, by its series (Timoshenko and Goodier 1970, section 109)."""
+        a, b = sorted((self.width, self.height))
+        odd = range(1, 40, 2)
+        series = sum(math.tanh(n * math.pi * b / (2 * a)) / n**5 for n in odd)
+        return a**3 * b / 3 * (1 - 192 * a / (math.pi**5 * b) * series)
+
+    def shear_factor(self, poisson: float) -> float:
+        """Cowper (1966): 10 (1 + nu) / (12 + 11 nu)."""
+        return 10 * (1 + poisson) / (12 + 11 * poisson)
+
+    def samples(self) -> list[tuple[float, float]]:
+        """Points of the section, m: a grid with its corners."""
+        steps = (-0.5, -0.25, 0.0, 0.25, 0.5)
+        return [(a * self.width, b * self.height) for a in steps for b in steps]
+
+    def contains(self, u: float, v: float, slack: float) -> bool:
+        """Whether a point of the section's plane lies within, give or take `slack` (m)."""
+        return abs(u) <= self.width / 2 + slack and abs(v) <= self.height / 2 + slack
 
 
 def transverse(axis: Vector3) -> tuple[Vector3, Vector3]:
@@ -43,6 +104,15 @@ def transverse(axis: Vector3) -> tuple[Vector3, Vector3]:
     norm = sum(c * c for c in second) ** 0.5
     second = (second[0] / norm, second[1] / norm, second[2] / norm)
     return _cross(second, axis), second
+
+
+def contains(shape: Cylinder | Box, point: Vector3) -> bool:
+    """Whether a straight prism holds a point, give or take 1e-9 of its length."""
+    slack = 1e-9 * shape.length
+    offset = [p - r for p, r in zip(point, shape.root, strict=True)]
+    first, second = transverse(shape.axis)
+    s, u, v = (sum(a * o for a, o in zip(t, offset, strict=True)) for t in (shape.axis, first, second))
+    return -slack <= s <= shape.length + slack and shape.section.contains(u, v, slack)
 
 
 def _cross(a: tuple[float, ...], b: tuple[float, ...]) -> Vector3:
@@ -84,7 +154,7 @@ class Cylinder:
     @property
     def volume(self) -> float:
         """Exact volume, m^3."""
-        return 3.141592653589793 * self.radius**2 * self.length
+        return math.pi * self.radius**2 * self.length
 
     def mesh(self, size: float) -> Mesh:
         """Tetrahedra with edges of about `size` (m)."""
@@ -173,8 +243,6 @@ def _placed(mesh: Mesh, axis: Vector3, origin: Vector3) -> Mesh:
 
     first, second = transverse(axis)
     frame: Floats = np.array([first, second, axis])  # rows: images of x, y, z
-    if np.linalg.det(frame) < 0:  # keep the cells positively oriented
-        frame[0] = -frame[0]
     return Mesh(np.ascontiguousarray(mesh.points @ frame + np.array(origin)), mesh.cells)
 
 

@@ -1,0 +1,37 @@
+"""The codes of syntax errors. A code keeps its meaning for ever; a new meaning takes a new code."""
+
+from __future__ import annotations
+
+CODES = {
+    "E101": "something else was expected here",
+    "E102": "a character that the language does not use",
+    "E103": "a text that is not closed",
+    "E104": "a bracket that is not closed, or closed by one of another kind",
+    "E105": "a bracket that closes nothing",
+    "E106": "`=` is missing, or something else stands in its place",
+    "E107": "a semicolon",
+    "E108": "a comment of another language",
+    "E109": "single quotes",
+    "E110": "a comma is missing",
+    "E111": "a comma outside brackets",
+    "E112": "a block in braces",
+    "E113": "a decimal comma",
+    "E114": "a reserved word used as a name",
+    "E115": "two declarations on one line",
+    "E116": "a keyword of another language",
+    "E117": "`=` where a comparison needs `==`",
+    "E118": "a unit where none can stand",
+    "E119": "an argument without a name after one with a name",
+    "E120": "a number too large or too small for floating point",
+    "E121": "a number, text or name that is too long",
+    "E122": "brackets or operations nested too deep",
+    "E123": "a language version that is not known, or not first",
+    "E124": "an unknown escape in a text",
+    "E125": "not a text file",
+    "E126": "brackets that make no vector",
+    "E127": "a power that could be meant for the unit or for the quantity",
+    "E128": "a declaration without its kind or its name",
+    "E129": "a value is missing",
+    "E130": "a name with letters beyond ASCII",
+    "E199": "more syntax errors than are shown",
+}

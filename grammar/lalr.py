@@ -1,0 +1,87 @@
+"""Runs the LALR table over the tokens of one declaration. No recursion, so no depth can exhaust the stack."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from softmark.grammar.lex import Token
+from softmark.grammar.table import Rule, Table
+
+END = "$END"
+
+Builder = Mapping[str, Callable[[list[Any]], Any]]
+
+
+class Unexpected(NamedTuple):
+    """The parser cannot go on at `tokens[index]`."""
+
+    index: int
+
+
+def run(table: Table, build: Builder, tokens: Sequence[Token], start: str) -> Any | Unexpected:
+    """The value of `tokens`, whose last one is of kind `END`; or the first token that does not fit.
+
+    Shift-reduce parsing after Knuth (1965), with the look-ahead sets of DeRemer and Pennello (1982) that lark computed.
+    """
+    table_states, rules, end = table.states, table.rules, table.ends[start]
+    states: list[int] = [table.starts[start]]
+    values: list[Any] = []
+    for index, token in enumerate(tokens):
+        while (action := table_states[states[-1]].get(token.kind)) is not None and action < 0:
+            rule = rules[-1 - action]
+            size = rule.size
+            if size == 1 and not rule.method and not rule.inline:
+                states.pop()
+            else:
+                value = _reduce(rule, build, values[-size:])
+                del states[-size:], values[-size:]
+                values.append(value)
+            states.append(table_states[states[-1]][rule.origin])
+            if token.kind == END and states[-1] == end:
+                return values[-1]
+        if action is None:
+            return Unexpected(index)
+        states.append(action)
+        values.append(token)
+    raise ValueError("the tokens do not end with END")
+
+
+def _reduce(rule: Rule, build: Builder, values: list[Any]) -> Any:
+    if not rule.inline:
+        return build[rule.method](_splice(rule, values) if rule.spliced else values)
+    if rule.spliced == [0]:  # a list that grows at its end grows in place
+        values[0].extend(values[i] for i in rule.kept[1:])
+        return values[0]
+    return [values[i] for i in rule.kept]
+
+
+def _splice(rule: Rule, values: list[Any]) -> list[Any]:
+    flat: list[Any] = []
+    for i, value in enumerate(values):
+        if i in rule.spliced:
+            flat.extend(value)
+        else:
+            flat.append(value)
+    return flat
+
+
+def accepted(table: Table, tokens: Sequence[Token], start: str) -> frozenset[str]:
+    """The kinds of token that may follow `tokens`, none of them of kind `END`."""
+    states = [table.starts[start]]
+    for token in tokens:
+        states = _advance(table, states, token.kind) or states
+    kinds = [terminal.name for terminal in table.terminals] + [END]
+    return frozenset(kind for kind in kinds if _advance(table, states, kind, table.ends[start]))
+
+
+def _advance(table: Table, states: list[int], kind: str, end: int = -1) -> list[int] | None:
+    """The stack of states after a token, without values; None where it does not fit."""
+    states = list(states)
+    while (action := table.states[states[-1]].get(kind)) is not None and action < 0:
+        rule = table.rules[-1 - action]
+        del states[-rule.size :]
+        states.append(table.states[states[-1]][rule.origin])
+        if kind == END and states[-1] == end:
+            return states
+    return None if action is None else [*states, action]

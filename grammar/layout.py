@@ -1,0 +1,221 @@
+"""An expression as text: on one line where it fits, else one argument per line, with its comments where they were.
+
+To print one more node: a case in `flat`, and one in `_Layout.lines` if it can go over several lines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from softmark.grammar.tree import (
+    Argument,
+    Binary,
+    Call,
+    Comment,
+    Compare,
+    Expression,
+    List,
+    Name,
+    Number,
+    String,
+    Unary,
+    Unit,
+    Vector,
+)
+
+WIDTH = 100
+INDENT = 4
+LEVELS = {"or": 1, "and": 2, "not": 3, "compare": 4, "+": 5, "-": 5, "*": 6, "/": 6, "unary": 7, "^": 8}
+ATOM = 9
+
+
+class Unprintable(ValueError):
+    """There is no text for this tree, or no place for one of its comments."""
+
+
+def quote(value: str) -> str:
+    """A text in double quotes, its quotes and backslashes escaped."""
+    if "\n" in value or "\r" in value:
+        raise Unprintable("a text cannot hold a line break")
+    escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
+
+
+def flat(node: Expression | Argument) -> str:
+    """An expression on one line."""
+    match node:
+        case Number():
+            return node.text + _unit(node.unit)
+        case String():
+            return quote(node.value)
+        case Name():
+            return node.text
+        case Argument():
+            return flat(node.value) if node.name is None else f"{node.name} = {flat(node.value)}"
+        case Binary() | Compare():
+            operands, operators = _chain(node)
+            glue = "" if operators[0] == "^" else " "
+            pairs = zip(operators, operands[1:], strict=True)
+            return operands[0] + "".join(f"{glue}{operator}{glue}{operand}" for operator, operand in pairs)
+        case Unary():
+            return _sign(node) + _group(node.operand, level(node))
+        case _:
+            opening, items, closing = _bracketed(node)
+            return opening + ", ".join(map(flat, items)) + closing
+
+
+def lines(
+    expression: Expression,
+    lead: str = "",
+    trail: str = "",
+    comments: Sequence[Comment] = (),
+    explode: bool = False,
+) -> list[str]:
+    """An expression between `lead` and `trail`, over as few lines as fit; on several if `explode` and it can be."""
+    layout = _Layout(list(comments), explode)
+    found = layout.lines(expression, "", lead, trail)
+    if layout.comments:
+        raise Unprintable(f"no place for the comment of line {layout.comments[0].span.line}")
+    return found
+
+
+class _Layout:
+    """Breaks what does not fit, from the outermost brackets inwards; `comments` are those still to be placed."""
+
+    def __init__(self, comments: list[Comment], explode: bool) -> None:
+        self.comments, self.explode = comments, explode
+
+    def lines(self, node: Expression | Argument, margin: str, lead: str, trail: str) -> list[str]:
+        """The lines of a node, the first one after `lead` and the last one before `trail`."""
+        line = f"{margin}{lead}{flat(node)}{trail}"
+        if len(line) <= WIDTH and not self.explode and not self._commented(node):
+            return [line]
+        match node:
+            case Argument():
+                name = f"{node.name} = " if node.name else ""
+                return self.lines(node.value, margin, lead + name, trail)
+            case Unary():
+                opening, closing = _brackets(node.operand, level(node))
+                return self.lines(node.operand, margin, lead + _sign(node) + opening, closing + trail)
+            case Binary(operator="^") | Number() | String() | Name():
+                return [line]
+            case Binary() | Compare():
+                return self._chain(node, margin, lead, trail)
+            case _:
+                opening, items, closing = _bracketed(node)
+                return self._items(node, items, margin, lead + opening, closing + trail) if items else [line]
+
+    def _chain(self, node: Binary | Compare, margin: str, lead: str, trail: str) -> list[str]:
+        """Operand by operand, each line but the last ending in its operator."""
+        self.explode = False
+        operands, operators = _operands(node)
+        found: list[str] = []
+        for i, (operand, least) in enumerate(operands):
+            opening, closing = _brackets(operand, least)
+            end = f" {operators[i]}" if i < len(operators) else trail
+            inner = margin + " " * INDENT if i else margin
+            found += self.lines(operand, inner, opening if i else lead + opening, closing + end)
+        return found
+
+    def _items(
+        self, node: Expression, items: Sequence[Expression | Argument], margin: str, opening: str, closing: str
+    ) -> list[str]:
+        """Item by item, each with a comma, comments before or behind theirs."""
+        self.explode = False
+        inner = margin + " " * INDENT
+        found = [margin + opening]
+        starts = [item.span.start for item in items[1:]] + [node.span.end]
+        for item, following in zip(items, starts, strict=True):
+            found += [inner + comment.text for comment in self._take(item.span.start)]
+            found += self.lines(item, inner, "", ",")
+            if self._commented(item):
+                raise Unprintable(f"no place for the comment of line {self.comments[0].span.line}")
+            if self._behind(item, following):
+                found[-1] += f"  {self.comments.pop(0).text}"
+        found += [inner + comment.text for comment in self._take(node.span.end)]
+        return [*found, margin + closing]
+
+    def _take(self, end: int) -> list[Comment]:
+        """The next comments, up to an offset of the text."""
+        count = sum(comment.span.start < end for comment in self.comments)
+        taken, self.comments = self.comments[:count], self.comments[count:]
+        return taken
+
+    def _commented(self, node: Expression | Argument) -> bool:
+        return bool(self.comments) and self.comments[0].span.start < node.span.end
+
+    def _behind(self, item: Expression | Argument, following: int) -> bool:
+        """Whether the next comment stands on the line where `item` ends, before the following item."""
+        if not self.comments:
+            return False
+        span = self.comments[0].span
+        return span.line == item.span.end_line and span.start < following
+
+
+# ------------------------------------------------------------------------ the parts
+
+
+def _unit(unit: Unit | None) -> str:
+    return f" {unit.text}" if unit else ""
+
+
+def _sign(node: Unary) -> str:
+    return "not " if node.operator == "not" else node.operator
+
+
+def _bracketed(node: Call | Vector | List) -> tuple[str, Sequence[Expression | Argument], str]:
+    """What opens, what stands inside, what closes."""
+    match node:
+        case Call():
+            return f"{node.function.text}(", node.arguments, ")"
+        case Vector():
+            return "(", node.items, f"){_unit(node.unit)}"
+        case List():
+            return "[", node.items, f"]{_unit(node.unit)}"
+
+
+def level(node: Expression) -> int:
+    """How tightly the outermost operator binds; `ATOM` without one."""
+    match node:
+        case Binary():
+            return LEVELS[node.operator]
+        case Compare():
+            return LEVELS["compare"]
+        case Unary():
+            return LEVELS["not" if node.operator == "not" else "unary"]
+        case _:
+            return ATOM
+
+
+def _brackets(node: Expression, least: int) -> tuple[str, str]:
+    """The brackets around an operand that binds less than `least`."""
+    return ("(", ")") if level(node) < least else ("", "")
+
+
+def _group(node: Expression, least: int) -> str:
+    opening, closing = _brackets(node, least)
+    return opening + flat(node) + closing
+
+
+def _operands(node: Binary | Compare) -> tuple[list[tuple[Expression, int]], list[str]]:
+    """The operands of `a + b - c` or `a < b < c`, each with the level it must have, and the operators between them."""
+    binding = level(node)
+    if isinstance(node, Compare):
+        return [(operand, binding + 1) for operand in node.operands], list(node.operators)
+    operands, operators, left = [(node.right, binding + 1)], [node.operator], node.left
+    while isinstance(left, Binary) and level(left) == binding:
+        operands.append((left.right, binding + 1))
+        operators.append(left.operator)
+        left = left.left
+    return [(left, binding), *operands[::-1]], list(operators[::-1])
+
+
+def _chain(node: Binary | Compare) -> tuple[list[str], list[str]]:
+    """The operands of a chain as text, and its operators; a power has two operands and groups to the right."""
+    if isinstance(node, Binary) and node.operator == "^":
+        base = flat(node.left)
+        if level(node.left) < ATOM or getattr(node.left, "unit", None):
+            base = f"({base})"
+        return [base, _group(node.right, LEVELS["unary"])], ["^"]
+    operands, operators = _operands(node)
+    return [_group(operand, least) for operand, least in operands], operators

@@ -1,0 +1,148 @@
+"""The LALR(1) table of `scene.lark`: lark makes it once, the user's cache folder keeps it as JSON.
+
+With a table in the cache a process neither imports lark nor computes anything. The file is named after a digest of the
+grammar, of lark and of this module, so it is never stale; it is written beside its place and renamed, so it is
+never half there. A folder that cannot be written or a file that cannot be read costs time, not correctness.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+from zlib import crc32
+
+GRAMMAR = Path(__file__).with_name("scene.lark")
+STARTS = ("declaration", "expression")
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """`origin: symbols`: how many symbols it takes, and what becomes of their values.
+
+    `method` names the builder's method; empty for a list (`inline`), which its parent splices in place of the
+    symbol, and for a rule that hands on its only symbol.
+    """
+
+    origin: str
+    size: int
+    method: str
+    inline: bool
+    kept: list[int]  # the symbols a list keeps: all but commas and other fixed words
+    spliced: list[int]  # the symbols whose values are lists
+
+
+@dataclass(frozen=True, slots=True)
+class Terminal:
+    """A kind of token: a fixed text, or a regular expression."""
+
+    name: str
+    pattern: str
+    literal: str  # the text itself; empty for a regular expression
+    priority: int
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """`states[s][symbol]` is a state to go to (>= 0) or `-1 - r` to reduce by `rules[r]`."""
+
+    states: list[dict[str, int]]
+    rules: list[Rule]
+    starts: dict[str, int]
+    ends: dict[str, int]
+    terminals: list[Terminal]
+
+
+@cache
+def load() -> Table:
+    """The table of the language, from the cache or made now."""
+    path = _cache_path()
+    found = _read(path) if path else None
+    if found is None:
+        found = make()
+        if path:
+            _write(path, found)
+    return found
+
+
+@cache
+def reserved() -> dict[str, str]:
+    """The reserved words and their kinds of token."""
+    return {terminal.literal: terminal.name for terminal in load().terminals if terminal.literal.isalpha()}
+
+
+def make() -> Table:
+    """Have lark compute the table."""
+    from lark import Lark
+
+    parser = Lark(GRAMMAR.read_text("utf-8"), parser="lalr", lexer="basic", start=list(STARTS))
+    raw: Any = parser.parse_interactive("", start=STARTS[0]).parser_state.parse_conf.parse_table
+    rules = {rule: number for number, rule in enumerate(parser.rules)}
+    # lark numbers states in an order that varies from run to run: any order is right, since only the numbers differ
+    states = [_actions(raw.states[state], rules) for state in range(len(raw.states))]
+    return Table(states, [_rule(rule) for rule in rules], raw.start_states, raw.end_states, _terminals(parser))
+
+
+def _actions(row: dict[str, Any], rules: dict[Any, int]) -> dict[str, int]:
+    return {
+        symbol: target if isinstance(target, int) else -1 - rules[target] for symbol, (_, target) in row.items()
+    }
+
+
+def _rule(rule: Any) -> Rule:
+    origin = rule.origin.name
+    symbols = rule.expansion
+    inline = origin.startswith("_")
+    hands_on = rule.options.expand1 and len(symbols) == 1 and not rule.alias
+    method = "" if inline or hands_on else rule.alias or origin
+    kept = [i for i, symbol in enumerate(symbols) if not (symbol.is_term and symbol.filter_out)]
+    spliced = [i for i, symbol in enumerate(symbols) if not symbol.is_term and symbol.name.startswith("_")]
+    return Rule(origin, len(symbols), method, inline, kept, spliced)
+
+
+def _terminals(parser: Any) -> list[Terminal]:
+    return [
+        Terminal(t.name, t.pattern.to_regexp(), t.pattern.value if t.pattern.type == "str" else "", t.priority)
+        for t in parser.terminals
+    ]
+
+
+def _cache_path() -> Path | None:
+    """Where this grammar, lark and module keep their table; None where there is no home."""
+    lark = find_spec("lark")
+    try:
+        root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+        parts = [GRAMMAR, Path(__file__), Path(lark.origin)] if lark and lark.origin else [GRAMMAR, Path(__file__)]
+        digest = "-".join(f"{crc32(part.read_bytes()):08x}" for part in parts)
+    except (OSError, RuntimeError):
+        return None
+    return Path(root, "softmark", f"grammar-{digest}.json")
+
+
+def _read(path: Path) -> Table | None:
+    try:
+        raw = json.loads(path.read_text("utf-8"))
+        rules = [Rule(**rule) for rule in raw["rules"]]
+        terminals = [Terminal(**terminal) for terminal in raw["terminals"]]
+        return Table(raw["states"], rules, raw["starts"], raw["ends"], terminals)
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _write(path: Path, table: Table) -> None:
+    """Write beside the place and rename, so that another process sees the whole file or none."""
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, draft = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+        try:
+            with open(handle, "w", encoding="utf-8") as file:
+                json.dump(asdict(table), file)
+            os.replace(draft, path)
+        except OSError:
+            os.unlink(draft)

@@ -1,0 +1,187 @@
+"""Conditions on coordinates: evaluated at points, or bounded over a box without any point.
+
+Comparisons allow for round-off: coordinates that differ by less than 1e-9 of the body's extent count as equal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+RELATIVE_TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True)
+class Range:
+    """All values between two bounds: interval arithmetic (Moore 1966)."""
+
+    low: float
+    high: float
+
+    def __add__(self, other: Range | float) -> Range:
+        o = _range(other)
+        return Range(self.low + o.low, self.high + o.high)
+
+    def __neg__(self) -> Range:
+        return Range(-self.high, -self.low)
+
+    def __sub__(self, other: Range | float) -> Range:
+        return self + -_range(other)
+
+    def __mul__(self, other: Range | float) -> Range:
+        o = _range(other)
+        products = [a * b for a in (self.low, self.high) for b in (o.low, o.high)]
+        return Range(min(products), max(products))
+
+    def __truediv__(self, other: Range | float) -> Range:
+        o = _range(other)
+        if o.low <= 0 <= o.high:
+            return Range(-math.inf, math.inf)
+        return self * Range(1 / o.high, 1 / o.low)
+
+    def __pow__(self, n: float) -> Range:
+        ends = sorted((self.low**n, self.high**n))
+        return Range(0.0 if n % 2 == 0 and self.low < 0 < self.high else ends[0], ends[1])
+
+
+def _range(value: Range | float) -> Range:
+    return value if isinstance(value, Range) else Range(value, value)
+
+
+@dataclass(frozen=True)
+class Term:
+    """Arithmetic over coordinates; `at` takes (x, y, z) as floats, numpy arrays or ranges."""
+
+    at: Callable[[tuple[Any, Any, Any]], Any]
+    varies: bool
+    value: float = math.nan  # of a constant
+
+    @staticmethod
+    def constant(value: float) -> Term:
+        """A number."""
+        return Term(lambda p: value, False, value)
+
+    @staticmethod
+    def coordinate(axis: int) -> Term:
+        """x, y or z."""
+        return Term(lambda p: p[axis], True)
+
+    def negated(self) -> Term:
+        """Minus this."""
+        return Term(lambda p: -self.at(p), self.varies, -self.value)
+
+    def combine(self, operator: str, other: Term) -> Term:
+        """This and another term under + - * / ^."""
+        f = _OPERATORS[operator]
+        return Term(lambda p: f(self.at(p), other.at(p)), True)
+
+    def function(self, name: str) -> Term:
+        """sqrt or abs of this."""
+        f = _FUNCTIONS[name]
+        return Term(lambda p: f(self.at(p)), True)
+
+
+_OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b if not isinstance(b, Range) else _range(a) - b,
+    "*": lambda a, b: b * a if isinstance(b, Range) else a * b,
+    "/": lambda a, b: _range(a) / b if isinstance(b, Range) else a / b,
+    "^": lambda a, b: a**b,
+}
+
+
+def _root(a: Any) -> Any:
+    if isinstance(a, Range):
+        return Range(math.sqrt(max(a.low, 0.0)), math.sqrt(max(a.high, 0.0)))
+    return abs(a) ** 0.5
+
+
+def _absolute(a: Any) -> Any:
+    if isinstance(a, Range):
+        ends = (abs(a.low), abs(a.high))
+        return Range(0.0 if a.low < 0 < a.high else min(ends), max(ends))
+    return abs(a)
+
+
+_FUNCTIONS = {"sqrt": _root, "abs": _absolute}
+
+Truth = tuple[bool, bool]  # may it be false somewhere, may it be true somewhere
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A selection of points. `holds` works on floats and on arrays, `bounds` on a box."""
+
+    _test: Callable[[tuple[Any, Any, Any], float], Any]
+    _bound: Callable[[tuple[Range, Range, Range], float], Truth]
+
+    def holds(self, x: Any, y: Any, z: Any, extent: float) -> Any:
+        """True where (x, y, z), in m, satisfies the condition in a body of this extent (m)."""
+        return self._test((x, y, z), extent)
+
+    def over(self, low: tuple[float, ...], high: tuple[float, ...]) -> Truth:
+        """(may be false, may be true) somewhere in the box; (False, True) means that it holds everywhere."""
+        extent = math.dist(low, high)
+        box = tuple(Range(a, b) for a, b in zip(low, high, strict=True))
+        return self._bound(box, extent)  # type: ignore[arg-type]
+
+    @staticmethod
+    def comparison(operator: str, a: Term, b: Term, length_power: int) -> Condition:
+        """a < b and its kin; the tolerance is scaled by the power of length that is compared."""
+
+        def tolerance(extent: float) -> float:
+            return float(RELATIVE_TOLERANCE * extent**length_power)
+
+        def test(p: tuple[Any, Any, Any], extent: float) -> Any:
+            return _SIGN[operator](a.at(p) - b.at(p), tolerance(extent))
+
+        def bound(box: tuple[Range, Range, Range], extent: float) -> Truth:
+            d = _range(a.at(box)) - b.at(box)
+            return _BOUND[operator](d.low, d.high, tolerance(extent))
+
+        return Condition(test, bound)
+
+    @staticmethod
+    def negation(a: Condition) -> Condition:
+        """not a."""
+
+        def bound(box: tuple[Range, Range, Range], extent: float) -> Truth:
+            false, true = a._bound(box, extent)
+            return true, false
+
+        return Condition(lambda p, e: ~a._test(p, e) if hasattr(a._test(p, e), "dtype") else not a._test(p, e), bound)
+
+    @staticmethod
+    def junction(operator: str, a: Condition, b: Condition) -> Condition:
+        """a and b, a or b."""
+        both = operator == "and"
+
+        def test(p: tuple[Any, Any, Any], extent: float) -> Any:
+            left, right = a._test(p, extent), b._test(p, extent)
+            return left & right if both else left | right
+
+        def bound(box: tuple[Range, Range, Range], extent: float) -> Truth:
+            (fa, ta), (fb, tb) = a._bound(box, extent), b._bound(box, extent)
+            return (fa or fb, ta and tb) if both else (fa and fb, ta or tb)
+
+        return Condition(test, bound)
+
+
+_SIGN: dict[str, Callable[[Any, float], Any]] = {
+    "<": lambda d, tol: d < -tol,
+    "<=": lambda d, tol: d <= tol,
+    ">": lambda d, tol: d > tol,
+    ">=": lambda d, tol: d >= -tol,
+    "==": lambda d, tol: abs(d) <= tol,
+    "!=": lambda d, tol: abs(d) > tol,
+}
+_BOUND: dict[str, Callable[[float, float, float], Truth]] = {
+    "<": lambda low, high, tol: (high >= -tol, low < -tol),
+    "<=": lambda low, high, tol: (high > tol, low <= tol),
+    ">": lambda low, high, tol: (low <= tol, high > tol),
+    ">=": lambda low, high, tol: (low < -tol, high >= -tol),
+    "==": lambda low, high, tol: (low < -tol or high > tol, low <= tol and high >= -tol),
+    "!=": lambda low, high, tol: (low <= tol and high >= -tol, low < -tol or high > tol),
+}

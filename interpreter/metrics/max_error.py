@@ -1,0 +1,23 @@
+"""The largest error over a probe."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class MaxError:
+    """Largest distance between model and reference over the points of a probe."""
+
+    probe: Annotated[str, "probe", "the points that are compared"]
+    against: Annotated[str, "reference", "the solution that is taken as right"]
+    unit: ClassVar[str] = "m"
+
+    def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
+        """max |u_i - reference_i| in m."""
+        return float(((u - reference) ** 2).sum(axis=1).max()) ** 0.5

@@ -1,0 +1,23 @@
+"""The error at the end of a probe."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class TipError:
+    """Distance between model and reference at the last point of a probe."""
+
+    probe: Annotated[str, "probe", "its last point is compared"]
+    against: Annotated[str, "reference", "the solution that is taken as right"]
+    unit: ClassVar[str] = "m"
+
+    def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
+        """|u_n - reference_n| in m."""
+        return float(((u[-1] - reference[-1]) ** 2).sum()) ** 0.5

@@ -1,0 +1,2 @@
+from typing import Any
+MODELS: dict[str, type[Any]] = {}

@@ -1,0 +1,238 @@
+"""The vocabulary: what each constructor of the language is called, and what its fields may hold.
+
+Nothing is written twice: a constructor is a frozen dataclass, registered in one of the tables below, whose
+annotations `Annotated[type, "UNIT in RANGE" or "KIND", "meaning"]` say all that checking, `dsl explain`, completion
+and the report need. To add a constructor: one class, one line in the table of its package.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+from softmark.interpreter import units
+from softmark.interpreter.units import Dimension
+
+Form = Literal[
+    "quantity", "vector", "integer", "flag", "choice", "text", "file", "direction", "condition", "components", "name", "value"
+]
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A range in SI, with open or closed ends."""
+
+    low: float
+    high: float
+    low_open: bool
+    high_open: bool
+
+    def __contains__(self, value: float) -> bool:
+        above = value > self.low if self.low_open else value >= self.low
+        return above and (value < self.high if self.high_open else value <= self.high)
+
+    def words(self, dimension: Dimension) -> str:
+        """`greater than 0`, `between -1 and 0.5 (exclusive)`."""
+        low, high = (_bound(v, dimension) for v in (self.low, self.high))
+        if self.high == float("inf"):
+            return f"{'greater than' if self.low_open else 'at least'} {low}"
+        if self.low == -float("inf"):
+            return f"{'less than' if self.high_open else 'at most'} {high}"
+        ends = {(True, True): ", both excluded", (False, False): ", both included"}
+        one = f", {low if self.low_open else high} excluded"
+        return f"between {low} and {high}{ends.get((self.low_open, self.high_open), one)}"
+
+
+def _bound(value: float, dimension: Dimension) -> str:
+    return "0" if value == 0 else units.show(value, dimension)
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field of a constructor, as the language sees it."""
+
+    name: str  # as scenes write it
+    attribute: str  # as Python has it: `from_` for `from`
+    form: Form
+    doc: str
+    required: bool
+    default: Any
+    dimension: Dimension | None = None
+    interval: Interval | None = None
+    options: tuple[str, ...] = ()  # of a choice
+    kind: str = ""  # of a name: `body`; of a value: `material`
+
+    @property
+    def expected(self) -> str:
+        """What may stand here, for messages: `a pressure`, `one of small, corotational, finite`."""
+        if self.form in ("quantity", "vector") and self.dimension is not None:
+            one = units.named(self.dimension)
+            return one if self.form == "quantity" else f"three components, each {one}"
+        return _EXPECTED.get(self.form) or (
+            "one of " + ", ".join(self.options) if self.form == "choice" else f"{article(self.kind)} {self.kind}"
+        )
+
+
+_EXPECTED = {
+    "integer": "a whole number",
+    "flag": "yes or no",
+    "text": "a text in double quotes",
+    "file": "a file name in double quotes",
+    "direction": "a direction such as `-z` or `(0, 0, -1)`",
+    "condition": "a condition on the coordinates, such as `x <= 0 mm`",
+    "components": "components such as `x` or `(x, y)`",
+}
+
+
+def article(word: str) -> str:
+    """`a` or `an`."""
+    return "an" if word[:1] in "aeiou" else "a"
+
+
+@dataclass(frozen=True)
+class Constructor:
+    """A word of the vocabulary: its class, its kind and its fields in order."""
+
+    name: str
+    kind: str
+    cls: type[Any]
+    fields: tuple[Field, ...]
+
+    @property
+    def summary(self) -> str:
+        """The first line of the class's documentation."""
+        return (self.cls.__doc__ or "").strip().split("\n")[0]
+
+    def field(self, name: str) -> Field | None:
+        """The field that scenes call `name`."""
+        return next((f for f in self.fields if f.name == name), None)
+
+
+@lru_cache(maxsize=1)
+def tables() -> dict[str, Mapping[str, type[Any]]]:
+    """Kind of declaration -> constructors: every kind that a scene can declare."""
+    from softmark.interpreter.metrics import METRICS
+    from softmark.interpreter.models import MODELS
+    from softmark.interpreter.vocabulary import ANALYSES, BODIES, LOADS, PROBES, SUPPORTS
+    from softmark.references import REFERENCES
+    from softmark.solvers.materials import MATERIALS
+    from softmark.solvers.mesh.shapes import SHAPES
+
+    return {
+        "shape": SHAPES,
+        "material": MATERIALS,
+        "body": BODIES,
+        "support": SUPPORTS,
+        "load": LOADS,
+        "analysis": ANALYSES,
+        "model": MODELS,
+        "reference": REFERENCES,
+        "probe": PROBES,
+        "metric": METRICS,
+    }
+
+
+@lru_cache(maxsize=1)
+def words() -> dict[str, type[Any]]:
+    """Constructors that take no arguments and stand as bare words: the elements."""
+    from softmark.solvers.elements import ELEMENTS
+
+    return dict(ELEMENTS)
+
+
+@lru_cache(maxsize=None)
+def constructor(kind: str, name: str) -> Constructor | None:
+    """The constructor `name` of a kind, or None."""
+    cls = tables().get(kind, {}).get(name)
+    return None if cls is None else Constructor(name, kind, cls, _fields(cls))
+
+
+def find(name: str) -> list[Constructor]:
+    """Every constructor with this name, whatever its kind."""
+    found = (constructor(kind, name) for kind in tables())
+    return [c for c in found if c is not None]
+
+
+def _fields(cls: type[Any]) -> tuple[Field, ...]:
+    hints = get_type_hints(cls, include_extras=True)
+    return tuple(_field(f, hints[f.name]) for f in dataclasses.fields(cls) if get_origin(hints[f.name]) is not None)
+
+
+def _field(f: dataclasses.Field[Any], hint: Any) -> Field:
+    base, *facts = get_args(hint)
+    spec, doc = facts if len(facts) == 2 else ("", facts[0])
+    required = f.default is dataclasses.MISSING
+    made = _shape(base, spec)
+    return Field(f.name.rstrip("_"), f.name, doc=doc, required=required, default=None if required else f.default, **made)
+
+
+def _shape(base: Any, spec: str) -> dict[str, Any]:
+    """The form of a field from its type and its specification."""
+    if get_origin(base) is Literal:
+        return {"form": "choice", "options": get_args(base)}
+    if base is bool:
+        return {"form": "flag"}
+    if spec in ("file", "direction", "condition", "components"):
+        return {"form": spec}
+    if base is str and not spec:
+        return {"form": "text"}
+    if base is int:
+        return {"form": "integer", "interval": _interval(spec)}
+    if spec in ("shape", "material", "element"):
+        return {"form": "value", "kind": spec}
+    if spec in ("body", "reference", "probe", "analysis"):
+        return {"form": "name", "kind": spec}
+    unit = spec.split(" in ")[0]
+    form = "vector" if get_origin(base) is tuple else "quantity"
+    return {"form": form, "dimension": units.parse(unit).dimension, "interval": _interval(spec)}
+
+
+_RANGE = re.compile(r"in ([(\[])(\S+), (\S+)([)\]])$")
+
+
+def _interval(spec: str) -> Interval | None:
+    match = _RANGE.search(spec)
+    if match is None:
+        return None
+    return Interval(float(match[2]), float(match[3]), match[1] == "(", match[4] == ")")
+
+
+# What other programs call our fields: suggested, never accepted.
+SYNONYMS = {
+    "E": "young", "youngs_modulus": "young", "young_modulus": "young", "youngModulus": "young",
+    "youngs": "young", "modulus": "young", "stiffness": "young", "elastic_modulus": "young",
+    "nu": "poisson", "poissons_ratio": "poisson", "poisson_ratio": "poisson", "poissonRatio": "poisson", "v": "poisson",
+    "rho": "density", "mass_density": "density", "totalMass": "density", "total_mass": "density", "mass": "density",
+    "L": "length", "len": "length", "height": "length", "r": "radius", "R": "radius", "diameter": "radius",
+    "h": "size", "mesh_size": "size", "resolution": "size", "element_size": "size", "lc": "size",
+    "elements": "segments", "n": "segments", "nb": "segments", "divisions": "segments", "nodes": "segments",
+    "tol": "tolerance", "threshold": "tolerance", "eps": "tolerance", "maxiter": "max_iterations",
+    "iterations": "max_iterations", "max_iter": "max_iterations",
+    "on": "where", "region": "where", "indices": "where", "box": "where", "selection": "where", "at_": "at",
+    "position": "at", "force": "vector", "value": "vector", "g": "magnitude", "acceleration": "magnitude",
+    "dir": "direction", "start": "from", "end": "to", "begin": "from", "samples": "points", "count": "points",
+    "reference": "against", "ref": "against", "method": "strain", "formulation": "strain", "kinematics": "strain",
+    "fixed": "components", "dofs": "components", "filename": "path", "file": "path", "scale": "unit",
+    "extents": "size", "dimensions": "size", "center": "origin", "centre": "origin",
+}  # fmt: skip
+
+# What other programs call our constructors and kinds.
+WORDS = {
+    "neohookean": "neo_hookean", "NeoHookean": "neo_hookean", "neohooke": "neo_hookean", "StVK": "st_venant_kirchhoff",
+    "stvk": "st_venant_kirchhoff", "svk": "st_venant_kirchhoff", "saint_venant_kirchhoff": "st_venant_kirchhoff",
+    "hooke": "linear_elastic", "elastic": "linear_elastic", "linear": "linear_elastic", "isotropic": "linear_elastic",
+    "beam": "beam6dof", "rod": "beam6dof", "cosserat": "beam6dof", "tetrahedron": "tet4", "tetra": "tet4",
+    "tet": "tet4", "C3D4": "tet4", "P1": "tet4", "T4": "tet4", "cube": "box", "brick": "box", "block": "box",
+    "rod_shape": "cylinder", "tube": "cylinder", "clamp": "fixed", "fix": "fixed", "dirichlet": "displaced",
+    "encastre": "fixed", "body_force": "gravity", "weight": "gravity", "neumann": "traction", "force": "point_force",
+    "prescribed": "displaced", "displacement_bc": "displaced", "l2": "energy_norm", "l2_norm": "energy_norm",
+    "timoshenko": "simo_reissner", "reissner": "simo_reissner", "euler_bernoulli": "small_deflection",
+    "object": "body", "solid": "body", "boundary": "support", "constraint": "support", "bc": "support",
+    "force_": "load", "solver": "analysis", "simulation": "analysis", "method": "model", "measure": "metric",
+    "error": "metric", "geometry": "shape", "let": "param", "parameter": "param", "const": "param", "var": "param",
+    "import": "use", "include": "use", "assert": "expect", "check": "expect", "observable": "probe",
+}  # fmt: skip

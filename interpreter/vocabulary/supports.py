@@ -1,0 +1,31 @@
+"""Supports: where a body is held, or moved by a given amount."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+Vector3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """Holds the selected part of a body where it is.
+
+    `components` chooses what is held; without it all three are. A beam model turns the condition into its rigid
+    cross-section: a clamp over a whole section holds its rotation as well.
+    """
+
+    body: Annotated[str, "body", "the body that is held"]
+    where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
+    components: Annotated[tuple[int, ...], "components", "directions in which they are held"] = (0, 1, 2)
+
+
+@dataclass(frozen=True)
+class Displaced:
+    """Moves the selected part of a body by a given vector; components that are not named stay free."""
+
+    body: Annotated[str, "body", "the body that is moved"]
+    where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
+    by: Annotated[Vector3, "m", "displacement at full load"]
+    components: Annotated[tuple[int, ...], "components", "directions in which it is imposed"] = (0, 1, 2)

@@ -1,0 +1,155 @@
+"""The geometrically exact rod: elastic energy and dead loads of beams that turn and bend without limit.
+
+Simo-Reissner rods: every cross-section stays plane and moves rigidly. Two-node elements with one
+integration point in the middle: second order, free of shear locking, objective and independent of the path.
+Stiffnesses are in `rod_section`, states and motion in `rod_state`, strains and their derivatives in
+`rod_kinematics`.
+
+To add an energy of a rod, write a class beside `RodElastic` with the members of `energy.Energy`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.rod_kinematics import Segments
+from softmark.solvers.energies.rod_section import RodStiffness
+from softmark.solvers.energies.rod_state import lengths
+
+
+@dataclass(frozen=True)
+class RodElastic:
+    """E = sum of l/2 (eps - eps0) . C (eps - eps0), eps = (Gamma, K) at the middle of each element, in J.
+
+    eps0 are the strains of the undeformed state `rest` (nodes * 7,), which may be bent, twisted and placed
+    at will; C = diag(EA, GA2, GA3, GJ, EI2, EI3). A rigid motion changes neither energy nor resultants.
+    Neighbouring nodes must turn by less than 180 degrees against each other: beyond, the shorter way round
+    counts. Sources: Simo & Vu-Quoc 1986 (energy and strains), Crisfield & Jelenic 1999 (objective
+    interpolation).
+    """
+
+    rest: Floats
+    elements: Ints  # (n, 2)
+    stiffness: RodStiffness
+    conservative: bool = True
+
+    @cached_property
+    def lengths(self) -> Floats:
+        """Undeformed lengths (n,), m."""
+        return lengths(self.rest, self.elements)
+
+    @cached_property
+    def rest_strains(self) -> Floats:
+        """Strains (n, 6) of the undeformed state."""
+        return Segments.of(self.rest, self.elements, self.lengths).strains
+
+    @cached_property
+    def stencils(self) -> Ints:
+        """Six degrees of freedom of either node (n, 12)."""
+        return (6 * self.elements[:, :, None] + np.arange(6)).reshape(-1, 12)
+
+    def segments(self, x: Floats) -> Segments:
+        """The elements in the state x."""
+        return Segments.of(x, self.elements, self.lengths)
+
+    def strains(self, x: Floats) -> Floats:
+        """Gamma - Gamma0 (1) and K - K0 (1/m), (n, 6)."""
+        return self.segments(x).strains - self.rest_strains
+
+    def resultants(self, x: Floats) -> Floats:
+        """Forces (N) and moments (N m) in the material axes at the middle of each element, (n, 6)."""
+        return self.strains(x) * self.stiffness.diagonal
+
+    def mode_energies(self, x: Floats) -> Floats:
+        """Strain energy (6,) in J of stretch, the two shears, twist and the two bendings."""
+        return np.asarray(self.lengths @ self.strains(x) ** 2 * self.stiffness.diagonal / 2)
+
+    def rounding(self, x: Floats) -> float:
+        """Gradient norm, N, that rounding of positions leaves: machine epsilon |x| C / l, summed."""
+        noise = np.finfo(np.float64).eps * np.max(np.abs(x.reshape(-1, 7)[:, :3]))
+        largest = np.max(self.stiffness.diagonal[:3])
+        return float(noise * largest * np.sqrt(2 * np.sum(1 / self.lengths**2)))
+
+    def value(self, x: Floats) -> float:
+        """Strain energy, J."""
+        return float(np.sum(self.mode_energies(x)))
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Internal nodal forces, N, and moments about the material axes, N m."""
+        segments = self.segments(x)
+        g14 = self._gradient(segments, self._weighted(segments))
+        np.add.at(g, self.stencils, scale * np.einsum("eij,ei->ej", segments.tangents, g14))
+
+    def add_hessian(
+        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
+    ) -> None:
+        """Exact tangent, symmetric out of balance too; `projected` clamps its local eigenvalues at zero."""
+        local = self.local_hessians(x)
+        if projected:
+            w, V = np.linalg.eigh(local)
+            local = (V * np.maximum(w, 0.0)[:, None, :]) @ V.swapaxes(1, 2)
+        keep = slots >= 0
+        np.add.at(data, slots[keep], scale * local[keep])
+
+    def local_hessians(self, x: Floats) -> Floats:
+        """B^T l C B plus the geometric part, (n, 12, 12)."""
+        segments = self.segments(x)
+        sigma = self._weighted(segments)
+        B = segments.gradients @ segments.tangents  # (n, 6, 12)
+        C = self.lengths[:, None] * self.stiffness.diagonal
+        material = B.swapaxes(1, 2) @ (C[:, :, None] * B)
+        return material + segments.project_hessian(self._gradient(segments, sigma), segments.hessians(sigma))
+
+    def _weighted(self, segments: Segments) -> Floats:
+        """l C (eps - eps0), (n, 6)."""
+        C = self.stiffness.diagonal * self.lengths[:, None]
+        return np.asarray(C * (segments.strains - self.rest_strains))
+
+    def _gradient(self, segments: Segments, sigma: Floats) -> Floats:
+        """sigma . deps in R^14, (n, 14)."""
+        return np.asarray(np.einsum("eij,ei->ej", segments.gradients, sigma))
+
+
+def _none() -> Ints:
+    return np.zeros((0, 0), dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class RodLoad:
+    """Nodal forces (nodes, 3) in N that keep their direction, no moments: E = -sum of f . (x - x_rest), J."""
+
+    rest: Floats
+    forces: Floats
+    stencils: Ints = field(default_factory=_none)
+    conservative: bool = True
+
+    @staticmethod
+    def uniform(rest: Floats, elements: Ints, w: Floats) -> RodLoad:
+        """`w` (3,) in N per undeformed m, such as rho A g: l w / 2 on each node of an element."""
+        forces = np.zeros((rest.size // 7, 3))
+        np.add.at(forces, elements, (lengths(rest, elements)[:, None] / 2 * w)[:, None, :])
+        return RodLoad(rest, forces)
+
+    @staticmethod
+    def concentrated(rest: Floats, node: int, force: Floats) -> RodLoad:
+        """`force` (3,) in N on one node."""
+        forces = np.zeros((rest.size // 7, 3))
+        forces[node] = force
+        return RodLoad(rest, forces)
+
+    def value(self, x: Floats) -> float:
+        """Potential, zero in the undeformed state, J."""
+        return -float(np.sum(self.forces * (x - self.rest).reshape(-1, 7)[:, :3]))
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """g -= scale f on the displacements."""
+        g.reshape(-1, 6)[:, :3] -= scale * self.forces
+
+    def add_hessian(
+        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
+    ) -> None:
+        """Nothing: the forces are constant."""

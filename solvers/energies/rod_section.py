@@ -1,0 +1,83 @@
+"""Cross-sections of a rod and the stiffnesses that they give.
+
+A new section is a function that returns a `Section`, as `circular` does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+
+from softmark.solvers.energies.energy import Floats
+
+
+@dataclass(frozen=True)
+class RodStiffness:
+    """Stiffnesses to stretch and shears (EA, GA2, GA3) in N, to twist and bendings (GJ, EI2, EI3) in N m^2.
+
+    GA2 and GA3 contain the shear factor. EI2 resists the curvature about e2, the bending in the plane e1-e3.
+    """
+
+    EA: float
+    GA2: float
+    GA3: float
+    GJ: float
+    EI2: float
+    EI3: float
+
+    @property
+    def diagonal(self) -> Floats:
+        """diag(C_N, C_M), (6,), in the order of the strains (Gamma1, Gamma2, Gamma3, K1, K2, K3)."""
+        return np.array([self.EA, self.GA2, self.GA3, self.GJ, self.EI2, self.EI3])
+
+    def without(self, length: float, *, shear: bool, axial: bool, ratio: float = 3e7) -> RodStiffness:
+        """The rod of this `length` (m) with shear or stretch switched off; True leaves a mode flexible.
+
+        A switched-off mode gets max(its own stiffness, ratio B / length^2), B the largest of GJ, EI2 and
+        EI3. The strain energy it keeps is about c / ratio of the whole, where c = 10 to 20 for a cantilever
+        whose load has P length^2 / B = 10, and grows as the power 3/2 of the load: below 1e-6 up to there.
+        Ask `RodElastic.mode_energies` for what it is.
+
+        This is a penalty. It is harmless with `RodChain`, whose moves do not stretch what only turns:
+        Newton's method then takes as many iterations as without it. The condition number of the tangent
+        grows as ratio, and rounding of the positions keeps residuals above `RodElastic.rounding`.
+        """
+        floor = ratio * max(self.GJ, self.EI2, self.EI3) / length**2
+        return RodStiffness(
+            self.EA if axial else max(self.EA, floor),
+            self.GA2 if shear else max(self.GA2, floor),
+            self.GA3 if shear else max(self.GA3, floor),
+            self.GJ,
+            self.EI2,
+            self.EI3,
+        )
+
+
+@dataclass(frozen=True)
+class Section:
+    """A homogeneous isotropic cross-section, e2 and e3 along its principal axes."""
+
+    area: float  # m^2
+    I2: float  # integral of X3^2, m^4
+    I3: float  # integral of X2^2, m^4
+    J: float  # Saint-Venant torsion constant, m^4
+    k2: float  # shear factors
+    k3: float
+    young: float  # Pa
+    shear: float  # shear modulus, Pa
+
+    @property
+    def stiffness(self) -> RodStiffness:
+        """EA, k2 GA, k3 GA, GJ, EI2, EI3."""
+        E, G = self.young, self.shear
+        shears = (self.k2 * G * self.area, self.k3 * G * self.area)
+        return RodStiffness(E * self.area, *shears, G * self.J, E * self.I2, E * self.I3)
+
+
+def circular(radius: float, young: float, poisson: float) -> Section:
+    """The full circle: A = pi R^2, I = pi R^4 / 4, J = 2 I, k = 6 (1 + nu) / (7 + 6 nu) (Cowper 1966)."""
+    I = pi * radius**4 / 4
+    k = 6 * (1 + poisson) / (7 + 6 * poisson)
+    return Section(pi * radius**2, I, I, 2 * I, k, k, young, young / (2 * (1 + poisson)))

@@ -1,0 +1,185 @@
+"""The state of a rod: how it is made, how it moves, and where it carries the material points around its axis.
+
+A state is x (nodes * 7,), one row (position 3, unit quaternion 4, scalar first) per node, in order along
+the rod. An increment d (nodes * 6,) holds per node a displacement in space and a rotation vector about the
+node's material axes: x + d, q exp(d / 2). Another way to move is a class beside `RodSpace` with the members
+of `energy.Space`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.rod_kinematics import Segments
+from softmark.solvers.energies.rod_rotation import (
+    between,
+    conjugate,
+    exponential,
+    product,
+    quaternion,
+    rotation,
+)
+
+
+def chain(nodes: int) -> Ints:
+    """The elements (nodes - 1, 2) of one rod: every node with the next."""
+    return np.stack([np.arange(nodes - 1), np.arange(1, nodes)], axis=1)
+
+
+def lengths(rest: Floats, elements: Ints) -> Floats:
+    """Undeformed lengths (n,) of the elements, m: their chords."""
+    X = rest.reshape(-1, 7)[:, :3][elements]
+    return np.asarray(np.linalg.norm(X[:, 1] - X[:, 0], axis=1))
+
+
+@dataclass(frozen=True)
+class RodSpace:
+    """The plain motion of a rod's nodes."""
+
+    nodes: int
+
+    @property
+    def dofs(self) -> int:
+        """Six per node."""
+        return 6 * self.nodes
+
+    def move(self, x: Floats, d: Floats) -> Floats:
+        """Positions plus d, quaternions times exp(d / 2), normalised."""
+        old, step = x.reshape(-1, 7), d.reshape(-1, 6)
+        q = product(old[:, 3:], exponential(step[:, 3:]))
+        q = q / np.linalg.norm(q, axis=1, keepdims=True)
+        return np.concatenate([old[:, :3] + step[:, :3], q], axis=1).ravel()
+
+
+@dataclass(frozen=True)
+class RodChain:
+    """The motion of one rod whose stretch and shear change as the increment says to first order, and no more.
+
+    A plain move turns frames by a finite angle but shifts nodes along straight lines: an element that turns
+    by phi also stretches by phi^2 / 2 and pays for it with its largest stiffness, so that Newton steps get
+    the shorter the more slender the rod. Here the axis vector of each element becomes l R(new) (Gamma +
+    dGamma . d), and the positions are summed from these. The mixed integration point method (Magisano,
+    Leonetti & Garcea 2017) gains the same with an independent normal force. Both moves agree to first
+    order, and so do slopes in a line search.
+
+    `held` (nodes, 3): components of position that move by d alone, such as supported ones. Between two held
+    nodes the second-order correction is brought back to zero linearly along the rod.
+    """
+
+    rest: Floats
+    held: NDArray[np.bool_]
+
+    @cached_property
+    def elements(self) -> Ints:
+        """Every node with the next."""
+        return chain(len(self.held))
+
+    @cached_property
+    def lengths(self) -> Floats:
+        """Undeformed lengths (n,), m."""
+        return lengths(self.rest, self.elements)
+
+    @property
+    def dofs(self) -> int:
+        """Six per node."""
+        return 6 * len(self.held)
+
+    def move(self, x: Floats, d: Floats) -> Floats:
+        """The plain move, then positions corrected to second order in d."""
+        moved = RodSpace(len(self.held)).move(x, d)
+        after = Segments.of(moved, self.elements, self.lengths)
+        excess = np.zeros((len(self.held), 3))
+        np.cumsum(self._axes(x, d, after) - after.d, axis=0, out=excess[1:])
+        nodes = moved.reshape(-1, 7)
+        nodes[:, :3] += excess - self._drift(excess)
+        return moved
+
+    def _axes(self, x: Floats, d: Floats, after: Segments) -> Floats:
+        """The axis vectors l R(new) (Gamma + dGamma . d), (n, 3)."""
+        before = Segments.of(x, self.elements, self.lengths)
+        step = np.einsum("eij,ej->ei", before.tangents, d.reshape(-1, 6)[self.elements].reshape(-1, 12))
+        Gamma = (before.strains + np.einsum("eij,ej->ei", before.gradients, step))[:, :3]
+        turned = np.einsum("eki,ei->ek", rotation(after.p), Gamma)
+        return np.asarray(turned * (self.lengths / after.rho)[:, None])
+
+    def _drift(self, excess: Floats) -> Floats:
+        """What the correction adds at the held nodes, linear between them; its mean where none is held."""
+        s = np.concatenate([[0.0], np.cumsum(self.lengths)])
+        drift = np.empty_like(excess)
+        for k, held in enumerate(self.held.T):
+            drift[:, k] = np.interp(s, s[held], excess[held, k]) if held.any() else excess[:, k].mean()
+        return drift
+
+
+def rod_at_rest(points: Floats, up: Floats | None = None) -> Floats:
+    """State (n * 7,) of an undeformed rod through `points` (n, 3), m, with e1 along its tangent.
+
+    e3 is `up` made perpendicular to e1; without `up`, the coordinate axis farthest from every tangent. The
+    tangent halves the angle between neighbouring chords, and mirrors the next one at an end chord: exact on a
+    circle cut evenly. Raises ValueError for fewer than two points, repeated ones, or a tangent along `up`.
+    """
+    X = np.asarray(points, dtype=np.float64)
+    t = _tangents(X)
+    axis = np.eye(3)[np.argmin(np.max(np.abs(t), axis=0))] if up is None else np.asarray(up, dtype=np.float64)
+    e2 = np.cross(axis, t)
+    sine = np.linalg.norm(e2, axis=1, keepdims=True) / np.linalg.norm(axis)
+    if not np.all(sine > 1e-6):
+        raise ValueError("the rod is parallel to its reference direction somewhere")
+    e2 /= np.linalg.norm(e2, axis=1, keepdims=True)
+    frames = np.stack([t, e2, np.cross(t, e2)], axis=2)  # (n, 3, 3), columns e1, e2, e3
+    return np.concatenate([X, quaternion(frames)], axis=1).ravel()
+
+
+def _tangents(X: Floats) -> Floats:
+    """Unit tangents (n, 3) of the polyline X (n, 3)."""
+    chords = np.diff(X, axis=0)
+    size = np.linalg.norm(chords, axis=1, keepdims=True)
+    if len(X) < 2 or not np.all(size > 0.0):
+        raise ValueError("a rod needs two points or more, each apart from the next")
+    chords /= size
+    t = np.concatenate([chords[:1], chords[:-1] + chords[1:], chords[-1:]])
+    t /= np.linalg.norm(t, axis=1, keepdims=True)
+    if len(X) > 2:
+        for end, near in ((0, 1), (-1, -2)):
+            t[end] = 2 * (t[end] @ t[near]) * t[end] - t[near]
+    return np.asarray(t)
+
+
+def displacement_at(x: Floats, rest: Floats, X: Floats) -> Floats:
+    """Displacements (m, 3), m, of material points X (m, 3) around a rod that is straight when undeformed.
+
+    u = x(s) + R(s) R_rest(s)^T (X - X(s)) - X, s the coordinate of X along the axis: positions linear between
+    nodes, rotations on the geodesic, cross-sections rigid; points beyond an end follow that end rigidly.
+    Raises ValueError where the undeformed axis is not straight.
+    """
+    start, now = rest.reshape(-1, 7), x.reshape(-1, 7)
+    s_nodes, s = _along(start[:, :3], X)
+    a = np.clip(np.searchsorted(s_nodes, s, side="right") - 1, 0, len(s_nodes) - 2)
+    t = np.clip((s - s_nodes[a]) / (s_nodes[a + 1] - s_nodes[a]), 0.0, 1.0)
+    foot, Q = _interpolated(start, a, t)
+    y, q = _interpolated(now, a, t)
+    turned = np.einsum("mki,mi->mk", rotation(product(q, conjugate(Q))), X - foot)
+    return np.asarray(y + turned - X)
+
+
+def _along(nodes: Floats, X: Floats) -> tuple[Floats, Floats]:
+    """Coordinates along the straight axis of its nodes (n,) and of the points X (m,)."""
+    axis = nodes[-1] - nodes[0]
+    length = np.linalg.norm(axis)
+    e1 = axis / length
+    s = (nodes - nodes[0]) @ e1
+    if np.max(np.abs(nodes - nodes[0] - s[:, None] * e1)) > 1e-9 * length:
+        raise ValueError("the undeformed rod is not straight")
+    return s, (X - nodes[0]) @ e1
+
+
+def _interpolated(nodes: Floats, a: Ints, t: Floats) -> tuple[Floats, Floats]:
+    """Positions (m, 3) and quaternions (m, 4) at the part t of the way from node a to the next."""
+    ends = nodes[:, :3]
+    position = (1 - t)[:, None] * ends[a] + t[:, None] * ends[a + 1]
+    return position, between(nodes[a, 3:], nodes[a + 1, 3:], t)

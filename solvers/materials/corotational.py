@@ -1,0 +1,126 @@
+"""The small strain in the frame that turns with the material."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from softmark.solvers.materials.blockwise import Blockwise, tensors
+from softmark.solvers.materials.components import (
+    add_diagonal,
+    add_identity,
+    add_outer,
+    cofactor,
+    determinant,
+    inner,
+    product,
+    set_outer,
+    trace,
+    transposed,
+)
+from softmark.solvers.materials.polar import rotation, spectrum, stretch
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.law import Array
+else:
+    from softmark.solvers.deferred import np
+
+FLOOR = 1e-6  # least s_i + s_j that dR/dF divides by; it is 2 at rest
+
+
+@dataclass(frozen=True)
+class Corotational(Blockwise):
+    """psi = mu |F - R|^2 + lam/2 tr(R^T F - I)^2, R the rotation nearest to F, mu and lam at rest, Pa.
+
+    P = 2 mu (F - R) + lam tr(R^T F - I) R. Hooke's law in the frame of R: stress linear in stretch, finite
+    energy when flat or inside out. R is not unique where the two smallest principal stretches cancel,
+    s2 + s3 = 0: it jumps there and its derivative has no bound; denominators s_i + s_j are kept above FLOOR.
+    Source: McAdams et al. (2011), "Efficient elasticity for character skinning with contact and collisions";
+    its derivative: Smith, De Goes, Kim (2019), "Analytic eigensystems for isotropic distortion energies".
+    """
+
+    mu: float
+    lam: float
+
+    def _psi(self, f: Array) -> Array:
+        r = rotation(f)
+        d = f - r
+        t = inner(r, d)  # tr(R^T F - I)
+        return self.mu * inner(d, d) + 0.5 * self.lam * t * t
+
+    def _P(self, f: Array) -> Array:
+        r = rotation(f)
+        d = f - r
+        t = inner(r, d)
+        d *= 2.0 * self.mu
+        r *= self.lam * t
+        d += r
+        return d
+
+    def _dPdF(self, f: Array, H: Array) -> None:
+        """2 mu dF + lam (R : dF) R + c dR with c = lam t - 2 mu, dR/dF = Y_ab T_a (x) T_b (see _twists).
+
+        With dR = R [w], R^T dF - dF^T R = [w] S + S [w], hence w = Y axial(R^T dF - dF^T R) with
+        Y = (tr S I - S)^-1.
+        """
+        r = rotation(f)
+        sums = _pair_sums(stretch(r, f))
+        self._write(r, _inverse(sums) * self._twist_factor(f, r), H)
+
+    def dPdF_projected(self, F: Array) -> Array:
+        """The positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3).
+
+        Only the twists can have negative eigenvalues, 2 mu + 2 c/(s_i + s_j): they are clamped at zero. The
+        others are 2 mu (five times) and 2 mu + 3 lam = 3 K (the mode R), positive for -1 < nu < 1/2.
+        """
+        return tensors(F, self._projected)
+
+    def _projected(self, f: Array, H: Array) -> None:
+        r = rotation(f)
+        sums, axes = spectrum(_pair_sums(stretch(r, f)))
+        twists = np.maximum(self._twist_factor(f, r) / np.maximum(sums, FLOOR), -self.mu)
+        self._write(r, product(axes * twists, transposed(axes)), H)
+
+    def _twist_factor(self, f: Array, r: Array) -> Array:
+        """c = lam tr(S - I) - 2 mu (m,), which multiplies dR/dF."""
+        return self.lam * inner(r, f - r) - 2.0 * self.mu
+
+    def _write(self, r: Array, y: Array, H: Array) -> None:
+        """H = 2 mu I + lam R (x) R + y_ab T_a (x) T_b, upper triangle; y (3, 3, m) symmetric."""
+        rows = r.reshape(9, -1)
+        T = _twists(r)
+        set_outer(H, rows, self.lam * rows)
+        for a in range(3):
+            add_outer(H, T[a], y[a, 0] * T[0] + y[a, 1] * T[1] + y[a, 2] * T[2], skip=a)
+        add_identity(H, 2.0 * self.mu)
+
+
+def _twists(r: Array) -> Array:
+    """T_a = R [e_a] (3, 9, m), a = 0, 1, 2: the velocities of R about its axes; T_a : T_b = 2 delta_ab."""
+    T = np.zeros((3, *r.shape))
+    for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        T[a, :, b] = r[:, c]
+        T[a, :, c] = -r[:, b]
+    return T.reshape(3, 9, -1)
+
+
+def _pair_sums(s: Array) -> Array:
+    """tr S I - S (3, 3, m): the eigenvalues are the sums s_i + s_j of two principal stretches."""
+    return add_diagonal(-s, trace(s))
+
+
+def _inverse(a: Array) -> Array:
+    """A^-1 (3, 3, m) of symmetric A >= 0, eigenvalues below FLOOR raised to it.
+
+    det A > FLOOR (tr A / 2)^2 is enough for all eigenvalues to lie above FLOOR.
+    """
+    cof = cofactor(a)
+    det = determinant(a, cof)
+    low = np.flatnonzero(~(det > FLOOR * (0.5 * trace(a)) ** 2))
+    cof /= det
+    if len(low):
+        w, v = spectrum(a[:, :, low])
+        cof[:, :, low] = product(v / np.maximum(w, FLOOR), transposed(v))
+    return cof

@@ -1,0 +1,86 @@
+"""Isotropic hyperelastic laws: what follows from psi(Q1 F Q2) = psi(F) alone.
+
+To add a law: a dataclass on `Hyperelastic` and `Isotropic` (in this order) with `_psi`, `_P` and `_dPdF`, and
+one line in MATERIALS.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from softmark.solvers.materials.blockwise import Blockwise, tensors
+from softmark.solvers.materials.components import add_outer, product, transposed
+from softmark.solvers.materials.polar import rotation, spectrum, stretch
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.law import Array, Law
+else:
+    from softmark.solvers.deferred import np
+
+AXES = [0, 4, 8]  # the entries aa of a 3x3 matrix in a row of nine
+PLANES = ((0, 1), (1, 2), (2, 0))
+
+
+class Hyperelastic(Blockwise):
+    """A law of finite strain that does not know directions: P and dPdF turn with F on either side."""
+
+    def finite_law(self) -> Law | None:
+        """The law itself."""
+        return self
+
+    def dPdF_projected(self, F: Array) -> Array:
+        """The positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3).
+
+        With F = U diag(s) V^T, dPdF(diag s) falls apart into a 3x3 block that couples the three axes and,
+        in each plane ab, a twist (u_a v_b - u_b v_a) and a flip (u_a v_b + u_b v_a): each has its own sign.
+        Source: Smith, De Goes, Kim (2019), "Analytic eigensystems for isotropic distortion energies".
+        """
+        return tensors(F, self._projected)
+
+    def _projected(self, f: Array, H: Array) -> None:
+        r = rotation(f)
+        s, v = spectrum(stretch(r, f))
+        self._dPdF(_diagonal(s), H)
+        axes, twist, flip = _principal_blocks(H)
+        H[...] = 0.0
+        _add_modes(H, product(r, v), v, axes, twist, flip)
+
+
+def _diagonal(s: Array) -> Array:
+    """diag(s) (3, 3, m) of s (3, m)."""
+    f = np.zeros((3, *s.shape))
+    for a in range(3):
+        f[a, a] = s[a]
+    return f
+
+
+def _principal_blocks(H: Array) -> tuple[Array, list[Array], list[Array]]:
+    """The projected axes block (3, 3, m) and the clamped eigenvalues of twist and flip per plane."""
+    full = H[AXES][:, AXES]
+    full[1, 0], full[2, 0], full[2, 1] = full[0, 1], full[0, 2], full[1, 2]
+    w, v = spectrum(full)
+    axes = product(v * np.maximum(w, 0.0), transposed(v))
+    twist, flip = [], []
+    for a, b in PLANES:
+        ab, ba = sorted((3 * a + b, 3 * b + a))
+        twist.append(np.maximum(H[ab, ab] - H[ab, ba], 0.0))
+        flip.append(np.maximum(H[ab, ab] + H[ab, ba], 0.0))
+    return axes, twist, flip
+
+
+def _add_modes(H: Array, u: Array, v: Array, axes: Array, twist: list[Array], flip: list[Array]) -> None:
+    """H += sum axes_ab D_a (x) D_b + twist and flip modes, D_a = u_a v_a^T; upper triangle."""
+    D = np.stack([_dyad(u[:, a], v[:, a]) for a in range(3)])  # (3, 9, m)
+    for a in range(3):
+        add_outer(H, D[a], axes[a, 0] * D[0] + axes[a, 1] * D[1] + axes[a, 2] * D[2])
+    for (a, b), t, e in zip(PLANES, twist, flip, strict=True):
+        ab, ba = _dyad(u[:, a], v[:, b]), _dyad(u[:, b], v[:, a])
+        add_outer(H, ab - ba, 0.5 * t * (ab - ba))
+        add_outer(H, ab + ba, 0.5 * e * (ab + ba))
+
+
+def _dyad(x: Array, y: Array) -> Array:
+    """x y^T (9, m)."""
+    return (x[:, None] * y).reshape(9, -1)

@@ -1,0 +1,41 @@
+"""What every isotropic material has: two elastic constants at rest and a density."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+if TYPE_CHECKING:
+    from softmark.solvers.materials.law import Law
+
+
+@dataclass(frozen=True)
+class Isotropic:
+    """An isotropic elastic solid.
+
+    Young's modulus and Poisson's ratio of the undeformed solid fix its two moduli at rest,
+    mu = E / (2 (1 + nu)) and lam = E nu / ((1 + nu) (1 - 2 nu)). What it does at finite strain is its own.
+    """
+
+    young: Annotated[float, "Pa in (0, inf)", "Young's modulus of the undeformed solid"]
+    poisson: Annotated[float, "1 in (-1, 0.5)", "Poisson's ratio of the undeformed solid"]
+    density: Annotated[float, "kg/m^3 in (0, inf)", "mass per volume of the undeformed solid"]
+
+    @property
+    def shear_modulus(self) -> float:
+        """mu = E / (2 (1 + nu)), Pa."""
+        return self.young / (2.0 * (1.0 + self.poisson))
+
+    @property
+    def lame_lambda(self) -> float:
+        """lam = E nu / ((1 + nu) (1 - 2 nu)), Pa."""
+        return self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
+
+    @property
+    def bulk_modulus(self) -> float:
+        """K = lam + 2 mu / 3 = E / (3 (1 - 2 nu)), Pa."""
+        return self.young / (3.0 * (1.0 - 2.0 * self.poisson))
+
+    def finite_law(self) -> Law | None:
+        """The material's law at finite strain; None where it has none."""
+        return None

@@ -1,0 +1,18 @@
+"""Hooke's solid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from softmark.solvers.materials.isotropic import Isotropic
+
+
+@dataclass(frozen=True)
+class LinearElastic(Isotropic):
+    """Hooke's law: stress proportional to strain.
+
+    sigma = 2 mu eps + lam tr(eps) I. The law says nothing about finite strain: it serves models that measure
+    a small strain, in the fixed frame (strain = small) or in the frame that turns with the material (strain =
+    corotational), and no others. Valid for strains up to a few per cent.
+    Source: Timoshenko, Goodier, "Theory of Elasticity", chapter 1.
+    """

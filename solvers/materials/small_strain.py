@@ -1,0 +1,64 @@
+"""The small strain in the fixed frame: right for small rotations only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from softmark.solvers.materials.blockwise import Blockwise
+from softmark.solvers.materials.components import (
+    add_diagonal,
+    displacement_gradient,
+    inner,
+    trace,
+    transposed,
+)
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.law import Array
+else:
+    from softmark.solvers.deferred import np
+
+
+@dataclass(frozen=True)
+class SmallStrain(Blockwise):
+    """psi = mu eps : eps + lam/2 (tr eps)^2, eps = (F + F^T)/2 - I, with the moduli mu and lam at rest, Pa.
+
+    P = 2 mu eps + lam tr(eps) I. A rotation by th shows as eps_xx = cos th - 1: not objective, by nature.
+    Source: Timoshenko, Goodier, "Theory of Elasticity", chapter 1.
+    """
+
+    mu: float
+    lam: float
+
+    def _psi(self, f: Array) -> Array:
+        eps = _strain(f)
+        tr = trace(eps)
+        return self.mu * inner(eps, eps) + 0.5 * self.lam * tr * tr
+
+    def _P(self, f: Array) -> Array:
+        eps = _strain(f)
+        pressure = self.lam * trace(eps)
+        return add_diagonal(2.0 * self.mu * eps, pressure)
+
+    def _dPdF(self, f: Array, H: Array) -> None:
+        H[...] = hooke(self.mu, self.lam).reshape(9, 9, 1)
+
+    def dPdF_projected(self, F: Array) -> Array:
+        """dPdF itself, Pa (m, 3, 3, 3, 3): eigenvalues 2 mu, 2 mu + 3 lam > 0, and 0 of the rotations."""
+        return self.dPdF(F)
+
+
+def hooke(mu: float, lam: float) -> Array:
+    """mu (delta_ik delta_JL + delta_iL delta_kJ) + lam delta_iJ delta_kL (3, 3, 3, 3), Pa."""
+    d = np.eye(3)
+    pairs = d[:, None, :, None] * d[None, :, None, :]  # delta_ik delta_JL
+    return mu * (pairs + pairs.swapaxes(2, 3)) + lam * d[:, :, None, None] * d
+
+
+def _strain(f: Array) -> Array:
+    """eps (3, 3, m)."""
+    h = displacement_gradient(f)
+    return 0.5 * (h + transposed(h))

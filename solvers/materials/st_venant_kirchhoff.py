@@ -1,0 +1,72 @@
+"""The St Venant-Kirchhoff solid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from softmark.solvers.materials.components import (
+    add_cross,
+    add_diagonal,
+    cofactor,
+    displacement_gradient,
+    inner,
+    product,
+    set_outer,
+    trace,
+    transposed,
+)
+from softmark.solvers.materials.hyperelastic import Hyperelastic
+from softmark.solvers.materials.isotropic import Isotropic
+
+if TYPE_CHECKING:
+    from softmark.solvers.materials.law import Array
+
+
+@dataclass(frozen=True)
+class StVenantKirchhoff(Hyperelastic, Isotropic):
+    """St Venant-Kirchhoff: Hooke's law between Green's strain and the second Piola-Kirchhoff stress.
+
+    psi = lam/2 (tr E)^2 + mu tr(E^2), E = (F^T F - I)/2
+    P = F S, S = lam tr(E) I + 2 mu E
+    Right for large rotations with small strains. In compression it softens and collapses: uniaxial stress
+    peaks at a stretch of 1/sqrt(3), and no energy stops an element from turning inside out.
+    Source: Ciarlet, "Mathematical Elasticity I" (1988), chapters 3 and 4.
+    """
+
+    def _psi(self, f: Array) -> Array:
+        E = _green_strain(f)
+        tr = trace(E)
+        return 0.5 * self.lame_lambda * tr * tr + self.shear_modulus * inner(E, E)
+
+    def _P(self, f: Array) -> Array:
+        return product(f, self._S(f))
+
+    def _dPdF(self, f: Array, H: Array) -> None:
+        """delta_ik S_JL + lam F_iJ F_kL + mu F_iL F_kJ + mu (F F^T)_ik delta_JL (see add_cross)."""
+        mu, lam = self.shear_modulus, self.lame_lambda
+        rows = f.reshape(9, -1)
+        set_outer(H, rows, (lam + mu) * rows)
+        add_cross(H, -mu * cofactor(f))
+        _add_frames(H, mu * product(f, transposed(f)), self._S(f))
+
+    def _S(self, f: Array) -> Array:
+        """Second Piola-Kirchhoff stress lam tr(E) I + 2 mu E (3, 3, m)."""
+        E = _green_strain(f)
+        pressure = self.lame_lambda * trace(E)
+        return add_diagonal(2.0 * self.shear_modulus * E, pressure)
+
+
+def _green_strain(f: Array) -> Array:
+    """E = (h + h^T + h^T h)/2 (3, 3, m), h = F - I: accurate near rest."""
+    h = displacement_gradient(f)
+    return 0.5 * (h + transposed(h) + product(transposed(h), h))
+
+
+def _add_frames(H: Array, b: Array, S: Array) -> None:
+    """H_iJkL += b_ik delta_JL + delta_ik S_JL, upper triangle; b, S symmetric."""
+    for p in range(3):
+        for q in range(3):
+            for r in range(p, 3):
+                H[3 * p + q, 3 * r + q] += b[p, r]
+                H[3 * q + p, 3 * q + r] += S[p, r]
