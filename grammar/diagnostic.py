@@ -8,10 +8,10 @@ E5xx what a model or a reference cannot represent, E6xx running; W as E, for wha
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
-from unicodedata import combining, east_asian_width
+from unicodedata import category, east_asian_width
 
 from softmark.grammar.tree import Span
 
@@ -82,7 +82,8 @@ def _place(diagnostic: Diagnostic) -> tuple[str, int]:
 
 WIDTH = 100  # columns of a source line that are shown
 TAB = 4
-STYLES = {"error": "1;31", "warning": "1;33", "gutter": "1;34", "bold": "1", "plain": ""}
+STYLES = {"error": "1;31", "warning": "1;33", "gutter": "1;34", "bold": "1"}
+Paint = Callable[[str, str], str]
 
 
 def _plain(text: str, style: str) -> str:
@@ -90,10 +91,10 @@ def _plain(text: str, style: str) -> str:
 
 
 def _paint(text: str, style: str) -> str:
-    return f"\x1b[{STYLES[style]}m{text}\x1b[0m" if STYLES[style] else text
+    return f"\x1b[{STYLES[style]}m{text}\x1b[0m"
 
 
-def _drawing(diagnostic: Diagnostic, paint: Any) -> str:
+def _drawing(diagnostic: Diagnostic, paint: Paint) -> str:
     severity = diagnostic.severity
     head = paint(f"{severity}[{diagnostic.code}]", severity) + paint(f": {_safe(diagnostic.message)}", "bold")
     lines, margin = [head], "   "
@@ -104,11 +105,12 @@ def _drawing(diagnostic: Diagnostic, paint: Any) -> str:
     for kind, text in remarks:
         if text:
             indent = "\n" + " " * (len(margin) + len(f"= {kind}: "))
-            lines.append(f"{margin}{paint('=', 'gutter')} {paint(kind, 'bold')}: {indent.join(_safe_lines(text))}")
+            body = indent.join(_safe(line) for line in text.split("\n"))
+            lines.append(f"{margin}{paint('=', 'gutter')} {paint(kind, 'bold')}: {body}")
     return "\n".join(lines)
 
 
-def _snippet(diagnostic: Diagnostic, source: Source, span: Span, margin: str, paint: Any) -> list[str]:
+def _snippet(diagnostic: Diagnostic, source: Source, span: Span, margin: str, paint: Paint) -> list[str]:
     """The place, the line of the text, and carets under the span with the label after them."""
     line, first, last = _line(source.text, span)
     shown, before, carets = _clip(_cells(line), first, last)
@@ -128,12 +130,13 @@ def _line(text: str, span: Span) -> tuple[str, int, int]:
     first = max(text.rfind("\n", 0, start), text.rfind("\r", 0, start)) + 1
     if first == 0 and text.startswith("\ufeff"):
         first = 1
-    line = re.split("[\r\n]", text[first:], maxsplit=1)[0]
+    end = re.compile(r"[\r\n]|\Z").search(text, first)
+    line = text[first : end.start()] if end else ""
     return line, max(start - first, 0), min(max(span.end - first, 0), len(line))
 
 
 def _cells(line: str) -> list[str]:
-    """What a terminal shows for each character: a tab as blanks, a control character as its picture."""
+    """What a terminal shows for each character: a tab as blanks, what cannot be seen as a sign that can."""
     cells: list[str] = []
     column = 0
     for character in line:
@@ -145,47 +148,42 @@ def _cells(line: str) -> list[str]:
 
 def _clip(cells: Sequence[str], first: int, last: int) -> tuple[str, int, int]:
     """The part of a line around `cells[first:last]`, the columns before the carets, and how many carets."""
-    low, high = 0, len(cells)
-    if _width("".join(cells)) > WIDTH:
-        low = max(0, min(first - WIDTH // 3, len(cells) - WIDTH))
-        high = low
-        room = WIDTH
-        while high < len(cells) and (room := room - _width(cells[high])) >= 0:
-            high += 1
+    low, room = _grow(cells, first, -1, WIDTH // 3)
+    high, room = _grow(cells, first, 1, room + WIDTH - WIDTH // 3)
+    low, _ = _grow(cells, low, -1, room)
     head, tail = "…" if low else "", "…" if high < len(cells) else ""
     before = _width(head + "".join(cells[low:first]))
     carets = _width("".join(cells[first : min(last, high)]))
     return head + "".join(cells[low:high]) + tail, before, max(carets, 1)
 
 
+def _grow(cells: Sequence[str], place: int, step: Literal[-1, 1], room: int) -> tuple[int, int]:
+    """How far cells fit into `room` columns from `place` on, to the left or right; and the room left over."""
+    while 0 < place + (step > 0) <= len(cells):
+        width = _width(cells[place - (step < 0)])
+        if width > room:
+            break
+        place, room = place + step, room - width
+    return place, room
+
+
 def _width(text: str) -> int:
-    if text.isascii():
-        return len(text)
-    return sum(_columns(character) for character in text)
+    """Columns on a terminal."""
+    return len(text) if text.isascii() else sum(_columns(character) for character in text)
 
 
 def _columns(character: str) -> int:
-    if combining(character) or character in "\u200b\u200c\u200d\ufe0f\ufeff":
+    if category(character) in ("Mn", "Me"):
         return 0
     return 2 if east_asian_width(character) in "WF" else 1
 
 
 def _safe(text: str) -> str:
-    """Without what could steer a terminal or not be encoded."""
-    if text.isprintable():
-        return text
-    return "".join(_picture(character) for character in text)
-
-
-def _safe_lines(text: str) -> list[str]:
-    return [_safe(line) for line in text.split("\n")]
+    """Without what could steer a terminal, cannot be seen or cannot be encoded."""
+    return text if text.isprintable() else "".join(map(_picture, text))
 
 
 def _picture(character: str) -> str:
-    code = ord(character)
-    if code < 0x20:
-        return chr(0x2400 + code)
-    if code == 0x7F:
-        return "␡"
-    unsafe = 0x80 <= code < 0xA0 or 0xD800 <= code < 0xE000 or character in "\u2028\u2029" or 0x202A <= code <= 0x202E
-    return "\ufffd" if unsafe or 0x2066 <= code <= 0x2069 else character
+    if ord(character) < 0x20:
+        return chr(0x2400 + ord(character))
+    return "\ufffd" if category(character) in ("Cc", "Cf", "Cs", "Zl", "Zp") else character

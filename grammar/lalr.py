@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 from softmark.grammar.lex import Token
 from softmark.grammar.table import Rule, Table
@@ -13,7 +14,8 @@ END = "$END"
 Builder = Mapping[str, Callable[[list[Any]], Any]]
 
 
-class Unexpected(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Unexpected:
     """The parser cannot go on at `tokens[index]`."""
 
     index: int
@@ -22,13 +24,14 @@ class Unexpected(NamedTuple):
 def run(table: Table, build: Builder, tokens: Sequence[Token], start: str) -> Any | Unexpected:
     """The value of `tokens`, whose last one is of kind `END`; or the first token that does not fit.
 
-    Shift-reduce parsing after Knuth (1965), with the look-ahead sets of DeRemer and Pennello (1982) that lark computed.
+    Shift-reduce parsing (Knuth 1965) with look-ahead sets that lark computed (DeRemer, Pennello 1982).
+    Raises ValueError where the last token is not of kind `END`.
     """
-    table_states, rules, end = table.states, table.rules, table.ends[start]
+    rows, rules, end = table.states, table.rules, table.ends[start]
     states: list[int] = [table.starts[start]]
     values: list[Any] = []
     for index, token in enumerate(tokens):
-        while (action := table_states[states[-1]].get(token.kind)) is not None and action < 0:
+        while (action := rows[states[-1]].get(token.kind)) is not None and action < 0:
             rule = rules[-1 - action]
             size = rule.size
             if size == 1 and not rule.method and not rule.inline:
@@ -37,7 +40,7 @@ def run(table: Table, build: Builder, tokens: Sequence[Token], start: str) -> An
                 value = _reduce(rule, build, values[-size:])
                 del states[-size:], values[-size:]
                 values.append(value)
-            states.append(table_states[states[-1]][rule.origin])
+            states.append(rows[states[-1]][rule.origin])
             if token.kind == END and states[-1] == end:
                 return values[-1]
         if action is None:

@@ -1,4 +1,4 @@
-"""An expression as text: on one line where it fits, else one argument per line, with its comments where they were.
+"""An expression as text: on one line where it fits, else one argument per line, comments where they were.
 
 To print one more node: a case in `flat`, and one in `_Layout.lines` if it can go over several lines.
 """
@@ -29,14 +29,14 @@ LEVELS = {"or": 1, "and": 2, "not": 3, "compare": 4, "+": 5, "-": 5, "*": 6, "/"
 ATOM = 9
 
 
-class Unprintable(ValueError):
+class LayoutError(ValueError):
     """There is no text for this tree, or no place for one of its comments."""
 
 
 def quote(value: str) -> str:
     """A text in double quotes, its quotes and backslashes escaped."""
     if "\n" in value or "\r" in value:
-        raise Unprintable("a text cannot hold a line break")
+        raise LayoutError("a text cannot hold a line break")
     escaped = value.replace("\\", "\\\\").replace('"', '\\"')
     return f'"{escaped}"'
 
@@ -71,16 +71,19 @@ def lines(
     comments: Sequence[Comment] = (),
     explode: bool = False,
 ) -> list[str]:
-    """An expression between `lead` and `trail`, over as few lines as fit; on several if `explode` and it can be."""
+    """An expression between `lead` and `trail`, on one line if it fits; on several to `explode` it.
+
+    Raises `LayoutError` where a comment has no place.
+    """
     layout = _Layout(list(comments), explode)
     found = layout.lines(expression, "", lead, trail)
     if layout.comments:
-        raise Unprintable(f"no place for the comment of line {layout.comments[0].span.line}")
+        raise LayoutError(f"no place for the comment of line {layout.comments[0].span.line}")
     return found
 
 
 class _Layout:
-    """Breaks what does not fit, from the outermost brackets inwards; `comments` are those still to be placed."""
+    """Breaks what does not fit, outermost brackets first; `comments` are those still to be placed."""
 
     def __init__(self, comments: list[Comment], explode: bool) -> None:
         self.comments, self.explode = comments, explode
@@ -118,7 +121,12 @@ class _Layout:
         return found
 
     def _items(
-        self, node: Expression, items: Sequence[Expression | Argument], margin: str, opening: str, closing: str
+        self,
+        node: Expression,
+        items: Sequence[Expression | Argument],
+        margin: str,
+        opening: str,
+        closing: str,
     ) -> list[str]:
         """Item by item, each with a comma, comments before or behind theirs."""
         self.explode = False
@@ -129,7 +137,7 @@ class _Layout:
             found += [inner + comment.text for comment in self._take(item.span.start)]
             found += self.lines(item, inner, "", ",")
             if self._commented(item):
-                raise Unprintable(f"no place for the comment of line {self.comments[0].span.line}")
+                raise LayoutError(f"no place for the comment of line {self.comments[0].span.line}")
             if self._behind(item, following):
                 found[-1] += f"  {self.comments.pop(0).text}"
         found += [inner + comment.text for comment in self._take(node.span.end)]
@@ -198,7 +206,7 @@ def _group(node: Expression, least: int) -> str:
 
 
 def _operands(node: Binary | Compare) -> tuple[list[tuple[Expression, int]], list[str]]:
-    """The operands of `a + b - c` or `a < b < c`, each with the level it must have, and the operators between them."""
+    """The operands of `a + b - c` or `a < b < c`, each with the level it must have, and the operators."""
     binding = level(node)
     if isinstance(node, Compare):
         return [(operand, binding + 1) for operand in node.operands], list(node.operators)
@@ -211,7 +219,7 @@ def _operands(node: Binary | Compare) -> tuple[list[tuple[Expression, int]], lis
 
 
 def _chain(node: Binary | Compare) -> tuple[list[str], list[str]]:
-    """The operands of a chain as text, and its operators; a power has two operands and groups to the right."""
+    """The operands of a chain as text, and its operators; a power has two and groups to the right."""
     if isinstance(node, Binary) and node.operator == "^":
         base = flat(node.left)
         if level(node.left) < ATOM or getattr(node.left, "unit", None):

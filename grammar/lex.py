@@ -1,6 +1,7 @@
-"""Text to tokens, with the terminals of `scene.lark`; what fits none becomes a token of a kind of its own in `JUNK`.
+"""Text to tokens, with the terminals of `scene.lark`; what fits none becomes a token of a kind in `JUNK`.
 
-To add a terminal: one line in `scene.lark`. To recognise one more foreign habit: one line in `JUNK`, one in `slips.py`.
+To add a terminal: one line in `scene.lark`. To recognise one more foreign habit: one line in `JUNK`, and one
+in `slips.py`.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ BREAK = r"\r\n|\n|\r"
 BLANK = "[ \t\f\v\u00a0\u2009\u202f]*"  # with the no-break and thin spaces that typesetters put before a unit
 COMMENT = r"\#[^\r\n]*"
 VALUE_ENDS = frozenset({"NUMBER", "RPAR", "RSQB"})  # what a unit may follow
-JUNK = {  # tried after everything else, except the comments of other languages, whose `/` would be an operator
+JUNK = {  # tried after everything else; not so foreign comments, whose `/` would be an operator
     "UNCLOSED_STRING": r'"[^\r\n]*',
     "SINGLE_QUOTED": r"'[^'\r\n]*'?",
     "COLON": ":=?",
@@ -46,11 +47,11 @@ class Token(NamedTuple):
 
     @property
     def span(self) -> Span:
-        """Where the token stands; one of several lines (a foreign comment) counts up to the end of its first."""
-        length = len(self.text) if self.kind != "BLOCK_COMMENT" else len(re.split(BREAK, self.text, maxsplit=1)[0])
-        return Span(
-            self.start, self.start + length, self.line, self.column, self.line, self.column + length
-        )
+        """Where the token stands; of a foreign comment over several lines only the first counts."""
+        length = len(self.text)
+        if self.kind == "BLOCK_COMMENT":
+            length = len(re.split(BREAK, self.text, maxsplit=1)[0])
+        return Span(self.start, self.start + length, self.line, self.column, self.line, self.column + length)
 
 
 class Lexed(NamedTuple):

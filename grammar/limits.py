@@ -1,4 +1,4 @@
-"""What to say about a text that the grammar takes and the language does not: sizes, orders, escapes, versions."""
+"""What to say about a text that the grammar takes and the language does not: sizes, order, escapes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,11 @@ VERSIONS = (1,)  # of the language
 MAX_LITERAL = 400  # characters of a number, a text, a name or a unit
 MAX_DEPTH = 150  # parts within parts: what a recursive walk over the tree can take
 FOREIGN_KINDS = {"let": "param", "const": "param", "var": "param", "import": "use", "include": "use"}
-EXAMPLES = {"use": 'use "tissues.scene" as tissue', "param": "param h = 5 mm", "expect": "expect rod.eta < 5 %"}
+EXAMPLES = {
+    "use": 'use "tissues.scene" as tissue',
+    "param": "param h = 5 mm",
+    "expect": "expect rod.eta < 5 %",
+}
 
 
 # ------------------------------------------------------------------------ of the whole text
@@ -28,13 +32,15 @@ def binary(source: Source) -> Diagnostic | None:
     lines = re.split(BREAK, source.text[:place])
     line, column = len(lines), len(lines[-1]) + 1
     span = Span(place, place + 1, line, column, line, column + 1)
-    return Diagnostic("E125", "this is not a text file", source, span, "a NUL character", "a scene is UTF-8 text")
+    help = "a scene is a text in UTF-8"
+    return Diagnostic("E125", "this is not a text file", source, span, "a NUL character", help)
 
 
 def more(source: Source, last: Diagnostic, hidden: int) -> Diagnostic:
     """The count of diagnostics that are not shown."""
     count = f"{hidden} more syntax error{'s' if hidden > 1 else ''}"
-    return Diagnostic("E199", f"{count} not shown", source, last.span, "after this one", "mend those above first")
+    help = "mend those above first"
+    return Diagnostic("E199", f"{count} not shown", source, last.span, "after this one", help)
 
 
 # ---------------------------------------------------------------------- of one declaration
@@ -88,8 +94,8 @@ def number(source: Source, digits: Token, value: float) -> Diagnostic | None:
     """Zero and infinity must be meant."""
     if not math.isinf(value) and (value or not re.match(r"[0.]*[1-9]", digits.text)):
         return None
-    limits = "larger than 1.8e308" if value else "smaller than 4.9e-324"
-    return Diagnostic("E120", f"the number is too {'large' if value else 'small'}", source, digits.span, limits)
+    size, label = ("large", "larger than 1.8e308") if value else ("small", "smaller than 4.9e-324")
+    return Diagnostic("E120", f"the number is too {size}", source, digits.span, label)
 
 
 def positional_after_named(source: Source, argument: Argument) -> Diagnostic:

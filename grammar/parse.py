@@ -1,7 +1,8 @@
 """Text to tree: `parse` for a scene, `parse_expression` for an override such as `-p L=120mm`.
 
-lex -> declarations -> LALR parser: one pass, and at most one diagnostic for each declaration. A declaration with an
-error is left out of the tree, its name goes to `Tree.broken`. To add a rule of `scene.lark`: one method of `_Build`.
+lex -> declarations -> LALR parser: one pass, and at most one diagnostic for each declaration. A declaration
+with an error is left out of the tree, its name goes to `Tree.broken`. To add a rule of `scene.lark`: one
+method of `_Build`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,6 @@ from softmark.grammar.tree import (
     Binary,
     Call,
     Compare,
-    Declaration,
     Declare,
     Expect,
     Expression,
@@ -114,7 +114,7 @@ class _Parser:
         slip = slips.Slip(self.source, chunk, tokens, index, self.start, second)
         # what the rules before it found stands further left
         self._fail(chunk, lambda: self._build.problems[0] if self._build.problems else slips.explain(slip))
-        return _rest(tokens, second) if second else None
+        return _rest(tokens, second) if second and not self._hidden else None
 
     def _fail(self, chunk: Chunk, explain: Callable[[], Diagnostic]) -> None:
         self.broken.extend(slips.declared(chunk.tokens))

@@ -1,6 +1,6 @@
 """Tree to text: the canonical form of a scene, described in README.md.
 
-`format_source` gives back text only after it has parsed it again and found the same tree and the same comments.
+`format_source` gives back a text only after it has parsed it again and found the same tree and comments.
 """
 
 from __future__ import annotations
@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.grammar.layout import LEVELS, WIDTH, Unprintable, flat, level, lines, quote
+from softmark.grammar.layout import LEVELS, WIDTH, LayoutError, flat, level, lines, quote
 from softmark.grammar.lex import BREAK
 from softmark.grammar.parse import parse
 from softmark.grammar.tree import (
     Comment,
     Declaration,
     Declare,
-    Expect,
     Expression,
     Param,
     Title,
@@ -38,7 +37,7 @@ class CannotFormat(Exception):
 
 
 def format_source(source: Source) -> str:
-    """The canonical form of a scene. Raises `CannotFormat` for a text in error, and rather than lose a comment."""
+    """The canonical form of a scene. Raises `CannotFormat` rather than lose anything."""
     tree, diagnostics = parse(source)
     if diagnostics:
         raise CannotFormat(f"{source.name} does not parse", diagnostics)
@@ -47,20 +46,21 @@ def format_source(source: Source) -> str:
     if wrong or again != tree:
         raise CannotFormat(f"the canonical form of {source.name} would mean something else")
     if [comment.text for comment in again.comments] != [comment.text for comment in tree.comments]:
-        raise CannotFormat(f"the canonical form of {source.name} would lose a comment or move one past another")
+        raise CannotFormat(f"the canonical form of {source.name} would lose or swap comments")
     return text
 
 
 def print_tree(tree: Tree, text: str | None = None) -> str:
     """A tree with its comments as text.
 
-    `text` is what it was parsed from: a declaration with a comment in a place that the canonical form does not have
-    (between an operator and its operand) stays as it stands there. Raises `CannotFormat` for a tree without a text.
+    `text` is what it was parsed from: a declaration with a comment where the canonical form has no place for
+    one (between an operator and its operand) stays as it stands there. Raises `CannotFormat` for a tree that
+    no text stands for.
     """
     try:
         rows = list(_rows(tree))
         found = [line for block in _blocks(rows) for line in _print_block(block, text)]
-    except Unprintable as problem:
+    except LayoutError as problem:
         raise CannotFormat(str(problem)) from problem
     return "".join(f"{line}\n" for line in found)
 
@@ -69,7 +69,7 @@ def print_expression(expression: Expression) -> str:
     """An expression on one line. Raises `CannotFormat` for a tree that no text stands for."""
     try:
         return flat(expression)
-    except Unprintable as problem:
+    except LayoutError as problem:
         raise CannotFormat(str(problem)) from problem
 
 
@@ -149,7 +149,7 @@ def _aligns(row: _Row) -> bool:
 
 
 def _aligned(run: list[Declaration | None]) -> Iterator[list[str]]:
-    """Names and `=` under one another; what would then be too long for its line goes over several, unaligned."""
+    """Names and `=` under one another; what would then be too long goes over several lines, unaligned."""
     fits = [len(line) <= WIDTH for line in _columns(run)]
     for fit, part in groupby(zip(fits, run, strict=True), lambda pair: pair[0]):
         declarations = [declaration for _, declaration in part]
@@ -166,7 +166,7 @@ def _columns(run: list[Declaration | None]) -> list[str]:
 
 
 def _with_comments(declarations: list[list[str]], comments: list[Comment | None]) -> list[str]:
-    """Comments behind declarations on single lines next to each other start in one column, two blanks away."""
+    """Comments behind single lines next to each other start in one column, two blanks away."""
     found: list[str] = []
     for single, pairs in groupby(zip(declarations, comments, strict=True), lambda pair: len(pair[0]) == 1):
         stretch = list(pairs)
@@ -184,21 +184,23 @@ def _print_declaration(row: _Row, text: str | None) -> list[str]:
     """Over several lines with the comments at their arguments, or as it was where that is not possible."""
     try:
         return _lines(row.declaration, row.inner)
-    except Unprintable:
+    except LayoutError:
         if text is None or not row.inner or not row.declaration:
             raise
         span = row.declaration.span
         return [line.rstrip(" \t") for line in re.split(BREAK, text[span.start : span.end])]
 
 
-def _lines(declaration: Declaration | None, comments: Sequence[Comment] = (), explode: bool = False) -> list[str]:
+def _lines(
+    declaration: Declaration | None, comments: Sequence[Comment] = (), explode: bool = False
+) -> list[str]:
     if declaration is None:
         return []
     values = expressions(declaration)
     if not values:
         return [_natural(declaration)]
     if comments and comments[0].span.start < values[0].span.start:
-        raise Unprintable(f"no place for the comment of line {comments[0].span.line}")
+        raise LayoutError(f"no place for the comment of line {comments[0].span.line}")
     return lines(values[0], _lead(declaration), _range(declaration), comments, explode)
 
 

@@ -1,7 +1,7 @@
 """What to say about a text that the parser does not take: from the token that does not fit to human words.
 
-To recognise one more mistake: one function from `Slip` to `Diagnostic | None` and its name in `CHECKS`; the first that
-answers is heard. `CODES` lists what each code means; a code keeps its meaning for ever.
+To recognise one more mistake: one function from `Slip` to `Diagnostic | None` and its name in `CHECKS`; the
+first that answers is heard. `codes.py` says what each code means.
 """
 
 from __future__ import annotations
@@ -11,13 +11,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from softmark.grammar import limits
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.lalr import END, accepted
 from softmark.grammar.lex import BREAK, Token
-from softmark.grammar.split import CLOSERS, MAX_NESTING, OPENERS, WORDS, Chunk
+from softmark.grammar.split import CLOSERS, OPENERS, WORDS, Chunk
 from softmark.grammar.table import load, reserved
-from softmark.grammar.tree import Argument, Expression, Number, Span, Unit
 
+VALUES = frozenset({"NAME", "PATH", "NUMBER", "STRING", "LPAR", "LSQB", "UNIT"})  # what a value starts with
 SHAPE = "a declaration reads `kind name = value`"
 WORDS_FOR = {  # kinds of token that have no fixed text
     "NUMBER": "a value",
@@ -29,11 +30,11 @@ WORDS_FOR = {  # kinds of token that have no fixed text
 }
 LOOKALIKES = {
     "−": "-", "–": "-", "—": "-", "×": "*", "·": "*", "⋅": "*", "∙": "*", "÷": "/", "≤": "<=", "≥": ">=",
-    "≠": "!=", "…": "..", "...": "..", "“": '"', "”": '"', "„": '"', "«": '"', "»": '"', "‘": '"', "’": '"', "&": "and",
-    "&&": "and", "|": "or", "||": "or", "!": "not", "（": "(", "）": ")", "，": ",", "＝": "=",
+    "≠": "!=", "…": "..", "...": "..", "“": '"', "”": '"', "„": '"', "«": '"', "»": '"', "‘": '"', "’": '"',
+    "&": "and", "&&": "and", "|": "or", "||": "or", "!": "not", "（": "(", "）": ")", "，": ",", "＝": "=",
 }  # fmt: skip
-FOREIGN_WORDS = {"import": "use", "include": "use", "from": "use", "let": "param", "const": "param", "var": "param",
-                 "assert": "expect", "require": "expect"}  # fmt: skip
+FOREIGN_WORDS = {"import": "use", "include": "use", "from": "use", "let": "param", "const": "param",
+                 "var": "param", "assert": "expect", "require": "expect"}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -92,14 +93,12 @@ class Slip:
 
     def _wanted(self) -> str:
         if "NUMBER" in self.accepts:
-            return "a value" if "NOT" in self.accepts or self.start == "expression" else "a number"
-        if not self.index:
-            return "a declaration"
-        closing = ["COMMA", "RPAR", "RSQB", "EQUAL", "AS", "RANGE", "STRING", "NAME", END]
-        wanted = [self._word(kind) for kind in closing if kind in self.accepts]
-        if not self.brackets and "EQUAL" not in self.accepts and "COMPARE" in self.accepts:
+            return "a version number" if self.accepts == {"NUMBER"} else "a value"
+        kinds = ["COMMA", "RPAR", "RSQB", "EQUAL", "AS", "RANGE", "STRING", "NAME", END]
+        wanted = [self._word(kind) for kind in kinds if kind in self.accepts]
+        if END in self.accepts:
             wanted.insert(0, "an operator")
-        return f"{', '.join(wanted[:-1])} or {wanted[-1]}" if len(wanted) > 1 else "".join(wanted)
+        return f"{', '.join(wanted[:-1])} or {wanted[-1]}" if len(wanted) > 1 else wanted[0]
 
     def _word(self, kind: str) -> str:
         if kind == END and self.start == "expression":
@@ -107,7 +106,9 @@ class Slip:
         literal = next((t.literal for t in load().terminals if t.name == kind), "")
         return f"`{literal}`" if literal else WORDS_FOR[kind]
 
-    def say(self, code: str, message: str = "", help: str = "", label: str = "", at: Token | None = None) -> Diagnostic:
+    def say(
+        self, code: str, message: str = "", help: str = "", label: str = "", at: Token | None = None
+    ) -> Diagnostic:
         """A diagnostic at the token that does not fit; without a message, what was expected and found."""
         message = message or f"{self.expected}, found {self.shown}"
         return Diagnostic(code, message, self.source, (at or self.found).span, label, help)
@@ -146,7 +147,9 @@ def _junk(slip: Slip) -> Diagnostic | None:
     text = slip.found.text
     match slip.found.kind:
         case "UNCLOSED_STRING":
-            return slip.say("E103", "the text is not closed", 'a text ends on the line it starts on, with `"`')
+            return slip.say(
+                "E103", "the text is not closed", 'a text ends on the line it starts on, with `"`'
+            )
         case "SEMICOLON":
             return slip.say("E107", "a declaration ends with its line, without `;`", "remove the `;`")
         case "SLASHES" | "BLOCK_COMMENT":
@@ -154,7 +157,8 @@ def _junk(slip: Slip) -> Diagnostic | None:
         case "SINGLE_QUOTED":
             return slip.say("E109", "a text stands in double quotes", f'write `"{text.strip(chr(39))}"`')
         case "LBRACE" | "RBRACE":
-            return slip.say("E112", f"there are no blocks in `{{ }}`, found `{text}`", _no_block(slip))
+            help = "fields go into a call: `material skin = neo_hookean(young = 60 kPa, poisson = 0.49)`"
+            return slip.say("E112", f"there are no blocks in braces, found `{text}`", help)
         case "FOREIGN_WORD":
             help = "names are made of the letters A to Z, a to z, digits and `_`"
             return slip.say("E130", f"`{text[:30]}` is not a name", help)
@@ -162,10 +166,6 @@ def _junk(slip: Slip) -> Diagnostic | None:
             instead = LOOKALIKES.get(text, "")
             return slip.say("E102", f"unexpected {_character(text)}", f"write `{instead}`" if instead else "")
     return None
-
-
-def _no_block(slip: Slip) -> str:
-    return "fields go into a call: `material skin = neo_hookean(young = 60 kPa, poisson = 0.49)`"
 
 
 def _character(text: str) -> str:
@@ -177,9 +177,9 @@ def _character(text: str) -> str:
 def _foreign_word(slip: Slip) -> Diagnostic | None:
     first = slip.tokens[0]
     instead = FOREIGN_WORDS.get(first.text)
-    if slip.start != "declaration" or not slip.index or not instead or slip.kind(0) == "EQUAL":
+    if slip.start != "declaration" or slip.index not in (1, 2) or not instead or slip.kind(0) == "EQUAL":
         return None
-    return foreign_kind(slip.source, first, instead)
+    return limits.foreign_word(slip.source, first, instead)
 
 
 def _unclosed(slip: Slip) -> Diagnostic | None:
@@ -190,7 +190,7 @@ def _unclosed(slip: Slip) -> Diagnostic | None:
         return None
     opening = slip.tokens[slip.brackets[-1]]
     closing = {"LPAR": ")", "LSQB": "]"}.get(opening.kind, "}")
-    return slip.say("E104", f"`{opening.text}` is not closed", f"add the `{closing}`", at=opening)
+    return slip.say("E104", f"`{opening.text}` is not closed", f"add the `{closing}`", "opened here", opening)
 
 
 def _wrong_closing(slip: Slip) -> Diagnostic | None:
@@ -198,7 +198,9 @@ def _wrong_closing(slip: Slip) -> Diagnostic | None:
     if found.kind not in CLOSERS:
         return None
     if not slip.brackets:
-        return slip.say("E105", f"`{found.text}` closes nothing", f"remove the `{found.text}`, or open it before")
+        return slip.say(
+            "E105", f"`{found.text}` closes nothing", f"remove the `{found.text}`, or open it before"
+        )
     opening = slip.tokens[slip.brackets[-1]]
     if OPENERS[opening.kind] == found.kind:
         return None
@@ -233,12 +235,15 @@ def _equal(slip: Slip) -> Diagnostic | None:
     if "EQUAL" not in slip.accepts or not (_names_declaration(slip) or _names_argument(slip)):
         return None
     name, text = slip.text(-1), slip.text(0)
-    if slip.found.kind in ("COLON", "COMPARE") and text in (":", ":=", "=="):
-        return slip.say("E106", f"expected `=` after `{name}`, found `{text}`", f"write `{name} = ...`")
+    message = f"expected `=` after `{name}`, found {slip.shown}"
+    if text in (":", ":=", "=="):
+        return slip.say("E106", message, f"write `{name} = ...`")
     if _names_declaration(slip) and slip.found.kind != "LBRACE":
-        return slip.say("E106", "", f"write `{slip.text(-2)} {name} = ...`")
+        return slip.say("E106", message, f"write `{slip.text(-2)} {name} = ...`")
     if slip.found.kind in ("NUMBER", "STRING", "LSQB"):
-        return slip.say("E106", f"expected `=` after `{name}`, found {slip.shown}", f"write `{name} = {text} ...`")
+        return slip.say(
+            "E106", message, f"write `{name} = {text}{' ...' if slip.found.kind == 'LSQB' else ''}`"
+        )
     return None
 
 
@@ -250,25 +255,27 @@ def _names_argument(slip: Slip) -> bool:
     return slip.in_call and slip.kind(-1) == "NAME" and slip.kind(-2) in ("LPAR", "COMMA")
 
 
-def _comparison(slip: Slip) -> Diagnostic | None:
-    """`=` where an expression has ended, or `=<`."""
-    if slip.found.kind == "COMPARE" and slip.kind(-1) == "EQUAL" and slip.tokens[slip.index - 1].end == slip.found.start:
-        return slip.say("E101", f"there is no operator `={slip.text(0)}`", f"write `{slip.text(0)}=`")
-    if slip.found.kind != "EQUAL":
-        return None
-    after = slip.text(1) if slip.kind(1) == "COMPARE" else ""
-    if slip.kind(-1) == "COMPARE":
-        return slip.say("E101", f"there is no operator `{slip.text(-1)}=`", f"write `{slip.text(-1)}`")
-    if "COMPARE" not in slip.accepts or slip.kind(-1) == "UNIT" and slip.in_call:
-        return None
-    if after:
-        return slip.say("E101", f"there is no operator `={after}`", f"write `{after}=`")
-    if slip.tokens[0].kind in ("EXPECT", "PARAM") or slip.index > 3 and not slip.brackets:
-        return slip.say("E117", "`=` gives a name its value; to compare, write `==`", "write `==`")
-    if slip.brackets and not slip.in_call:
-        help = "a name with a value belongs into a call: `cylinder(length = 3 mm)`"
-        return slip.say("E101", "", help)
+def _operator(slip: Slip) -> Diagnostic | None:
+    """`=<`, `=>`, `<==`, `**`, `<>`: operators that are written otherwise here."""
+    instead = {"=<": "<=", "=>": ">=", "**": "^", "<>": "!=", "===": "==", "!==": "!="}
+    for pair in ((slip.index - 1, slip.index), (slip.index, slip.index + 1)):
+        if pair[0] >= 0 and pair[1] < len(slip.tokens):
+            first, second = (slip.tokens[place] for place in pair)
+            text = first.text + second.text
+            if text in instead and first.end == second.start:
+                return slip.say(
+                    "E101", f"there is no operator `{text}`", f"write `{instead[text]}`", at=first
+                )
     return None
+
+
+def _comparison(slip: Slip) -> Diagnostic | None:
+    """`=` where an expression has ended."""
+    if slip.found.kind != "EQUAL" or "COMPARE" not in slip.accepts or slip.in_call:
+        return None
+    if slip.kind(-1) == "NAME" and slip.kind(-2) in ("LPAR", "COMMA") and slip.tokens[0].kind != "EXPECT":
+        return slip.say("E101", help="named values stand in a call: `cylinder(length = 3 mm)`")
+    return slip.say("E117", "`=` gives a name its value; to compare, write `==`", "write `==`")
 
 
 def _reserved(slip: Slip) -> Diagnostic | None:
@@ -277,29 +284,31 @@ def _reserved(slip: Slip) -> Diagnostic | None:
         return None
     if "NUMBER" in slip.accepts and found.kind not in WORDS and slip.kind(1) != "EQUAL":
         return None
-    help = f"choose another name; reserved are {', '.join(f'`{word}`' for word in reserved())}"
+    help = f"choose another name; reserved are {', '.join(f'`{word}`' for word in sorted(reserved()))}"
     return slip.say("E114", f"`{found.text}` is a reserved word", help)
 
 
 def _missing_comma(slip: Slip) -> Diagnostic | None:
-    if "COMMA" not in slip.accepts and not (slip.found.kind == "EQUAL" and slip.kind(-1) == "UNIT" and slip.in_call):
+    place = slip.index
+    if slip.in_call and slip.found.kind == "EQUAL" and slip.kind(-1) == "UNIT":
+        place -= 1  # `f(x = 3 y = 4)`: `y` was taken for a unit
+    elif "COMMA" not in slip.accepts or slip.found.kind not in VALUES or _is_unit(slip):
         return None
-    at = slip.found
-    if at.kind == "EQUAL" and slip.kind(-1) == "UNIT":
-        at = slip.tokens[slip.index - 1]  # `f(x = 3 y = 4)`: `y` was taken for a unit
-    elif at.kind == "UNIT" and slip.kind(1) != "EQUAL":
-        return None
-    elif at.kind not in ("NAME", "PATH", "NUMBER", "STRING", "LPAR", "LSQB", "UNIT"):
-        return None
-    before = slip.tokens[slip.tokens.index(at) - 1]
-    return slip.say("E110", f"expected `,` between {_show(before)} and `{at.text}`", at=at)
+    at = slip.tokens[place]
+    message = f"expected `,` between {_show(slip.tokens[place - 1])} and `{at.text}`"
+    return slip.say("E110", message, label="`,` is missing before this", at=at)
+
+
+def _is_unit(slip: Slip) -> bool:
+    return slip.found.kind == "UNIT" and slip.kind(1) != "EQUAL"
 
 
 def _unit(slip: Slip) -> Diagnostic | None:
     if slip.found.kind != "UNIT":
         return None
     help = f"multiply: `* 1 {slip.text(0)}`"
-    return slip.say("E118", "a unit follows a number, a vector or a list; here it follows a call or a group", help)
+    message = "a unit follows a number, a vector or a list; here it follows a call or a group"
+    return slip.say("E118", message, help)
 
 
 def _shape(slip: Slip) -> Diagnostic | None:
@@ -309,19 +318,28 @@ def _shape(slip: Slip) -> Diagnostic | None:
     if slip.index == 0:
         help = f"{SHAPE}; one goes on over the end of a line inside brackets, or after an operator"
         return slip.say("E128", f"a declaration cannot start with {slip.shown}", help)
-    if slip.tokens[0].kind != "NAME" or slip.kind(0) != "EQUAL":
-        help = f"{SHAPE}" if slip.tokens[0].kind == "NAME" else ""
-        return slip.say("E128" if "NAME" in slip.accepts else "E101", "", help)
-    return slip.say("E128", "", f"{SHAPE}; for a number, `param {slip.text(-1)} = ...`")
+    if slip.accepts != {"NAME"}:
+        return None
+    if slip.kind(0) == "PATH":
+        return slip.say("E128", help="a name that is declared has no dots")
+    if slip.kind(-1) == "PARAM":
+        return slip.say("E128", help="a parameter reads `param name = value`")
+    if slip.kind(0) == "LPAR":
+        return slip.say("E128", help=f"give it a kind and a name: `kind name = {slip.text(-1)}(...)`")
+    return slip.say("E128", help=f"{SHAPE}; for a quantity, `param {slip.text(-1)} = ...`")
 
 
 def _value(slip: Slip) -> Diagnostic | None:
-    if "NUMBER" not in slip.accepts:
-        return None
-    help = ""
-    if slip.found.kind == "TIMES" and slip.kind(-1) == "TIMES":
-        help = "a power is written `^`" if slip.text(0) == "*" else ""
-    return slip.say("E129", "", help)
+    return slip.say("E129") if "NUMBER" in slip.accepts else None
+
+
+def _text(slip: Slip) -> Diagnostic | None:
+    """The path of a `use`, the title of a `scene`, and what goes with them."""
+    if slip.accepts == {"STRING"} and slip.kind(0) in ("NAME", "PATH"):
+        return slip.say("E101", help=f'write `"{slip.text(0)}"`')
+    if slip.accepts == {"AS"}:
+        return slip.say("E101", help=f"write `use {slip.text(-1)} as name`")
+    return None
 
 
 def _anything_else(slip: Slip) -> Diagnostic:
@@ -338,12 +356,14 @@ CHECKS: tuple[Check, ...] = (
     _wrong_closing,
     _brackets_without_items,
     _comma,
+    _operator,
     _comparison,
     _reserved,
     _missing_comma,
     _unit,
     _shape,
     _value,
+    _text,
     _anything_else,
 )
 
@@ -352,17 +372,21 @@ CHECKS: tuple[Check, ...] = (
 
 
 def second_declaration(tokens: Sequence[Token], index: int) -> int | None:
-    """Where a second declaration starts on the line of `tokens[index]`, which does not fit; None if none does."""
+    """Where a second declaration starts around `tokens[index]`, which does not fit; None if none does."""
     for start in (index, index - 1):
-        if start > 1 and _opens(tokens[start : start + 3]) and END in accepted(load(), tokens[:start], "declaration"):
+        if start < 2 or not _opens(tokens[start : start + 3]):
+            continue
+        if END in accepted(load(), tokens[:start], "declaration"):
             return start
     return None
 
 
 def _opens(tokens: Sequence[Token]) -> bool:
     first, *rest = tokens
-    is_name = re.fullmatch(r"[A-Za-z_]\w*", first.text, re.ASCII) and first.kind in ("NAME", "UNIT")
-    return first.kind in WORDS or bool(is_name) and [token.kind for token in rest] == ["NAME", "EQUAL"]
+    if first.kind in WORDS:
+        return True
+    is_name = first.kind in ("NAME", "UNIT") and re.fullmatch(r"[A-Za-z_]\w*", first.text, re.ASCII)
+    return bool(is_name) and [token.kind for token in rest] == ["NAME", "EQUAL"]
 
 
 def declared(tokens: Sequence[Token]) -> list[str]:

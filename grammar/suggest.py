@@ -6,11 +6,16 @@ from collections.abc import Iterable
 
 
 def nearest(word: str, candidates: Iterable[str]) -> str | None:
-    """The candidate that a slip of the finger makes of `word`, or None; case counts little."""
-    limit = max(1, min(3, len(word) // 3 + 1))
-    scored = [(distance(word.lower(), c.lower()), c != word, c) for c in candidates if abs(len(c) - len(word)) <= limit]
-    best = min(scored, default=None)
-    return best[2] if best is not None and best[0] <= limit else None
+    """The candidate that a slip of the finger makes of `word`, or None; case does not count.
+
+    One slip is allowed for every three letters, three at most: short names are all near one another.
+    Of several candidates equally near, the one that starts like `word` wins, then the first of the alphabet.
+    """
+    limit = min(len(word) // 3, 3)
+    near = [name for name in candidates if abs(len(name) - len(word)) <= limit]
+    scored = [(distance(word.lower(), name.lower()), name[:1] != word[:1], name) for name in near]
+    slips, _, name = min(scored, default=(limit + 1, True, ""))
+    return name if slips <= limit else None
 
 
 def distance(a: str, b: str) -> int:

@@ -1,8 +1,9 @@
 """The LALR(1) table of `scene.lark`: lark makes it once, the user's cache folder keeps it as JSON.
 
-With a table in the cache a process neither imports lark nor computes anything. The file is named after a digest of the
-grammar, of lark and of this module, so it is never stale; it is written beside its place and renamed, so it is
-never half there. A folder that cannot be written or a file that cannot be read costs time, not correctness.
+With a table in the cache a process neither imports lark nor computes anything. The file is named after a
+digest of the grammar, of lark and of this module, so it is never stale; it is written beside its place and
+renamed, so it is never half there. A folder that cannot be written or a file that cannot be read costs time,
+nothing else.
 """
 
 from __future__ import annotations
@@ -84,14 +85,16 @@ def make() -> Table:
     parser = Lark(GRAMMAR.read_text("utf-8"), parser="lalr", lexer="basic", start=list(STARTS))
     raw: Any = parser.parse_interactive("", start=STARTS[0]).parser_state.parse_conf.parse_table
     rules = {rule: number for number, rule in enumerate(parser.rules)}
-    # lark numbers states in an order that varies from run to run: any order is right, since only the numbers differ
     states = [_actions(raw.states[state], rules) for state in range(len(raw.states))]
-    return Table(states, [_rule(rule) for rule in rules], raw.start_states, raw.end_states, _terminals(parser))
+    return Table(
+        states, [_rule(rule) for rule in rules], raw.start_states, raw.end_states, _terminals(parser)
+    )
 
 
 def _actions(row: dict[str, Any], rules: dict[Any, int]) -> dict[str, int]:
     return {
-        symbol: target if isinstance(target, int) else -1 - rules[target] for symbol, (_, target) in row.items()
+        symbol: target if isinstance(target, int) else -1 - rules[target]
+        for symbol, (_, target) in row.items()
     }
 
 
@@ -108,7 +111,9 @@ def _rule(rule: Any) -> Rule:
 
 def _terminals(parser: Any) -> list[Terminal]:
     return [
-        Terminal(t.name, t.pattern.to_regexp(), t.pattern.value if t.pattern.type == "str" else "", t.priority)
+        Terminal(
+            t.name, t.pattern.to_regexp(), t.pattern.value if t.pattern.type == "str" else "", t.priority
+        )
         for t in parser.terminals
     ]
 
@@ -118,7 +123,11 @@ def _cache_path() -> Path | None:
     lark = find_spec("lark")
     try:
         root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-        parts = [GRAMMAR, Path(__file__), Path(lark.origin)] if lark and lark.origin else [GRAMMAR, Path(__file__)]
+        parts = (
+            [GRAMMAR, Path(__file__), Path(lark.origin)]
+            if lark and lark.origin
+            else [GRAMMAR, Path(__file__)]
+        )
         digest = "-".join(f"{crc32(part.read_bytes()):08x}" for part in parts)
     except (OSError, RuntimeError):
         return None

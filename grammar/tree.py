@@ -13,7 +13,7 @@ from typing import Literal, TypeAlias
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A stretch of a source text; lines and columns count from 1, columns in code points, the end is exclusive."""
+    """A stretch of a source text; lines and columns count from 1, in code points; the end is outside."""
 
     start: int  # offset of the first character
     end: int  # offset after the last character
@@ -28,10 +28,6 @@ def between(first: Span, last: Span) -> Span:
     return Span(first.start, last.end, first.line, first.column, last.end_line, last.end_column)
 
 
-def _span() -> Span:
-    return field(compare=False, repr=False)  # type: ignore[no-any-return]
-
-
 # ---------------------------------------------------------------------- expressions
 
 
@@ -40,7 +36,7 @@ class Unit:
     """`kg/m^3`: the text after a number, a vector or a list, not yet looked up."""
 
     text: str
-    span: Span = _span()
+    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +46,7 @@ class Number:
     value: float
     unit: Unit | None
     text: str = field(compare=False)
-    span: Span = _span()
+    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +54,7 @@ class String:
     """`"silicone.vtk"`; `value` is the text between the quotes, escapes resolved."""
 
     value: str
-    span: Span = _span()
+    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +62,7 @@ class Name:
     """`h`, `rod.eta`, `tissue.liver.young`: names joined by dots."""
 
     parts: tuple[str, ...]
-    span: Span = _span()
+    span: Span = field(compare=False, repr=False)
 
     @property
     def text(self) -> str:
@@ -80,7 +76,7 @@ class Vector:
 
     items: tuple[Expression, ...]
     unit: Unit | None
-    span: Span = _span()
+    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +85,7 @@ class List:
 
     items: tuple[Expression, ...]
     unit: Unit | None
-    span: Span = _span()
+    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +94,7 @@ class Argument:
 
     name: str | None
     value: Expression
-    span: Span = _span()
+    span: Span = field(compare=False, repr=False)
     name_span: Span | None = field(default=None, compare=False, repr=False)
 
 
@@ -108,7 +104,7 @@ class Call:
 
     function: Name
     arguments: tuple[Argument, ...]
-    span: Span = _span()
+    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,17 +113,17 @@ class Unary:
 
     operator: Literal["-", "+", "not"]
     operand: Expression
-    span: Span = _span()
+    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Binary:
-    """`a + b`, `a^2`, `a and b`. Brackets that only group leave no node; the span of what they hold includes them."""
+    """`a + b`, `a^2`, `a and b`. Brackets that only group leave no node; the span includes them."""
 
     operator: Literal["+", "-", "*", "/", "^", "and", "or"]
     left: Expression
     right: Expression
-    span: Span = _span()
+    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +132,7 @@ class Compare:
 
     operands: tuple[Expression, ...]
     operators: tuple[Literal["<", "<=", ">", ">=", "==", "!="], ...]
-    span: Span = _span()
+    span: Span = field(compare=False, repr=False)
 
 
 Expression: TypeAlias = Number | String | Name | Vector | List | Call | Unary | Binary | Compare
@@ -150,7 +146,7 @@ class Version:
     """`softmark 1`: the version of the language, on the first line."""
 
     number: int
-    span: Span = _span()
+    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +154,7 @@ class Title:
     """`scene "Silicone beam"`."""
 
     text: str
-    span: Span = _span()
+    span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,9 +163,9 @@ class Use:
 
     path: str
     alias: str
-    span: Span = _span()
-    path_span: Span = _span()
-    alias_span: Span = _span()
+    span: Span = field(compare=False, repr=False)
+    path_span: Span = field(compare=False, repr=False)
+    alias_span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,8 +176,8 @@ class Param:
     value: Expression
     low: Expression | None
     high: Expression | None
-    span: Span = _span()
-    name_span: Span = _span()
+    span: Span = field(compare=False, repr=False)
+    name_span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,9 +187,9 @@ class Declare:
     kind: str
     name: str
     value: Expression
-    span: Span = _span()
-    kind_span: Span = _span()
-    name_span: Span = _span()
+    span: Span = field(compare=False, repr=False)
+    kind_span: Span = field(compare=False, repr=False)
+    name_span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +197,7 @@ class Expect:
     """`expect rod.eta < 5 %`."""
 
     condition: Expression
-    span: Span = _span()
+    span: Span = field(compare=False, repr=False)
 
 
 Declaration: TypeAlias = Version | Title | Use | Param | Declare | Expect
@@ -219,7 +215,7 @@ class Comment:
 class Tree:
     """A scene as written: its declarations in order, and every comment.
 
-    `broken` are the names of declarations left out for an error in them: whoever misses one has been told already.
+    `broken` are the names of declarations left out for an error: who misses one has been told already.
     """
 
     declarations: tuple[Declaration, ...]

@@ -52,6 +52,7 @@ def compile_scene(
         parameters={n: p for n, p in compiler.parameters.items() if p is not None},
         declared={n: d for n in table.symbols if (d := compiler.declared.get(n)) is not None},
         expectations=tuple(compiler.expectations),
+        unused=_unused(table, compiler.used),
     )
     return scene, diagnostics
 
@@ -61,6 +62,12 @@ def _title(module: Module) -> str:
     for extra in titles[1:]:
         module.place.fail("E208", extra.span, "the scene has two titles", "the second title", "keep one of them")
     return titles[0].text if titles else (module.file.stem if module.file else "untitled scene")
+
+
+def _unused(table: Table, used: set[str]) -> dict[str, Location]:
+    """The scene's own names that nothing refers to, and where they are declared."""
+    own = {n: s for n, s in table.symbols.items() if "." not in n and n not in used}
+    return {n: Location(s.module.source, s.node.name_span) for n, s in own.items()}
 
 
 def _overrides(texts: Sequence[str], diagnostics: list[Diagnostic]) -> list[Override]:
@@ -89,6 +96,7 @@ class _Compiler:
     parameters: dict[str, Parameter | None] = field(default_factory=dict)  # None: in error
     declared: dict[str, Declared | None] = field(default_factory=dict)
     expectations: list[Expectation] = field(default_factory=list)
+    used: set[str] = field(default_factory=set)  # full names that something refers to
     _open: list[str] = field(default_factory=list)  # names being resolved, to find circles
 
     def run(self) -> None:
@@ -153,6 +161,7 @@ class _Compiler:
         """What a name stands for, in the module where it is written."""
         symbol = self.table.symbols.get(module.prefix + name.text)
         if symbol is not None:
+            self.used.add(module.prefix + name.text)
             return symbol
         if name.parts[0] in module.tree.broken or module.prefix + name.parts[0] in self._failed_uses():
             raise Bad  # its own declaration is reported already

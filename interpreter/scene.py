@@ -76,7 +76,7 @@ class Scene:
     parameters: Mapping[str, Parameter]
     declared: Mapping[str, Declared]
     expectations: tuple[Expectation, ...]
-    warnings: tuple[Diagnostic, ...] = ()
+    unused: Mapping[str, Location] = field(default_factory=dict)
 
     def of_kind(self, kind: str) -> dict[str, Declared]:
         """The scene's own declarations of a kind, without those that come from `use`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,6 +58,12 @@ class Assembly:
         self.free = np.setdiff1d(np.arange(dofs), fixed)
         self.conservative = all(e.conservative for e in (*self.internal, *self.loads))
         self.pattern = prepare(dofs, fixed, [e.stencils for e in (*self.internal, *self.loads)])
+
+    def with_internal(self, internal: Sequence[Energy]) -> Assembly:
+        """The same loads and the same pattern, for other energies on the same stencils."""
+        other = copy(self)
+        other.internal = tuple(internal)
+        return other
 
     def _scaled(self, load: float) -> list[tuple[Energy, float]]:
         return [(e, 1.0) for e in self.internal] + [(e, load) for e in self.loads]

@@ -1,3 +1,54 @@
-"""softmark: a scene language and its interpreter for assessing deformable models."""
+"""softmark: a scene language and its interpreter for assessing deformable models.
+
+    import softmark
+
+    scene = softmark.load("beam.scene", L="120 mm")
+    report = scene.run(models=["rod"])
+    report.models["rod"].probes["axis"].displacement   # numpy, (n, 3) in m
+    report.references["theory"].probes["axis"].position
+    report.to_json()                                   # the JSON report as a dict
+
+Nothing is imported before it is used: importing this package costs about a millisecond.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from softmark.interpreter.api import LoadedScene as LoadedScene
+    from softmark.interpreter.api import load as load
+    from softmark.interpreter.api import loads as loads
+    from softmark.interpreter.results import MetricResult as MetricResult
+    from softmark.interpreter.results import ModelResult as ModelResult
+    from softmark.interpreter.results import ProbeResult as ProbeResult
+    from softmark.interpreter.results import ReferenceResult as ReferenceResult
+    from softmark.interpreter.results import Report as Report
+    from softmark.interpreter.scene import SceneError as SceneError
 
 __version__ = "0.1.0"
+
+# public name: module that it comes from
+_PUBLIC = {
+    "load": "softmark.interpreter.api",
+    "loads": "softmark.interpreter.api",
+    "LoadedScene": "softmark.interpreter.api",
+    "SceneError": "softmark.interpreter.scene",
+    "Report": "softmark.interpreter.results",
+    "ModelResult": "softmark.interpreter.results",
+    "ReferenceResult": "softmark.interpreter.results",
+    "ProbeResult": "softmark.interpreter.results",
+    "MetricResult": "softmark.interpreter.results",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'softmark' has no attribute '{name}'")
+    import importlib
+
+    return getattr(importlib.import_module(_PUBLIC[name]), name)
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *_PUBLIC]

@@ -10,7 +10,7 @@ To add an energy of a rod, write a class beside `RodElastic` with the members of
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -35,6 +35,7 @@ class RodElastic:
     rest: Floats
     elements: Ints  # (n, 2)
     stiffness: RodStiffness
+    offset: Floats = field(default_factory=lambda: np.zeros(6))  # (n, 6) or (6,), added to eps - eps0
     conservative: bool = True
 
     @cached_property
@@ -62,21 +63,40 @@ class RodElastic:
 
     def resultants(self, x: Floats) -> Floats:
         """Forces (N) and moments (N m) in the material axes at the middle of each element, (n, 6)."""
-        return self.strains(x) * self.stiffness.diagonal
+        return (self.strains(x) + self.offset) * self.stiffness.diagonal
 
     def mode_energies(self, x: Floats) -> Floats:
         """Strain energy (6,) in J of stretch, the two shears, twist and the two bendings."""
         return np.asarray(self.lengths @ self.strains(x) ** 2 * self.stiffness.diagonal / 2)
 
+    def rigid_fraction(self, x: Floats) -> float:
+        """Part of the strain energy that switched-off modes still hold."""
+        energies = self.mode_energies(x)
+        total = float(np.sum(energies))
+        return float(np.sum(energies[list(self.stiffness.rigid)])) / total if total > 0 else 0.0
+
+    def tightened(self, x: Floats) -> RodElastic:
+        """The rod whose switched-off modes carry their forces in x without strain: method of multipliers.
+
+        Their present strain joins `offset`, so stiffness times offset is the multiplier (Hestenes 1969,
+        Powell 1969). Solved again from x, the strain left in these modes falls a millionfold in a cantilever,
+        for one or two Newton steps more.
+        """
+        rigid = list(self.stiffness.rigid)
+        offset = np.broadcast_to(self.offset, (len(self.elements), 6)).copy()
+        offset[:, rigid] += self.strains(x)[:, rigid]
+        return replace(self, offset=offset)
+
     def rounding(self, x: Floats) -> float:
-        """Gradient norm, N, that rounding of positions leaves: machine epsilon |x| C / l, summed."""
+        """Bound, N, on the gradient that rounding of positions leaves: eps |x| C / l, root of squares."""
         noise = np.finfo(np.float64).eps * np.max(np.abs(x.reshape(-1, 7)[:, :3]))
         largest = np.max(self.stiffness.diagonal[:3])
         return float(noise * largest * np.sqrt(2 * np.sum(1 / self.lengths**2)))
 
     def value(self, x: Floats) -> float:
-        """Strain energy, J."""
-        return float(np.sum(self.mode_energies(x)))
+        """Strain energy, J; with an offset, that of the springs behind the switched-off modes included."""
+        strains = self.strains(x) + self.offset
+        return float(self.lengths @ strains**2 @ self.stiffness.diagonal / 2)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Internal nodal forces, N, and moments about the material axes, N m."""
@@ -105,9 +125,9 @@ class RodElastic:
         return material + segments.project_hessian(self._gradient(segments, sigma), segments.hessians(sigma))
 
     def _weighted(self, segments: Segments) -> Floats:
-        """l C (eps - eps0), (n, 6)."""
+        """l C (eps - eps0 + offset), (n, 6)."""
         C = self.stiffness.diagonal * self.lengths[:, None]
-        return np.asarray(C * (segments.strains - self.rest_strains))
+        return np.asarray(C * (segments.strains - self.rest_strains + self.offset))
 
     def _gradient(self, segments: Segments, sigma: Floats) -> Floats:
         """sigma . deps in R^14, (n, 14)."""

@@ -5,7 +5,7 @@ A new section is a function that returns a `Section`, as `circular` does.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
@@ -18,6 +18,7 @@ class RodStiffness:
     """Stiffnesses to stretch and shears (EA, GA2, GA3) in N, to twist and bendings (GJ, EI2, EI3) in N m^2.
 
     GA2 and GA3 contain the shear factor. EI2 resists the curvature about e2, the bending in the plane e1-e3.
+    `rigid` names the modes, in this order from 0, that stand for constraints (see `without`).
     """
 
     EA: float
@@ -26,32 +27,32 @@ class RodStiffness:
     GJ: float
     EI2: float
     EI3: float
+    rigid: tuple[int, ...] = ()
 
     @property
     def diagonal(self) -> Floats:
         """diag(C_N, C_M), (6,), in the order of the strains (Gamma1, Gamma2, Gamma3, K1, K2, K3)."""
         return np.array([self.EA, self.GA2, self.GA3, self.GJ, self.EI2, self.EI3])
 
-    def without(self, length: float, *, shear: bool, axial: bool, ratio: float = 3e7) -> RodStiffness:
+    def without(self, length: float, *, shear: bool, axial: bool, ratio: float = 1e6) -> RodStiffness:
         """The rod of this `length` (m) with shear or stretch switched off; True leaves a mode flexible.
 
         A switched-off mode gets max(its own stiffness, ratio B / length^2), B the largest of GJ, EI2 and
-        EI3. The strain energy it keeps is about c / ratio of the whole, where c = 10 to 20 for a cantilever
-        whose load has P length^2 / B = 10, and grows as the power 3/2 of the load: below 1e-6 up to there.
-        Ask `RodElastic.mode_energies` for what it is.
+        EI3: a penalty. A cantilever whose load has P length^2 / B = 10 then keeps 20 / ratio of its strain
+        energy in such a mode and is off by 10 length / ratio at its tip, both growing with the load.
+        `RodElastic.tightened` removes what is left; `RodElastic.rigid_fraction` tells how much that is.
 
-        This is a penalty. It is harmless with `RodChain`, whose moves do not stretch what only turns:
-        Newton's method then takes as many iterations as without it. The condition number of the tangent
-        grows as ratio, and rounding of the positions keeps residuals above `RodElastic.rounding`.
+        The penalty costs no Newton steps with `RodChain`, whose moves do not stretch what only turns. The
+        condition number of the tangent grows as `ratio`, and rounding keeps residuals up at a part of
+        `RodElastic.rounding`.
         """
         floor = ratio * max(self.GJ, self.EI2, self.EI3) / length**2
-        return RodStiffness(
-            self.EA if axial else max(self.EA, floor),
-            self.GA2 if shear else max(self.GA2, floor),
-            self.GA3 if shear else max(self.GA3, floor),
-            self.GJ,
-            self.EI2,
-            self.EI3,
+        return replace(
+            self,
+            EA=self.EA if axial else max(self.EA, floor),
+            GA2=self.GA2 if shear else max(self.GA2, floor),
+            GA3=self.GA3 if shear else max(self.GA3, floor),
+            rigid=(() if axial else (0,)) + (() if shear else (1, 2)),
         )
 
 

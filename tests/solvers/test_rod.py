@@ -7,6 +7,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -38,7 +39,8 @@ UNIT = RodStiffness(EA=1.0, GA2=0.7, GA3=0.5, GJ=0.4, EI2=1.1, EI3=0.8)
 
 def random_quaternions(rng: np.random.Generator, count: int) -> np.ndarray:
     q = rng.normal(size=(count, 4))
-    return q / np.linalg.norm(q, axis=1, keepdims=True)
+    q /= np.linalg.norm(q, axis=1, keepdims=True)
+    return q
 
 
 def random_state(rng: np.random.Generator, nodes: int = NODES) -> np.ndarray:
@@ -146,6 +148,29 @@ def test_derivatives_hold_at_every_relative_angle(angle: float) -> None:
     elastic = RodElastic(random_state(rng, 2), chain(2), UNIT)
     numerical = derivative(lambda y: gradient(elastic, y), x.ravel())
     np.testing.assert_allclose(tangent(elastic, x.ravel()), (numerical + numerical.T) / 2, atol=2e-9)
+
+
+def test_derivatives_hold_with_an_offset() -> None:
+    """A rod whose switched-off modes carry multipliers: same tolerance."""
+    rng = np.random.default_rng(16)
+    stiffness = replace(UNIT, rigid=(0, 2))
+    x = random_state(rng)
+    elastic = RodElastic(random_state(rng), chain(NODES), stiffness).tightened(random_state(rng))
+    numerical = derivative(lambda y: np.array(elastic.value(y)), x)
+    np.testing.assert_allclose(gradient(elastic, x), numerical, atol=2e-9)
+    numerical = derivative(lambda y: gradient(elastic, y), x)
+    np.testing.assert_allclose(tangent(elastic, x), (numerical + numerical.T) / 2, atol=2e-9)
+
+
+def test_tightening_doubles_the_forces_of_switched_off_modes_only() -> None:
+    """In the same state the offset equals the strain: resultants of these modes double, others stay."""
+    rng = np.random.default_rng(17)
+    x = random_state(rng)
+    loose = RodElastic(random_state(rng), chain(NODES), replace(UNIT, rigid=(0, 2)))
+    factor = np.array([2.0, 1.0, 2.0, 1.0, 1.0, 1.0])
+    np.testing.assert_allclose(loose.tightened(x).resultants(x), factor * loose.resultants(x), atol=1e-14)
+    np.testing.assert_allclose(loose.tightened(x).strains(x), loose.strains(x))
+    assert loose.rigid_fraction(loose.rest) == 0.0
 
 
 def test_tangent_is_symmetric_out_of_balance() -> None:
@@ -366,7 +391,7 @@ def test_switching_a_mode_off_touches_that_mode_only() -> None:
     k = RodStiffness(EA=1.0, GA2=2.0, GA3=1e9, GJ=3.0, EI2=4.0, EI3=5.0)
     assert k.without(0.5, shear=True, axial=True) == k
     off = k.without(0.5, shear=False, axial=True, ratio=1e6)
-    assert off == RodStiffness(EA=1.0, GA2=2e7, GA3=1e9, GJ=3.0, EI2=4.0, EI3=5.0)
+    assert off == RodStiffness(EA=1.0, GA2=2e7, GA3=1e9, GJ=3.0, EI2=4.0, EI3=5.0, rigid=(1, 2))
     assert k.without(0.5, shear=True, axial=False, ratio=1e6).EA == 2e7
 
 

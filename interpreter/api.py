@@ -1,0 +1,85 @@
+"""The interpreter from Python: `softmark.load(...).run(...)`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.interpreter.check import check
+from softmark.interpreter.compile import compile_scene
+from softmark.interpreter.modules import Missing, locate, read
+from softmark.interpreter.scene import Scene, SceneError
+
+if TYPE_CHECKING:
+    from softmark.interpreter.results import Report
+
+
+@dataclass(frozen=True)
+class LoadedScene:
+    """A scene without errors, ready to run; `warnings` are doubts about it."""
+
+    scene: Scene
+    warnings: tuple[Diagnostic, ...]
+
+    @property
+    def title(self) -> str:
+        """The scene's title."""
+        return self.scene.title
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Names of its models."""
+        return tuple(self.scene.of_kind("model"))
+
+    def run(self, models: Sequence[str] | None = None, repeat: int = 1) -> Report:
+        """Solve and judge; `models` restricts to some, `repeat` times each solution so often.
+
+        Models that do not converge are in the report with their status: look at it before their numbers.
+        Raises SceneError if the scene cannot be built or a name in `models` is unknown.
+        """
+        from softmark.interpreter.run import Options, run, unknown_models
+
+        only = tuple(models or ())
+        if problems := unknown_models(self.scene, only):
+            raise SceneError(problems)
+        return run(self.scene, list(self.warnings), Options(only=only, repeat=repeat))
+
+
+def load(file: str | Path, /, **parameters: str) -> LoadedScene:
+    """The scene of a file, or of the standard library by name, with parameters replaced: `load("beam.scene", L="120 mm")`.
+
+    Raises SceneError with every diagnostic if something is wrong, FileNotFoundError if there is no such scene.
+    """
+    try:
+        path = locate(str(file))
+        source = read(path)
+    except Missing as missing:
+        raise FileNotFoundError(f"{missing.reason}. {missing.remedy}") from missing
+    return _loaded(source, path.parent, path, parameters)
+
+
+def loads(text: str, /, **parameters: str) -> LoadedScene:
+    """The scene of a text; files that it names are looked for in the working directory. Raises SceneError."""
+    return _loaded(Source("<text>", text), Path(), None, parameters)
+
+
+def _loaded(source: Source, folder: Path, file: Path | None, parameters: dict[str, str]) -> LoadedScene:
+    overrides = [f"{name}={value}" for name, value in parameters.items()]
+    scene, diagnostics = checked(source, folder, file, overrides)
+    if any(d.severity == "error" for d in diagnostics) or scene is None:
+        raise SceneError([d for d in diagnostics if d.severity == "error"])
+    return LoadedScene(scene, tuple(diagnostics))
+
+
+def checked(
+    source: Source, folder: Path, file: Path | None, overrides: Sequence[str] = ()
+) -> tuple[Scene | None, list[Diagnostic]]:
+    """The scene, None if it has errors, and all diagnostics about it."""
+    scene, diagnostics = compile_scene(source, folder, file, overrides)
+    if any(d.severity == "error" for d in diagnostics):
+        return None, diagnostics
+    diagnostics += check(scene)
+    return (None if any(d.severity == "error" for d in diagnostics) else scene), diagnostics

@@ -1,0 +1,72 @@
+"""From a scene to the straight clamped beam that the references of beam theory are solved for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from softmark.interpreter.case import Case, Fault, coverage, fault
+from softmark.interpreter.scene import Declared
+from softmark.interpreter.vocabulary.loads import Gravity
+from softmark.interpreter.vocabulary.supports import Fixed
+from softmark.references.cantilever import Cantilever, Disc, Rectangle, Refused
+from softmark.solvers.mesh import shapes
+
+
+def cantilever_of(reference: Declared, case: Case) -> Cantilever:
+    """The beam that a reference is about. Raises Fault where the scene breaks an assumption of beam theory."""
+    shape = case.shape
+    if not hasattr(shape, "section"):
+        raise _refused(reference, f"`{case.body.name}` is not a straight body with a constant section",
+                       "beam theory needs a cylinder or a box")  # fmt: skip
+    for load in case.loads:
+        if not isinstance(load.thing, Gravity):
+            raise _refused(reference, f"the load `{load.name}` is not gravity",
+                           "this reference knows a beam under its own weight alone")  # fmt: skip
+    root, axis = _clamped_end(reference, case)
+    try:  # the section too may be refused
+        return Cantilever(shape.length, _section(case), case.material.young, case.material.poisson,
+                          case.material.density, root, axis, case.gravity)  # fmt: skip
+    except Refused as refused:
+        raise _refused(reference, refused.reason, refused.remedy) from refused
+
+
+def _refused(reference: Declared, reason: str, remedy: str) -> Fault:
+    name, at = reference.name, reference.location
+    return fault("E503", at, f"`{name}` does not hold for this scene: {reason}", "an assumption is broken", remedy)
+
+
+def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
+    """Root and axis, away from the clamp; exactly one end must be clamped, and nothing else held."""
+    shape = case.shape
+    clamped = []
+    for support in case.supports:
+        if not isinstance(support.thing, Fixed) or len(support.thing.components) < 3:
+            raise _refused(reference, f"the support `{support.name}` is not a clamp", "use `fixed(body, where = ...)` with all components")
+        ends = [coverage(support.thing.where, shape, s) for s in (0.0, shape.length)]
+        inside = {coverage(support.thing.where, shape, shape.length * i / 200) for i in range(1, 200)}
+        if sorted(ends) != ["all", "none"] or inside != {"none"}:
+            raise _refused(reference, f"the support `{support.name}` is not the clamp of one end face",
+                           "hold one end and nothing else, as in `where = x <= 0 mm`")  # fmt: skip
+        clamped.append(ends.index("all"))
+    if len(set(clamped)) != 1:
+        count = "no" if not clamped else "more than one"
+        raise _refused(reference, f"{count} end of `{case.body.name}` is clamped", "clamp one end: `fixed(body, where = x <= 0 mm)`")
+    if clamped[0] == 0:
+        return shape.root, shape.axis
+    far = tuple(r + shape.length * a for r, a in zip(shape.root, shape.axis, strict=True))
+    return far, tuple(-a for a in shape.axis)
+
+
+def _section(case: Case) -> Disc | Rectangle:
+    """The section in the words of the references, which compute its moments themselves."""
+    section = case.shape.section
+    if isinstance(section, shapes.Disc):
+        return Disc(section.radius)
+    first, _ = shapes.transverse(case.shape.axis)
+    along_first = abs(sum(f * g for f, g in zip(first, case.gravity, strict=True)))
+    total = sum(g * g for g in case.gravity) ** 0.5
+    if 1e-9 * total < along_first < (1 - 1e-9) * total:
+        raise Refused("gravity is oblique to the sides of the section", "the beam would bend sideways; turn gravity")
+    if along_first > 0.5 * total:
+        return Rectangle(height=section.width, width=section.height)
+    return Rectangle(height=section.height, width=section.width)

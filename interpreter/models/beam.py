@@ -1,0 +1,142 @@
+"""Building and solving a beam model: everything here is arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.case import Case, coverage
+from softmark.interpreter.models import outcome
+from softmark.interpreter.models.beam6dof import Beam6Dof, station
+from softmark.interpreter.models.prepared import Solution
+from softmark.interpreter.models.rigid import point_rows
+from softmark.interpreter.models.holding import conflict, must_be_held
+from softmark.interpreter.scene import Declared
+from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
+from softmark.interpreter.vocabulary.supports import Displaced
+from softmark.solvers.assembly import Assembly
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.rod import RodElastic, RodLoad
+from softmark.solvers.energies.rod_section import RodStiffness, Section
+from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, rod_at_rest
+from softmark.solvers.mesh.shapes import transverse
+from softmark.solvers.statics import Equilibrium, Statics
+
+if TYPE_CHECKING:
+    from softmark.solvers.statics import Watch
+
+
+@dataclass(frozen=True)
+class PreparedBeam:
+    """A rod at rest and its static problem."""
+
+    rest: Floats
+    problem: Statics
+    size: dict[str, int]
+    notes: tuple[Diagnostic, ...] = ()
+
+    def warm(self) -> None:
+        """Nothing to compile: beams are numpy."""
+        self.problem.assembly.tangent(self.rest, 1.0)
+
+    def solve(self, watch: Watch) -> Solution:
+        """Static equilibrium from rest."""
+        return outcome.solve(self.problem, watch, "try more segments or a smaller load", self._finish)
+
+    def _finish(self, found: Equilibrium) -> Solution:
+        return outcome.converged(found, lambda X: displacement_at(found.x, self.rest, X))
+
+
+def prepare(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
+    """Everything that solving needs. Raises Fault."""
+    shape = case.shape
+    stations = np.linspace(0.0, shape.length, model.segments + 1)
+    points = np.array(shape.root) + stations[:, None] * np.array(shape.axis)
+    rest = rod_at_rest(points, np.array(transverse(shape.axis)[1]))
+    nodes = len(points)
+    fixed, target = _supports(case, stations, points)
+    elastic = RodElastic(rest, chain(nodes), _stiffness(model, case))
+    held = np.zeros((nodes, 6), dtype=bool)
+    held.ravel()[fixed] = True
+    assembly = Assembly(6 * nodes, fixed, [elastic], _loads(case, rest, stations))
+    problem = Statics(
+        assembly, RodChain(rest, held[:, :3]), rest, fixed, target, case.analysis.tolerance, case.analysis.max_iterations,
+    )  # fmt: skip
+    size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
+    return PreparedBeam(rest, problem, size)
+
+
+def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
+    """Stiffnesses of the section; e2 and e3 lie along the transverse axes of the shape."""
+    section, material = case.shape.section, case.material
+    # `moments` are about the first and the second transverse axis: about e2 the distance is X3
+    I2, I3 = section.moments
+    kappa = section.shear_factor(material.poisson)
+    whole = Section(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
+    return whole.stiffness.without(case.shape.length, shear=model.shear, axial=model.axial)
+
+
+def _supports(case: Case, stations: Floats, points: Floats) -> tuple[Ints, Floats]:
+    values: dict[int, tuple[float, Declared]] = {}
+    rows = [np.zeros((0, 6))]
+    for support in case.supports:
+        by = support.thing.by if isinstance(support.thing, Displaced) else (0.0, 0.0, 0.0)
+        nodes = [i for i, s in enumerate(stations) if coverage(support.thing.where, case.shape, float(s)) == "all"]
+        turns = _held_turns(case.shape.axis, support.thing.components)
+        for node in nodes:
+            rows.append(point_rows(points[node : node + 1] - points.mean(axis=0), support.thing.components))
+            rows.append(np.eye(6)[[3 + t for t in turns]] * case.shape.length)
+            entries = [(c, by[c]) for c in support.thing.components]
+            entries += [(3 + b, 0.0) for b in _body_axes(case.shape.axis, turns)]
+            for c, value in entries:
+                known = values.setdefault(6 * node + c, (value, support))
+                if known[0] != value:
+                    raise conflict(known[1], support)
+    must_be_held(case, np.concatenate(rows) / case.shape.length ** np.array([0, 0, 0, 1, 1, 1]))
+    fixed = np.array(sorted(values), dtype=np.int64)
+    return fixed, np.array([values[d][0] for d in fixed.tolist()])
+
+
+def _held_turns(axis: tuple[float, ...], components: tuple[int, ...]) -> list[int]:
+    """Rotations about x, y, z that a rigid section cannot make while `components` of all its points are held.
+
+    A rotation omega moves a point r of the section by omega x r; component c of that is omega . (r x e_c), so holding c
+    takes away the rotations along r x e_c for every r across the axis.
+    """
+    if len(components) == 3:
+        return [0, 1, 2]
+    taken = [np.abs(np.cross(r, np.eye(3)[c])) for r in transverse(axis) for c in components]  # type: ignore[arg-type]
+    return [t for t in range(3) if any(v[t] > 0.5 for v in taken)]
+
+
+def _body_axes(axis: tuple[float, ...], turns: list[int]) -> list[int]:
+    """The same rotations as degrees of freedom, which are about the rod's own axes e1, e2, e3."""
+    if len(turns) == 3:
+        return [0, 1, 2]
+    frame = np.array([axis, *transverse(axis)])
+    return [int(np.argmax(np.abs(frame[:, t]))) for t in turns]
+
+
+def _loads(case: Case, rest: Floats, stations: Floats) -> list[RodLoad]:
+    shape, forces = case.shape, np.zeros((len(stations), 3))
+    weight = case.material.density * shape.section.area
+    for load in case.loads:
+        match load.thing:
+            case Gravity(magnitude=magnitude, direction=direction):
+                w = weight * magnitude * np.array(direction)
+                forces += RodLoad.uniform(rest, chain(len(stations)), w).forces
+            case Traction(where=where, vector=vector):
+                node = 0 if coverage(where, shape, 0.0) == "all" else -1
+                forces[node] += shape.section.area * np.array(vector)
+            case PointForce(at=at, vector=vector):
+                forces += _shares(station(case, at) or 0.0, stations)[:, None] * np.array(vector)
+    return [RodLoad(rest, forces)]
+
+
+def _shares(s: float, stations: Floats) -> Floats:
+    """Linear shape functions of all nodes at a station."""
+    shares: Floats = np.array([np.interp(s, stations, unit) for unit in np.eye(len(stations))])
+    return shares

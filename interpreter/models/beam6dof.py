@@ -1,0 +1,131 @@
+"""The geometrically exact beam."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.case import coverage
+from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
+from softmark.interpreter.vocabulary.supports import Displaced
+
+if TYPE_CHECKING:
+    from softmark.interpreter.case import Case
+    from softmark.interpreter.models.prepared import Prepared, Workshop
+    from softmark.interpreter.scene import Declared
+
+
+@dataclass(frozen=True)
+class Beam6Dof:
+    """Geometrically exact beam with six degrees of freedom per node, for straight prismatic bodies.
+
+    Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, rotations are not limited.
+    Two-node elements with one integration point, second order, independent of the path. Shear and axial flexibility are on
+    unless they are switched off. Needs a cylinder or a box that is slender; supports must take whole cross-sections.
+    Source: Simo (1985); Simo and Vu-Quoc (1986); Crisfield and Jelenic (1999).
+    """
+
+    segments: Annotated[int, "1 in [1, 100000]", "elements along the axis"]
+    shear: Annotated[bool, "whether cross-sections may shear against the axis"] = True
+    axial: Annotated[bool, "whether the axis may stretch"] = True
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against a beam model of this case."""
+        at = declared.location
+        if not hasattr(case.shape, "section"):
+            return [
+                Diagnostic(
+                    "E501", f"`{declared.name}` needs a straight body with a constant section", at.source, at.span,
+                    f"`{case.body.name}` is not a cylinder or a box", "use `fem(...)` for this body",
+                )
+            ]  # fmt: skip
+        return [*self._loads(declared, case), *self._supports(declared, case), *self._thick(declared, case)]
+
+    def _loads(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        found = []
+        for load in case.loads:
+            reason = _unfit(load, case)
+            if reason:
+                at = load.location
+                found.append(Diagnostic(
+                    "E501", f"`{declared.name}` cannot represent the load `{load.name}`", at.source, at.span, reason,
+                    "a beam takes gravity, traction on an end face, and point forces on its axis; use `fem(...)` for the others",
+                ))  # fmt: skip
+        return found
+
+    def _supports(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        found = []
+        for support in case.supports:
+            stations = [case.shape.length * i / self.segments for i in range(self.segments + 1)]
+            cover = {coverage(support.thing.where, case.shape, s) for s in stations}
+            partial = len(support.thing.components) < 3 and not _aligned(case.shape.axis)
+            turning = isinstance(support.thing, Displaced) and len(support.thing.components) < 3
+            reason = (
+                "takes only part of a cross-section" if "some" in cover
+                else "selects no cross-section at a node" if cover == {"none"}
+                else "holds single components of an oblique beam" if partial or turning and not _aligned(case.shape.axis)
+                else ""
+            )  # fmt: skip
+            if reason:
+                at = support.at("where")
+                found.append(Diagnostic(
+                    "E501", f"`{declared.name}` cannot represent the support `{support.name}`", at.source, at.span, reason,
+                    "a beam is held at whole cross-sections, where the condition holds at a node of its axis",
+                ))  # fmt: skip
+        return found
+
+    def _thick(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        section = case.shape.section
+        depth = 2 * max(max(abs(u), abs(v)) for u, v in section.samples())
+        if case.shape.length >= 3 * depth:
+            return []
+        at = declared.location
+        ratio = case.shape.length / depth
+        return [
+            Diagnostic(
+                "W304", f"a beam {ratio:.1f} times as long as deep is not slender", at.source, at.span, "beam theory is crude here",
+                "below about 3 the section warps; compare with `fem(...)`",
+            )
+        ]  # fmt: skip
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan."""
+        off = [name for name, on in (("shear", self.shear), ("stretch", self.axial)) if not on]
+        return f"{self.segments} beam segments, no mesh" + (f", without {' and '.join(off)}" if off else "")
+
+    def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+        """Nodes, stiffnesses, supports and loads as arrays. Raises Fault."""
+        from softmark.interpreter.models.beam import prepare
+
+        return prepare(self, declared, case)
+
+
+def _aligned(axis: tuple[float, ...]) -> bool:
+    return max(abs(a) for a in axis) > 1 - 1e-12
+
+
+def _unfit(load: Declared, case: Case) -> str:
+    """Why a beam cannot carry a load, or nothing."""
+    match load.thing:
+        case Gravity():
+            return ""
+        case PointForce(at=at):
+            return "" if station(case, at) is not None else "not on the axis of the beam"
+        case Traction(where=where):
+            ends = [coverage(where, case.shape, s) for s in (0.0, case.shape.length)]
+            middle = coverage(where, case.shape, 0.5 * case.shape.length)
+            fits = sorted(ends) == ["all", "none"] and middle == "none"
+            return "" if fits else "not on one whole end face"
+    return "not a load of beam theory"
+
+
+def station(case: Case, point: tuple[float, float, float]) -> float | None:
+    """Distance from the root along the axis of a point on the axis, or None if it lies off it."""
+    shape = case.shape
+    offset = [p - r for p, r in zip(point, shape.root, strict=True)]
+    s = float(sum(o * a for o, a in zip(offset, shape.axis, strict=True)))
+    off = sum((o - s * a) ** 2 for o, a in zip(offset, shape.axis, strict=True)) ** 0.5
+    slack = 1e-9 * shape.length
+    return min(max(s, 0.0), shape.length) if off <= slack and -slack <= s <= shape.length + slack else None

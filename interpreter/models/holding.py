@@ -1,0 +1,63 @@
+"""How supports hold a body: selections, values on degrees of freedom, conflicts, and motions left free."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.interpreter import units
+from softmark.interpreter.case import Case, Fault, fault
+from softmark.interpreter.models.rigid import free_motions, point_rows
+from softmark.interpreter.scene import Declared
+from softmark.interpreter.vocabulary.supports import Displaced
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.mesh.mesh import Mesh
+
+
+def selected(case: Case, owner: Declared, points: Floats, what: str) -> np.ndarray:
+    """Which of the points (n, 3) the condition of a support or load selects (n,). Raises Fault if none or all are."""
+    extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+    x, y, z = points.T
+    held: np.ndarray = np.asarray(owner.thing.where.holds(x, y, z, extent))
+    if not held.any():
+        low, high = points.min(axis=0), points.max(axis=0)
+        spans = ", ".join(f"{n} from {units.show(a, units.LENGTH)} to {units.show(b, units.LENGTH)}"
+                          for n, a, b in zip("xyz", low, high, strict=True))  # fmt: skip
+        raise fault("E302", owner.at("where"), f"`{owner.name}` selects no {what} of `{case.body.name}`", "selects nothing",
+                    f"the body spans {spans}")  # fmt: skip
+    if held.all():
+        raise fault("E303", owner.at("where"), f"`{owner.name}` selects every {what} of `{case.body.name}`", "selects everything",
+                    "nothing would be left to deform; select a part of the body")  # fmt: skip
+    return held
+
+
+def solid_supports(case: Case, mesh: Mesh) -> tuple[Ints, Floats]:
+    values: dict[int, tuple[float, Declared]] = {}
+    rows = [np.zeros((0, 6))]
+    for support in case.supports:
+        nodes = np.nonzero(selected(case, support, mesh.points, "point"))[0]
+        by = support.thing.by if isinstance(support.thing, Displaced) else (0.0, 0.0, 0.0)
+        rows.append(point_rows(mesh.points[nodes] - mesh.points.mean(axis=0), support.thing.components))
+        for c in support.thing.components:
+            for dof in 3 * nodes + c:
+                known = values.setdefault(int(dof), (by[c], support))
+                if known[0] != by[c]:
+                    raise conflict(known[1], support)
+    must_be_held(case, np.concatenate(rows) / mesh.extent ** np.array([0, 0, 0, 1, 1, 1]))
+    fixed = np.array(sorted(values), dtype=np.int64)
+    return fixed, np.array([values[d][0] for d in fixed.tolist()])
+
+
+def conflict(first: Declared, second: Declared) -> Fault:
+    """Two supports that impose different values on one degree of freedom."""
+    return fault("E305", second.location, f"`{first.name}` and `{second.name}` hold the same points to different values",
+                 "contradicts the other", "select different points or different components")  # fmt: skip
+
+
+def must_be_held(case: Case, rows: Floats) -> None:
+    """Raise a Fault where the supports leave a rigid motion."""
+    motions = free_motions(rows)
+    if not motions:
+        return
+    at = case.supports[0].location if case.supports else case.body.location
+    raise fault("E306", at, f"the supports of `{case.body.name}` leave it free to {', '.join(motions)}", "not held enough",
+                "hold more components, or more of the body")  # fmt: skip

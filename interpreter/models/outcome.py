@@ -1,0 +1,39 @@
+"""From a static problem to a solution: one place that turns NotConverged into words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from softmark.interpreter.models.prepared import Solution
+from softmark.solvers import linear
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.statics import Equilibrium, Iteration, NotConverged, Statics, Watch, equilibrium
+
+
+def solve(problem: Statics, watch: Watch, remedy: str, finish: Callable[[Equilibrium], Solution]) -> Solution:
+    """The solution of a static problem; not converged, with its history, where there is none."""
+    try:
+        found = equilibrium(replace(problem, watch=watch))
+    except NotConverged as failure:
+        return Solution("not_converged", f"{failure.reason}; {remedy}", facts(failure.history, None, 0))
+    return finish(found)
+
+
+def facts(history: tuple[Iteration, ...], residual: float | None, steps: int) -> dict[str, object]:
+    """The `solve` part of a report."""
+    shown = [
+        {"phase": i.phase, "load": i.load, "residual": _number(i.residual), "length": i.length} for i in history[-200:]
+    ]
+    return {
+        "iterations": len(history), "steps": steps, "residual": residual, "linear_solver": linear.NAME, "history": shown,
+    }  # fmt: skip
+
+
+def _number(value: float) -> float | None:
+    return value if abs(value) < float("inf") else None
+
+
+def converged(found: Equilibrium, displacement: Callable[[Floats], Floats]) -> Solution:
+    """A solution that met its tolerance."""
+    return Solution("converged", None, facts(found.history, found.residual, found.load_steps), displacement)

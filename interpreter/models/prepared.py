@@ -1,0 +1,63 @@
+"""A model made ready to solve, and what solving it gives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, Protocol
+
+from softmark.grammar.diagnostic import Diagnostic
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.interpreter.case import Case
+    from softmark.interpreter.scene import Declared
+    from softmark.solvers.statics import Watch
+
+Status = Literal["converged", "not_converged", "diverged", "failed", "skipped"]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What a model found: displacements of material points, or a message that says why there are none."""
+
+    status: Status
+    message: str | None
+    facts: dict[str, Any]  # iterations, steps, residual, solver
+    displacement: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None  # (n, 3) -> (n, 3), m
+    notes: tuple[Diagnostic, ...] = ()
+
+
+class Prepared(Protocol):
+    """A model built for a case."""
+
+    size: dict[str, int]
+    notes: tuple[Diagnostic, ...]
+
+    def warm(self) -> None:
+        """Compile or load whatever the solution needs, outside the clock."""
+
+    def solve(self, watch: Watch) -> Solution:
+        """Solve from rest; calling it again repeats the same work."""
+
+
+class Model(Protocol):
+    """A model as a scene declares it."""
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """Errors and warnings that need no arrays."""
+
+    def outline(self, case: Case) -> str:
+        """What will be built, on one line."""
+
+    def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+        """Build. Raises Fault."""
+
+
+@dataclass
+class Workshop:
+    """Meshes that models of one run share."""
+
+    meshes: dict[tuple[str, str, float], Any] = field(default_factory=dict)

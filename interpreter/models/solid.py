@@ -1,0 +1,176 @@
+"""Building and solving a solid finite element model: everything here is arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter import units
+from softmark.interpreter.case import Case, fault
+from softmark.interpreter.models import outcome
+from softmark.interpreter.models.fem import LARGE_ANGLE, Fem, element_class
+from softmark.interpreter.models.prepared import Solution, Workshop
+from softmark.interpreter.models.holding import solid_supports
+from softmark.interpreter.scene import Declared
+from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
+from softmark.solvers.assembly import Assembly
+from softmark.solvers.elements.interpolation import Integration, integration, locate
+from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.energy import Energy, Floats, Ints, VectorSpace
+from softmark.solvers.energies.loads import DeadForces, FollowerPressure
+from softmark.solvers.materials import law_for
+from softmark.solvers.mesh.file import Unreadable
+from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.statics import Equilibrium, Statics
+
+if TYPE_CHECKING:
+    from softmark.solvers.statics import Watch
+
+LOST_VOLUME = 0.05  # share of the body's volume that a mesh may miss without a warning
+
+
+@dataclass(frozen=True)
+class PreparedSolid:
+    """A mesh, its elastic energy, and the static problem."""
+
+    model: Fem
+    declared: Declared
+    mesh: Mesh
+    elastic: Elastic
+    problem: Statics
+    size: dict[str, int]
+    notes: tuple[Diagnostic, ...]
+
+    def warm(self) -> None:
+        """Run every kernel once on the first cell."""
+        one = replace(self.elastic, cells=np.arange(self.elastic.cells.shape[1])[None],
+                      dNdX=self.elastic.dNdX[:1], w=self.elastic.w[:1])  # fmt: skip
+        n = one.cells.size * 3
+        small = Assembly(n, np.zeros(0, dtype=np.int64), [one], [])
+        small.value(np.zeros(n), 1.0)
+        small.gradient(np.zeros(n), 1.0)
+        small.tangent(np.zeros(n), 1.0)
+
+    def solve(self, watch: Watch) -> Solution:
+        """Static equilibrium from rest."""
+        remedy = "try a smaller load, a finer mesh or another strain measure"
+        return outcome.solve(self.problem, watch, remedy, self._finish)
+
+    def _finish(self, found: Equilibrium) -> Solution:
+        u = found.x.reshape(-1, 3)
+        solution = outcome.converged(found, lambda X: locate(self.mesh, X).interpolate(u))
+        return replace(solution, notes=self._misread_rotation(found.x))
+
+    def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
+        if self.model.strain != "small":
+            return ()
+        H = self.elastic.F(x) - np.eye(3)
+        skew = 0.5 * (H - H.transpose(0, 2, 1))
+        angle = float(np.sqrt(0.5 * np.sum(skew**2, axis=(1, 2))).max())
+        if angle < LARGE_ANGLE:
+            return ()
+        at = self.declared.at("strain")
+        return (
+            Diagnostic(
+                "W306", f"`{self.declared.name}` took rotations of up to {units.show(angle, units.ANGLE)} for small ones",
+                at.source, at.span, "outside its range", "its numbers are those of a model that does not apply",
+            ),
+        )  # fmt: skip
+
+
+def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> PreparedSolid:
+    """Everything that solving needs. Raises Fault."""
+    mesh = mesh_of(model, case, workshop)
+    element = element_class(model.element)
+    parts = integration(mesh, element)
+    elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, model.strain))
+    fixed, target = solid_supports(case, mesh)
+    loads = _loads(case, mesh, parts)
+    dofs = mesh.points.size
+    assembly = Assembly(dofs, fixed, [elastic], loads)
+    twin = None
+    if model.strain == "finite":
+        softer = replace(elastic, law=law_for(case.material, "corotational"))
+        twin = assembly.with_internal([softer])
+
+    def sound(x: Floats) -> bool:
+        return model.strain == "small" or bool(np.all(np.linalg.det(elastic.F(x)) > 0))
+
+    problem = Statics(
+        assembly, VectorSpace(dofs), np.zeros(dofs), fixed, target, case.analysis.tolerance,
+        case.analysis.max_iterations, twin, sound,
+    )  # fmt: skip
+    size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
+    return PreparedSolid(model, declared, mesh, elastic, problem, size, _volume_note(declared, case, mesh))
+
+
+def mesh_of(model: Fem, case: Case, workshop: Workshop) -> Mesh:
+    """The body's mesh, made once for all models that want the same."""
+    key = (case.body.name, model.element, model.size)
+    if key not in workshop.meshes:
+        try:
+            workshop.meshes[key] = case.shape.mesh(model.size)
+        except Unreadable as error:
+            raise fault("E403", case.body.at("shape"), f"the mesh of `{case.body.name}` cannot be used: {error}",
+                        help="the file must hold tetrahedra of positive volume") from error  # fmt: skip
+    mesh: Mesh = workshop.meshes[key]
+    return mesh
+
+
+def _volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
+    if not hasattr(case.shape, "volume"):
+        return ()
+    lost = 1.0 - float(mesh.volumes.sum()) / case.shape.volume
+    if lost < LOST_VOLUME:
+        return ()
+    at = declared.at("size")
+    return (
+        Diagnostic("W305", f"the mesh of `{declared.name}` holds {100 * lost:.1f} % less volume than the body", at.source, at.span,
+                   "too coarse for the curved surface", "use a smaller size"),
+    )  # fmt: skip
+
+
+# ------------------------------------------------------------------ loads
+
+
+def _loads(case: Case, mesh: Mesh, parts: Integration) -> list[Energy]:
+    dead = np.zeros((len(mesh.points), 3))
+    followers: list[Energy] = []
+    for load in case.loads:
+        match load.thing:
+            case Gravity(magnitude=magnitude, direction=direction):
+                shares = case.material.density * parts.w @ parts.N  # (m, a) kg on each node of each cell
+                np.add.at(dead, mesh.cells, shares[:, :, None] * (magnitude * np.array(direction)))
+            case Traction(vector=vector):
+                faces = _faces(case, load, mesh)
+                share = _areas(mesh, faces)[:, None, None] / 3 * np.array(vector)
+                np.add.at(dead, faces, np.broadcast_to(share, (len(faces), 3, 3)))
+            case Pressure(magnitude=p):
+                followers.append(FollowerPressure(mesh.points, _faces(case, load, mesh), p))
+            case PointForce(at=at, vector=vector):
+                place = locate(mesh, np.array([at]))
+                np.add.at(dead, place.nodes[0], place.N[0][:, None] * np.array(vector))
+    return [DeadForces(dead.ravel()), *followers]
+
+
+def _faces(case: Case, load: Declared, mesh: Mesh) -> Ints:
+    """Boundary triangles whose three corners are selected."""
+    held = np.zeros(len(mesh.points), dtype=bool)
+    surface = np.unique(mesh.faces)
+    extent_points = mesh.points[surface]
+    x, y, z = extent_points.T
+    held[surface] = load.thing.where.holds(x, y, z, mesh.extent)
+    faces: Ints = mesh.faces[held[mesh.faces].all(axis=1)]
+    if not len(faces):
+        raise fault("E302", load.at("where"), f"`{load.name}` selects no part of the surface of `{case.body.name}`", "selects nothing",
+                    "a surface triangle counts when its three corners are selected")  # fmt: skip
+    return faces
+
+
+def _areas(mesh: Mesh, faces: Ints) -> Floats:
+    a, b, c = (mesh.points[faces[:, i]] for i in range(3))
+    areas: Floats = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return areas

@@ -1,0 +1,115 @@
+"""From a scene to what its questions need, and no more.
+
+Questions are probes, metrics and expectations. A model or reference is worked on because a question is about it, a mesh
+because a model is, and each task keeps the place in the scene that asks for it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from softmark.grammar import tree
+from softmark.interpreter.case import body_of, case_of
+from softmark.interpreter.scene import Declared, Location, Scene
+
+
+@dataclass(frozen=True)
+class Task:
+    """One piece of work: `asked` is the question that needs it, `needs` the tasks that come before it."""
+
+    kind: str  # mesh | solve | reference | probe | metric | expect
+    name: str
+    detail: str
+    asked: Location
+    needs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The tasks in an order in which they can be done; `idle` are declarations that nothing asks for."""
+
+    tasks: tuple[Task, ...]
+    models: tuple[str, ...]
+    references: tuple[str, ...]
+    idle: tuple[str, ...]
+
+
+def plan_of(scene: Scene, only: tuple[str, ...] = ()) -> Plan:
+    """The plan of a scene; `only` restricts the models. Raises Fault for a model of an unclear body."""
+    asked = {n: where for n, d in _workers(scene).items() if (where := _asker(scene, d, only)) is not None}
+    models = tuple(n for n in scene.of_kind("model") if n in asked and (not only or n in only))
+    references = tuple(n for n in scene.of_kind("reference") if n in asked)
+    tasks = (
+        *_meshes(scene, models, asked), *(_solve(scene, n, asked[n]) for n in models),
+        *(Task("reference", n, scene.declared[n].constructor.name, asked[n]) for n in references),
+        *_questions(scene, models, references),
+    )  # fmt: skip
+    idle = tuple(n for n in _workers(scene) if n not in asked)
+    return Plan(tasks, models, references, idle)
+
+
+def _workers(scene: Scene) -> dict[str, Declared]:
+    return {**scene.of_kind("model"), **scene.of_kind("reference")}
+
+
+def _asker(scene: Scene, worker: Declared, only: tuple[str, ...]) -> Location | None:
+    """The first question, in the order of the text, that is about a model or reference."""
+    body = body_of(scene, worker)
+    for question in (*scene.of_kind("probe").values(), *scene.of_kind("metric").values()):
+        if _body(scene, question) == body:
+            return question.location
+    for expectation in scene.expectations:
+        if worker.name in named_in(expectation.node):
+            return expectation.location
+    return None
+
+
+def _body(scene: Scene, question: Declared) -> str:
+    probe = question if question.kind == "probe" else scene.declared[question.thing.probe]
+    body: str = probe.thing.body
+    return body
+
+
+def named_in(node: tree.Expression) -> set[str]:
+    """Models and references that an expectation is about: what stands before the dot."""
+    return {n.parts[0] for n, _ in tree.walk(node) if isinstance(n, tree.Name) and len(n.parts) == 2}
+
+
+def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -> list[Task]:
+    """One mesh for all models that want the same."""
+    wanted: dict[tuple[object, ...], list[str]] = {}
+    for name in models:
+        model = scene.declared[name].thing
+        if hasattr(model, "size"):
+            wanted.setdefault((body_of(scene, scene.declared[name]), model.element, model.size), []).append(name)
+    found = []
+    for (body, _, _), names in wanted.items():
+        model = scene.declared[names[0]].thing
+        detail = model.outline(case_of(scene, str(body))).rsplit(",", 1)[0] + " for " + ", ".join(names)
+        found.append(Task("mesh", str(body), detail, asked[names[0]]))
+    return found
+
+
+def _solve(scene: Scene, name: str, asked: Location) -> Task:
+    declared = scene.declared[name]
+    body = body_of(scene, declared)
+    needs = (f"mesh {body}",) if hasattr(declared.thing, "size") else ()
+    return Task("solve", name, declared.thing.outline(case_of(scene, body)), asked, needs)
+
+
+def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...]) -> list[Task]:
+    found = []
+    for probe in scene.of_kind("probe").values():
+        owners = [n for n in (*models, *references) if body_of(scene, scene.declared[n]) == probe.thing.body]
+        count = len(probe.thing.stations)
+        points = f"{count} point" + ("s" if count > 1 else "")
+        found.append(Task("probe", probe.name, f"{points} in {', '.join(owners) or 'nothing'}", probe.location, tuple(owners)))
+    for metric in scene.of_kind("metric").values():
+        against = getattr(metric.thing, "against", None)
+        detail = metric.constructor.name + (f" against {against}" if against else "") + f" over {metric.thing.probe}"
+        needs = (metric.thing.probe, *((against,) if against else ()))
+        found.append(Task("metric", metric.name, detail, metric.location, needs))
+    for expectation in scene.expectations:
+        needs = tuple(sorted(named_in(expectation.node)))
+        found.append(Task("expect", "", expectation.text, expectation.location, needs))
+    return found
