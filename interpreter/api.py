@@ -40,7 +40,8 @@ class LoadedScene:
         Models that do not converge are in the report with their status: look at it before their numbers.
         Raises SceneError if the scene cannot be built or a name in `models` is unknown.
         """
-        from softmark.interpreter.run import Options, run, unknown_models
+        from softmark.interpreter.names import unknown_models
+        from softmark.interpreter.run import Options, run
 
         only = tuple(models or ())
         if problems := unknown_models(self.scene, only):

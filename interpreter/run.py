@@ -321,20 +321,3 @@ def _cpu() -> str:
             return next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "unknown")
     except OSError:
         return platform.processor() or "unknown"
-
-
-def unknown_models(scene: Scene, only: tuple[str, ...]) -> list[Diagnostic]:
-    """Errors for names given with --model that are not models."""
-    from softmark.grammar.suggest import nearest
-    from softmark.grammar.tree import Span
-
-    models, found = list(scene.of_kind("model")), []
-    for name in only:
-        if name not in models:
-            close = nearest(name, models)
-            hint = f"did you mean `{close}`?" if close else "models: " + (", ".join(models) or "none")
-            source = Source(f"--model {name}", name)
-            found.append(Diagnostic("E201", f"`{name}` is not a model of the scene", source, Span(0, len(name), 1, 1, 1, 1 + len(name)), "not found", hint))
-    return found
-
-

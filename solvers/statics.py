@@ -61,7 +61,8 @@ class Statics:
     """A static problem: `rest` moves by `space` until `assembly` balances, with `target` imposed on `fixed`.
 
     `twin` is the assembly of the corotational law with the same moduli, or None; `sound` says whether a
-    state is admissible (no inverted cell). Residuals are relative to the larger of load and reactions.
+    state is admissible (no inverted cell). Residuals are relative to the larger of load and reactions. `bold` tries
+    whole steps first; rods, whose space already follows their rotation, need no such start.
     """
 
     assembly: Assembly
@@ -73,6 +74,7 @@ class Statics:
     max_iterations: int = 50
     twin: Assembly | None = None
     sound: Callable[[Floats], bool] = field(default=lambda x: True)
+    bold: bool = True
     watch: Watch = field(default=lambda iteration: None)
 
 
@@ -80,10 +82,12 @@ def equilibrium(problem: Statics) -> Equilibrium:
     """The equilibrium under full load. Raises NotConverged with the history of all attempts."""
     history: list[Iteration] = []
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        try:
-            return _free(problem, history)
-        except NotConverged:
-            return _careful(problem, history)
+        if problem.bold:
+            try:
+                return _free(problem, history)
+            except NotConverged:
+                pass  # what it tried is in the history; the careful way starts again from rest
+        return _careful(problem, history)
 
 
 # ------------------------------------------------------------------ whole steps at full load

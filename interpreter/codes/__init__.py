@@ -1,1 +1,36 @@
+"""Diagnostic codes: a page each, `E204.md`, with a wrong and a right example that the tests execute.
 
+To add a code: one page. Its first line is `# E204: title`; it holds one ```wrong and one ```right block.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+FENCE = re.compile(r"^```(wrong|right)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Page:
+    """The explanation of a code."""
+
+    code: str
+    title: str
+    text: str
+
+    def example(self, which: str) -> str:
+        """The scene text of the `wrong` or the `right` example."""
+        return next(body for kind, body in FENCE.findall(self.text) if kind == which)
+
+
+@lru_cache(maxsize=1)
+def pages() -> dict[str, Page]:
+    """All pages by code."""
+    found = {}
+    for file in sorted(Path(__file__).parent.glob("[EW]*.md")):
+        text = file.read_text(encoding="utf-8")
+        found[file.stem] = Page(file.stem, text.split("\n", 1)[0].partition(": ")[2], text.rstrip())
+    return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +23,7 @@ from softmark.solvers.energies.rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_section import RodStiffness, Section
 from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, rod_at_rest
 from softmark.solvers.mesh.shapes import transverse
-from softmark.solvers.statics import Equilibrium, Statics
+from softmark.solvers.statics import Equilibrium, Statics, equilibrium
 
 if TYPE_CHECKING:
     from softmark.solvers.statics import Watch
@@ -34,6 +34,7 @@ class PreparedBeam:
     """A rod at rest and its static problem."""
 
     rest: Floats
+    elastic: RodElastic
     problem: Statics
     size: dict[str, int]
     notes: tuple[Diagnostic, ...] = ()
@@ -44,7 +45,17 @@ class PreparedBeam:
 
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest."""
-        return outcome.solve(self.problem, watch, "try more segments or a smaller load", self._finish)
+        problem = replace(self.problem, watch=watch)
+        return outcome.solution(lambda: self._equilibrium(problem), "try more segments or a smaller load", self._finish)
+
+    def _equilibrium(self, problem: Statics) -> Equilibrium:
+        """The equilibrium; modes that are switched off lose their last strain in a second solution from the first."""
+        found = equilibrium(problem)
+        if not self.elastic.stiffness.rigid:
+            return found
+        stiff = problem.assembly.with_internal([self.elastic.tightened(found.x)])
+        again = equilibrium(replace(problem, assembly=stiff, rest=found.x, target=np.zeros_like(problem.target)))
+        return replace(again, history=found.history + again.history)
 
     def _finish(self, found: Equilibrium) -> Solution:
         return outcome.converged(found, lambda X: displacement_at(found.x, self.rest, X))
@@ -64,9 +75,10 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
     assembly = Assembly(6 * nodes, fixed, [elastic], _loads(case, rest, stations))
     problem = Statics(
         assembly, RodChain(rest, held[:, :3]), rest, fixed, target, case.analysis.tolerance, case.analysis.max_iterations,
+        bold=False,
     )  # fmt: skip
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
-    return PreparedBeam(rest, problem, size)
+    return PreparedBeam(rest, elastic, problem, size)
 
 
 def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:

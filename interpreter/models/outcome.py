@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 from softmark.interpreter.models.prepared import Solution
 from softmark.solvers import linear
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.statics import Equilibrium, Iteration, NotConverged, Statics, Watch, equilibrium
+from softmark.solvers.statics import Equilibrium, Iteration, NotConverged
 
 
-def solve(problem: Statics, watch: Watch, remedy: str, finish: Callable[[Equilibrium], Solution]) -> Solution:
-    """The solution of a static problem; not converged, with its history, where there is none."""
+def solution(find: Callable[[], Equilibrium], remedy: str, finish: Callable[[Equilibrium], Solution]) -> Solution:
+    """What `find` comes to; not converged, with its history, where it finds no equilibrium."""
     try:
-        found = equilibrium(replace(problem, watch=watch))
+        found = find()
     except NotConverged as failure:
         return Solution("not_converged", f"{failure.reason}; {remedy}", facts(failure.history, None, 0))
     return finish(found)

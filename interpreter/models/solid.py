@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.materials import law_for
 from softmark.solvers.mesh.file import Unreadable
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.statics import Equilibrium, Statics
+from softmark.solvers.statics import Equilibrium, Statics, equilibrium
 
 if TYPE_CHECKING:
     from softmark.solvers.statics import Watch
@@ -38,6 +38,7 @@ class PreparedSolid:
 
     model: Fem
     declared: Declared
+    shape: Any
     mesh: Mesh
     elastic: Elastic
     problem: Statics
@@ -54,10 +55,17 @@ class PreparedSolid:
         small.gradient(np.zeros(n), 1.0)
         small.tangent(np.zeros(n), 1.0)
 
+    def outside(self, X: Floats) -> float:
+        """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
+        if not getattr(self.shape, "prebuilt", False):
+            return 0.0
+        return float(locate(self.mesh, X).outside.max(initial=0.0))
+
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest."""
         remedy = "try a smaller load, a finer mesh or another strain measure"
-        return outcome.solve(self.problem, watch, remedy, self._finish)
+        problem = replace(self.problem, watch=watch)
+        return outcome.solution(lambda: equilibrium(problem), remedy, self._finish)
 
     def _finish(self, found: Equilibrium) -> Solution:
         u = found.x.reshape(-1, 3)
@@ -104,7 +112,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
         case.analysis.max_iterations, twin, sound,
     )  # fmt: skip
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
-    return PreparedSolid(model, declared, mesh, elastic, problem, size, _volume_note(declared, case, mesh))
+    return PreparedSolid(model, declared, case.shape, mesh, elastic, problem, size, _volume_note(declared, case, mesh))
 
 
 def mesh_of(model: Fem, case: Case, workshop: Workshop) -> Mesh:

@@ -1,0 +1,127 @@
+"""`dsl explain`."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import re
+import sys
+
+from softmark.grammar.suggest import nearest
+from softmark.interpreter import schema, units
+from softmark.interpreter.schema import Constructor, Field
+
+CODE = re.compile(r"[EW]\d{3}$", re.IGNORECASE)
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """NAME|CODE"""
+    parser.add_argument("name", metavar="NAME|CODE", help="a word of the language, such as `cylinder`, or a code, such as E204")
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Print the page of a constructor, a kind, a word or a code."""
+    text = page(parsed.name)
+    if text is None:
+        close = nearest(parsed.name, _names())
+        hint = f"did you mean `{close}`?" if close else "`dsl list` shows what there is"
+        print(f"error: there is nothing called `{parsed.name}`; {hint}", file=sys.stderr)
+        return 2
+    print(text)
+    return 0
+
+
+def _names() -> list[str]:
+    kinds = schema.tables()
+    return [*kinds, *(n for table in kinds.values() for n in table), *schema.words(), *schema.WORDS]
+
+
+def page(name: str) -> str | None:
+    """The explanation of a name, or None."""
+    if CODE.match(name):
+        from softmark.interpreter.codes import pages
+
+        known = pages().get(name.upper())
+        return known.text if known else None
+    if found := schema.find(name):
+        return "\n\n".join(_constructor(c) for c in found)
+    if name in schema.tables():
+        rows = [schema.constructor(name, n) for n in schema.tables()[name]]
+        lines = "\n".join(f"  {c.name:<24}{c.summary}" for c in rows if c)
+        return f"{name}: declared as `{name} NAME = CONSTRUCTOR(...)`\n\n{lines}"
+    if name in schema.words():
+        return f"{name} (element)\n\n{inspect.getdoc(schema.words()[name])}"
+    meant = schema.WORDS.get(name) or schema.SYNONYMS.get(name)
+    if meant:
+        return f"`{name}` is not a word of this language; what is meant is called `{meant}` here.\n\n{page(meant) or _field_page(meant)}"
+    return _field_page(name) if _field_page(name) else None
+
+
+def _field_page(name: str) -> str:
+    """Where a field of this name occurs."""
+    owners = [(c, f) for table in schema.tables() for n in schema.tables()[table] if (c := schema.constructor(table, n)) and (f := c.field(name))]
+    return "\n".join(f"field of `{c.name}`: {f.doc}{_facts(f)}" for c, f in owners)
+
+
+def _constructor(c: Constructor) -> str:
+    lines = [f"{c.name} ({c.kind})", "", inspect.getdoc(c.cls) or "", "", "Fields, in this order:"]
+    width = max((len(f.name) for f in c.fields), default=0)
+    lines += [f"  {f.name:<{width}}  {f.doc}{_facts(f)}" for f in c.fields]
+    if not c.fields:
+        lines.append("  none")
+    lines += ["", f"Example: {c.kind} NAME = {_example(c)}"]
+    if source := getattr(c.cls, "source", None):
+        lines += ["", f"Source: {source}"]
+    return "\n".join(lines)
+
+
+def _facts(f: Field) -> str:
+    """Dimension, range and default of a field."""
+    facts = [f.expected if f.form != "quantity" or f.dimension is None else _dimension(f)]
+    if f.interval is not None and f.form in ("quantity", "vector", "integer"):
+        facts.append(f.interval.words(f.dimension or units.NONE))
+    facts.append("required" if f.required else f"default {_default(f)}")
+    return f" [{'; '.join(facts)}]"
+
+
+def _dimension(f: Field) -> str:
+    named = units.named(f.dimension or units.NONE)
+    return f"{named}, in {units.usual(f.dimension or units.NONE)}" if f.dimension != units.NONE else named
+
+
+def _default(f: Field) -> str:
+    if f.form == "flag":
+        return "yes" if f.default else "no"
+    if f.form == "quantity" and f.dimension is not None:
+        return units.show(f.default, f.dimension)
+    if f.form == "components":
+        return "(" + ", ".join("xyz"[i] for i in f.default) + ")"
+    if f.form == "direction":
+        return next((s + a for s, u in (("+", 1.0), ("-", -1.0)) for i, a in enumerate("xyz") if f.default[i] == u), str(f.default))
+    if f.form == "vector":
+        return "(" + ", ".join(f"{v:g}" for v in f.default) + f") {units.si(f.dimension or units.NONE)}"
+    return "the only one" if f.default is None else str(f.default)
+
+
+_SAMPLES = {
+    "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "direction": "-z", "condition": "x <= 0 mm",
+    "components": "(x, y)",
+}  # fmt: skip
+
+
+def _example(c: Constructor) -> str:
+    arguments = [f"{f.name} = {_sample(f)}" for f in c.fields if f.required]
+    return f"{c.name}({', '.join(arguments)})"
+
+
+def _sample(f: Field) -> str:
+    if f.form == "quantity":
+        return {units.PRESSURE: "60 kPa", units.LENGTH: "20 mm", (-3, 1, 0, 0, 0): "1070 kg/m^3", units.NONE: "0.3",
+                (1, 0, -2, 0, 0): "9.81 m/s^2"}.get(f.dimension or units.NONE, f"1 {units.si(f.dimension or units.NONE)}")  # fmt: skip
+    if f.form == "vector":
+        return f"(1, 1, 1) {units.si(f.dimension or units.NONE)}"
+    if f.form == "choice":
+        return f.options[0]
+    if f.form == "value":
+        return {"element": "tet4", "shape": "cylinder(length = 178 mm, radius = 19 mm)"}.get(f.kind, f"NAME_OF_{f.kind.upper()}")
+    return _SAMPLES.get(f.form, f"NAME_OF_{f.kind.upper()}")

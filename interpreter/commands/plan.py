@@ -1,0 +1,40 @@
+"""`dsl plan`."""
+
+from __future__ import annotations
+
+import argparse
+
+from softmark.interpreter.commands.scenes import load, show
+
+WORDS = {"mesh": "mesh", "solve": "solve", "reference": "reference", "probe": "probe", "metric": "metric", "expect": "expect"}
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """FILE [-p NAME=VALUE]... [--model NAME]..."""
+    parser.add_argument("file", metavar="FILE", help="a scene file, a standard scene, or - for standard input")
+    parser.add_argument("-p", action="append", default=[], dest="overrides", metavar="NAME=VALUE", help="replace a parameter or a field")
+    parser.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Print the task graph; nothing is built."""
+    scene, found = load(parsed.file, parsed.overrides)
+    show(found)
+    if scene is None:
+        return 2
+    from softmark.interpreter.names import unknown_models
+    from softmark.interpreter.plan import plan_of
+
+    if problems := unknown_models(scene, tuple(parsed.model)):
+        show(problems)
+        return 2
+    plan = plan_of(scene, tuple(parsed.model))
+    rows = [(t.kind, t.name, t.detail, f"line {t.asked.span.line}") for t in plan.tasks]
+    widths = [max((len(r[i]) for r in rows), default=0) for i in range(2)]
+    print(scene.title)
+    for kind, name, detail, line in rows:
+        print(f"  {kind:<{widths[0]}}  {name:<{widths[1]}}  {detail}   <- {line}")
+    left_out = [n for n in plan.idle]
+    if left_out:
+        print(f"  not built, since nothing asks for it: {', '.join(left_out)}")
+    return 0

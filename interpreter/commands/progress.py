@@ -1,0 +1,40 @@
+"""One line about what is being done, on a terminal only; elsewhere only what takes long is said once."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from typing import TextIO
+
+
+class Progress:
+    """Writes to `stream`; redraws one line at most ten times a second."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self.stream = stream
+        self.live = stream.isatty() and os.environ.get("TERM") != "dumb"
+        self._last = 0.0
+        self._drawn = False
+
+    def say(self, what: str, detail: str) -> None:
+        """Show what is being done: `solve`, `rod: iteration 3`."""
+        if what == "compile" or (what == "start" and not self.live):
+            self.clear()
+            print(detail if what == "start" else f"  {detail} ...", file=self.stream, flush=True)
+            return
+        if not self.live or (time.monotonic() - self._last < 0.1 and what != "start"):
+            return
+        self._last = time.monotonic()
+        width = shutil.get_terminal_size().columns - 1
+        line = detail if what == "start" else f"  {what} {detail}"
+        self.stream.write("\r\x1b[K" + line[:width])
+        self.stream.flush()
+        self._drawn = True
+
+    def clear(self) -> None:
+        """Take the line away."""
+        if self._drawn:
+            self.stream.write("\r\x1b[K")
+            self.stream.flush()
+            self._drawn = False

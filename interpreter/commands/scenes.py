@@ -1,0 +1,67 @@
+"""What commands share: reading a scene that is named on the command line, and showing diagnostics."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic, Source, render, summary
+
+if TYPE_CHECKING:
+    from softmark.interpreter.scene import Scene
+
+
+class Unread(Exception):
+    """A scene that cannot be read; the diagnostics say why."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
+
+
+def read_scene(name: str) -> tuple[Source, Path, Path | None]:
+    """Text, folder and file of a scene: a path, a standard scene, or `-` for standard input. Raises Unread."""
+    from softmark.interpreter.modules import Missing, locate, read
+
+    if name == "-":
+        return Source("<stdin>", sys.stdin.buffer.read().decode("utf-8", errors="replace")), Path(), None
+    try:
+        path = locate(name)
+        return read(path), path.parent, path
+    except Missing as missing:
+        raise Unread(Diagnostic("E401", missing.reason, None, None, help=missing.remedy)) from missing
+
+
+def load(name: str, overrides: Sequence[str] = ()) -> tuple[Scene | None, list[Diagnostic]]:
+    """The checked scene, None if it has errors, and all diagnostics."""
+    from softmark.interpreter.api import checked
+
+    try:
+        source, folder, file = read_scene(name)
+    except Unread as unread:
+        return None, [unread.diagnostic]
+    return checked(source, folder, file, overrides)
+
+
+def coloured() -> bool:
+    """Whether standard error takes colours."""
+    return sys.stderr.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def show(diagnostics: Sequence[Diagnostic]) -> None:
+    """Diagnostics on standard error, with their count."""
+    if diagnostics:
+        print(render(diagnostics, colour=coloured()), file=sys.stderr)
+        print(f"\n{summary(diagnostics)}{_more(diagnostics)}", file=sys.stderr)
+
+
+def _more(diagnostics: Sequence[Diagnostic]) -> str:
+    return f"; more about each: dsl explain {diagnostics[0].code}"
+
+
+def has_errors(diagnostics: Sequence[Diagnostic]) -> bool:
+    """Whether one of them is an error."""
+    return any(d.severity == "error" for d in diagnostics)
