@@ -90,6 +90,7 @@ class _Layout:
 
     def lines(self, node: Expression | Argument, margin: str, lead: str, trail: str) -> list[str]:
         """The lines of a node, the first one after `lead` and the last one before `trail`."""
+        self._refuse_before(node.span.start)  # what stands before an item is placed by now
         line = f"{margin}{lead}{flat(node)}{trail}"
         if len(line) <= WIDTH and not self.explode and not self._commented(node):
             return [line]
@@ -136,8 +137,7 @@ class _Layout:
         for item, following in zip(items, starts, strict=True):
             found += [inner + comment.text for comment in self._take(item.span.start)]
             found += self.lines(item, inner, "", ",")
-            if self._commented(item):
-                raise LayoutError(f"no place for the comment of line {self.comments[0].span.line}")
+            self._refuse_before(item.span.end)
             if self._behind(item, following):
                 found[-1] += f"  {self.comments.pop(0).text}"
         found += [inner + comment.text for comment in self._take(node.span.end)]
@@ -148,6 +148,10 @@ class _Layout:
         count = sum(comment.span.start < end for comment in self.comments)
         taken, self.comments = self.comments[:count], self.comments[count:]
         return taken
+
+    def _refuse_before(self, offset: int) -> None:
+        if self.comments and self.comments[0].span.start < offset:
+            raise LayoutError(f"no place for the comment of line {self.comments[0].span.line}")
 
     def _commented(self, node: Expression | Argument) -> bool:
         return bool(self.comments) and self.comments[0].span.start < node.span.end

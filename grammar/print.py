@@ -197,9 +197,9 @@ def _lines(
     if declaration is None:
         return []
     values = expressions(declaration)
-    if not values:
+    if not values and not comments:
         return [_natural(declaration)]
-    if comments and comments[0].span.start < values[0].span.start:
+    if not values:
         raise LayoutError(f"no place for the comment of line {comments[0].span.line}")
     return lines(values[0], _lead(declaration), _range(declaration), comments, explode)
 

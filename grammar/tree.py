@@ -246,12 +246,13 @@ def children(node: Expression | Argument) -> tuple[Expression | Argument, ...]:
 
 
 def walk(node: Expression | Argument) -> Iterator[tuple[Expression | Argument, int]]:
-    """Every part of an expression, itself first, with its depth from 0; without recursion."""
+    """Every part of an expression, itself first, with the count of expressions around it; without recursion."""
     pending: list[tuple[Expression | Argument, int]] = [(node, 0)]
     while pending:
         part, depth = pending.pop()
         yield part, depth
-        pending.extend((child, depth + 1) for child in reversed(children(part)))
+        inner = depth + (not isinstance(part, Argument))
+        pending.extend((child, inner) for child in reversed(children(part)))
 
 
 def expressions(declaration: Declaration) -> tuple[Expression, ...]:

@@ -43,12 +43,16 @@ class NotConverged(Exception):
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A converged state, its relative residual, and every iteration that led to it."""
+    """A converged state, its relative residual, and every iteration that led to it.
+
+    `rounded`: rounding kept the residual above the tolerance, while the error in the energy norm met it.
+    """
 
     x: Floats
     residual: float
     history: tuple[Iteration, ...]
     load_steps: int
+    rounded: bool = False
 
     @property
     def iterations(self) -> int:
@@ -61,8 +65,12 @@ class Statics:
     """A static problem: `rest` moves by `space` until `assembly` balances, with `target` imposed on `fixed`.
 
     `twin` is the assembly of the corotational law with the same moduli, or None; `sound` says whether a
-    state is admissible (no inverted cell). Residuals are relative to the larger of load and reactions. `bold` tries
-    whole steps first; rods, whose space already follows their rotation, need no such start.
+    state is admissible (no inverted cell). `bold` tries whole steps first; rods, whose space already follows their
+    rotation, need no such start.
+
+    Converged means: the out-of-balance force is at most `tolerance` times the larger of load and reactions. In a stiff
+    body rounding alone can exceed that, since a strain of 1e-16 times a large stiffness is a force; then, and
+    only then, the error in the energy norm decides: sqrt(r . K^-1 r / 2E) at most `tolerance`, E the strain energy.
     """
 
     assembly: Assembly
@@ -107,7 +115,7 @@ def _free(problem: Statics, history: list[Iteration]) -> Equilibrium:
         raise NotConverged("the equilibrium is unstable", tuple(history))
     if not problem.sound(x):
         raise NotConverged("the equilibrium has inverted cells", tuple(history))
-    return Equilibrium(x, newton.residual(x, 1.0)[1], tuple(history), 1)
+    return Equilibrium(x, newton.residual(x, 1.0)[1], tuple(history), 1, newton.rounded)
 
 
 # --------------------------------------------------------- decreasing energy, loads in steps
@@ -129,7 +137,7 @@ def _careful(problem: Statics, history: list[Iteration]) -> Equilibrium:
                 raise NotConverged(reached, tuple(history)) from failure
     if not problem.sound(x):
         raise NotConverged("the equilibrium has inverted cells", tuple(history))
-    return Equilibrium(x, newton.residual(x, 1.0)[1], tuple(history), steps)
+    return Equilibrium(x, newton.residual(x, 1.0)[1], tuple(history), steps, newton.rounded)
 
 
 class _Newton:
@@ -141,6 +149,8 @@ class _Newton:
         self.history = history
         self.phase = phase
         self.last: Factor | None = None
+        self.rounded = False
+        self._close, self._before = False, np.inf
 
     def residual(self, x: Floats, load: float) -> tuple[Floats, float]:
         """Gradient (dofs,) and the norm of its free part, relative to the larger of load and reactions."""
@@ -172,13 +182,15 @@ class _Newton:
 
     def whole_steps(self, x: Floats, cap: int) -> Floats:
         """Whole Newton steps at full load, shortened only to stay in the domain of the law."""
+        self._close = False
         for number in range(cap + 1):
             g, residual = self.residual(x, 1.0)
-            if residual <= self.problem.tolerance:
+            if self._done(residual):
                 return x
             if number == cap or not np.isfinite(residual):
                 break
             d = self._direction(g, x, 1.0, projected=False)
+            self._close = self._energy_small(x, g, d)
             x, length = self._inside(x, d)
             self._record(1.0, number, residual, length)
         raise NotConverged(f"whole Newton steps stopped at a residual of {residual:.1e}", tuple(self.history))
@@ -198,9 +210,10 @@ class _Newton:
         value = merit(x, load)
         if not np.isfinite(value):
             raise NotConverged("the supports' motion turns cells inside out", tuple(self.history))
+        self._close = False
         for number in range(self.problem.max_iterations + 1):
             g, residual = self.residual(x, load)
-            if residual <= self.problem.tolerance:
+            if self._done(residual):
                 return x
             if number == self.problem.max_iterations or not np.isfinite(residual):
                 break
@@ -208,6 +221,20 @@ class _Newton:
             self._record(load, number, residual, length)
         reason = f"no equilibrium within {number} iterations at {100 * load:.4g} % of the load"
         raise NotConverged(f"{reason}, residual {residual:.1e}", tuple(self.history))
+
+    def _done(self, residual: float) -> bool:
+        """The tolerance is met, or rounding keeps the residual up although the energy norm is within it."""
+        if residual <= self.problem.tolerance:
+            return True
+        stalled = self._close and residual > 0.3 * self._before
+        self._before = residual
+        self.rounded |= stalled
+        return stalled
+
+    def _energy_small(self, x: Floats, g: Floats, d: Floats) -> bool:
+        """Whether the error in the energy norm, sqrt(-g . d), is within the tolerance of sqrt(2 E)."""
+        E = sum(e.value(x) for e in self.assembly.internal)
+        return bool(0.0 <= -(g @ d) <= 2.0 * E * self.problem.tolerance**2)
 
     def _energy(self, x: Floats, load: float) -> float:
         return self.assembly.value(x, load)
@@ -223,6 +250,10 @@ class _Newton:
         """Backtrack along the Newton direction, then along that of the definite tangent."""
         for projected in (False, True):
             d = self._direction(g, x, load, projected)
+            self._close = self._energy_small(x, g, d)
+            if self._close:  # differences of energy are noise now: the step is Newton's last
+                y = self.space.move(x, d)
+                return y, merit(y, load), 1.0
             slope = float(g @ d) if self.assembly.conservative else -2.0 * value
             if not np.isfinite(slope) or slope >= 0:
                 continue

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from softmark.interpreter.commands.scenes import load, show
-
-WORDS = {"mesh": "mesh", "solve": "solve", "reference": "reference", "probe": "probe", "metric": "metric", "expect": "expect"}
+from softmark.interpreter.commands.scenes import errors, load, show
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,7 +17,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(parsed: argparse.Namespace) -> int:
     """Print the task graph; nothing is built."""
     scene, found = load(parsed.file, parsed.overrides)
-    show(found)
+    show(errors(found))
     if scene is None:
         return 2
     from softmark.interpreter.names import unknown_models
@@ -34,7 +32,6 @@ def run(parsed: argparse.Namespace) -> int:
     print(scene.title)
     for kind, name, detail, line in rows:
         print(f"  {kind:<{widths[0]}}  {name:<{widths[1]}}  {detail}   <- {line}")
-    left_out = [n for n in plan.idle]
-    if left_out:
-        print(f"  not built, since nothing asks for it: {', '.join(left_out)}")
+    if plan.idle:
+        print(f"  not built, since nothing asks for it: {', '.join(plan.idle)}")
     return 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -54,14 +55,32 @@ def coloured() -> bool:
 def show(diagnostics: Sequence[Diagnostic]) -> None:
     """Diagnostics on standard error, with their count."""
     if diagnostics:
-        print(render(diagnostics, colour=coloured()), file=sys.stderr)
-        print(f"\n{summary(diagnostics)}{_more(diagnostics)}", file=sys.stderr)
+        print(render(_grouped(diagnostics), colour=coloured()), file=sys.stderr)
+        print(f"\n{summary(diagnostics)}; more: dsl explain {diagnostics[0].code}", file=sys.stderr)
 
 
-def _more(diagnostics: Sequence[Diagnostic]) -> str:
-    return f"; more about each: dsl explain {diagnostics[0].code}"
+def _grouped(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """Warnings that say the same of several places are shown once, with the other lines in a note."""
+    first: dict[tuple[object, ...], list[Diagnostic]] = {}
+    for d in diagnostics:
+        alone = d.span if d.severity == "error" else None
+        first.setdefault((d.code, d.message, d.source, alone), []).append(d)
+    return [_with_others(group) for group in first.values()]
+
+
+def _with_others(group: list[Diagnostic]) -> Diagnostic:
+    lines = sorted({d.span.line for d in group[1:] if d.span})
+    if not lines:
+        return group[0]
+    word = "line" if len(lines) == 1 else "lines"
+    return replace(group[0], notes=(*group[0].notes, f"the same holds for {word} {', '.join(map(str, lines))}"))
+
+
+def errors(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """Those that are errors."""
+    return [d for d in diagnostics if d.severity == "error"]
 
 
 def has_errors(diagnostics: Sequence[Diagnostic]) -> bool:
     """Whether one of them is an error."""
-    return any(d.severity == "error" for d in diagnostics)
+    return bool(errors(diagnostics))

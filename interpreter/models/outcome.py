@@ -35,4 +35,6 @@ def _number(value: float) -> float | None:
 
 def converged(found: Equilibrium, displacement: Callable[[Floats], Floats]) -> Solution:
     """A solution that met its tolerance."""
-    return Solution("converged", None, facts(found.history, found.residual, found.load_steps), displacement)
+    known = facts(found.history, found.residual, found.load_steps)
+    known["criterion"] = "energy norm, since rounding limits the residual" if found.rounded else "residual"
+    return Solution("converged", None, known, displacement)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-import pickle
-
 import pytest
 
 from softmark.grammar.diagnostic import Source, render
@@ -14,14 +11,14 @@ from softmark.grammar.print import format_source, print_tree
 from softmark.grammar.split import MAX_NESTING
 from softmark.grammar.tree import expressions, walk
 
-MANY = 100_000
+MANY = 20_000
 TOO_DEEP = {
-    "round brackets": "param a = " + "(" * MANY,
+    "round brackets": "param a = " + "(" * 100_000,
     "square brackets": "param a = " + "[" * MANY + "]" * MANY,
     "calls": "param a = " + "f(x = " * MANY + ")" * MANY,
     "lines of brackets": "(\n" * MANY,
     "braces": "{" * MANY,
-    "a sum": "param a = a" + " + a" * MANY,
+    "a sum": "param a = a" + " + a" * 100_000,
     "a product": "param a = a" + "*a" * MANY,
     "powers": "param a = a" + "^a" * MANY,
     "minus": "param a = " + "-" * MANY + "1",
@@ -79,24 +76,23 @@ DEEPEST = {
     "groups": "(" * MAX_NESTING + "a" + ")" * MAX_NESTING,
     "lists": "[" * MAX_NESTING + "a" + "]" * MAX_NESTING,
     "vectors": "(" * MAX_NESTING + "a" + ", b)" * MAX_NESTING,
-    "calls": "f(x = " * (MAX_DEPTH // 2) + "a" + ")" * (MAX_DEPTH // 2),
+    "calls": "f(x = " * MAX_NESTING + "a" + ")" * MAX_NESTING,
     "a sum": "a" + " + a" * MAX_DEPTH,
     "powers": "a" + "^a" * MAX_DEPTH,
     "minus": "-" * MAX_DEPTH + "a",
-    "both": "-f(-" * 50 + "a" + ")" * 50,
+    "both": "-f(x = -" * 50 + "a" + ")" * 50,
 }
 
 
 @pytest.mark.parametrize("text", DEEPEST.values(), ids=DEEPEST.keys())
 def test_the_deepest_tree_can_be_walked_by_recursion(text: str) -> None:
-    """Comparing, showing, hashing, copying, pickling and printing recurse: what the parser takes must not exhaust them."""
+    """Comparing, showing, hashing and printing recurse: what the parser takes must not exhaust the stack."""
     source = Source("test.scene", f"expect {text}\n")
     (tree, found), (again, _) = parse(source), parse(source)
     assert found == []
     assert tree == again
     assert hash(tree) == hash(again)
     assert repr(tree) == repr(again)
-    assert copy.deepcopy(tree) == pickle.loads(pickle.dumps(tree)) == tree
     assert parse(Source("again", print_tree(tree)))[0] == tree
     assert parse(Source("again", format_source(source)))[0] == tree
 
@@ -110,4 +106,4 @@ def test_one_more_is_too_deep(text: str) -> None:
 
 def test_walking_needs_no_stack() -> None:
     tree, _ = parse(Source("test.scene", f"param a = {DEEPEST['both']}"))
-    assert max(depth for _, depth in walk(expressions(tree.declarations[0])[0])) <= MAX_DEPTH + 1
+    assert max(depth for _, depth in walk(expressions(tree.declarations[0])[0])) == MAX_DEPTH

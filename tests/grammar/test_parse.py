@@ -391,7 +391,7 @@ def test_walking_visits_every_part_in_the_order_of_the_text() -> None:
     names = [part.text for part, _ in walk(expression) if isinstance(part, Name)]
     assert names == ["f", "a", "c", "d", "e"]
     assert children(name("a")) == ()
-    assert max(depth for _, depth in walk(expression)) == 5
+    assert max(depth for _, depth in walk(expression)) == 4
 
 
 # ------------------------------------------------------------------------ overrides

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from softmark.grammar.diagnostic import Source
@@ -41,6 +41,7 @@ from softmark.grammar.tree import (
 )
 
 NOWHERE = Span(0, 0, 1, 1, 1, 1)
+patient = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # machines may be busy
 
 
 def formatted(text: str) -> str:
@@ -231,6 +232,7 @@ scenes = st.tuples(st.booleans(), st.lists(declarations, max_size=5)).map(
 )
 
 
+@patient
 @given(values)
 def test_an_expression_survives_printing(value: Expression) -> None:
     text = print_expression(value)
@@ -240,6 +242,7 @@ def test_an_expression_survives_printing(value: Expression) -> None:
     assert print_expression(again) == text
 
 
+@patient
 @given(scenes)
 def test_a_tree_survives_printing(tree: Tree) -> None:
     text = print_tree(tree)
@@ -260,6 +263,7 @@ def may_break(tokens: list[Token], i: int) -> bool:
     return tokens[i].kind != "UNIT" and (depth > 0 or tokens[i - 1].kind in UNFINISHED)
 
 
+@patient
 @given(scenes, st.data())
 def test_comments_anywhere_are_kept(tree: Tree, data: st.DataObject) -> None:
     text = print_tree(tree)

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from softmark.grammar.codes import CODES
 from softmark.grammar.diagnostic import Diagnostic, Source, render
 from softmark.grammar.lex import lex
 from softmark.grammar.parse import MAX_DIAGNOSTICS, parse, parse_expression
+
+patient = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # machines may be busy
 
 # A text with the place of the error between « and », its code, and words of the message or the help.
 MISTAKES = [
@@ -294,6 +296,7 @@ def test_every_mutant_of_a_scene_is_parsed_or_explained() -> None:
     assert count > 900
 
 
+@patient
 @given(st.text())
 def test_any_text_is_parsed_or_explained(text: str) -> None:
     render(errors(text))
@@ -306,11 +309,13 @@ WORDS = st.sampled_from(
 )
 
 
+@patient
 @given(st.lists(WORDS, max_size=40).map(" ".join))
 def test_any_order_of_words_is_parsed_or_explained(text: str) -> None:
     render(errors(text))
 
 
+@patient
 @given(st.lists(WORDS, max_size=40).map("".join))
 def test_every_character_is_in_a_token_a_comment_or_blank(text: str) -> None:
     tokens, comments = lex(text)

@@ -1,0 +1,191 @@
+"""What the results come to: which metrics are errors, who is closest to what, and the one sentence at the top."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Source
+from softmark.grammar.parse import parse
+from softmark.interpreter import schema
+from softmark.interpreter.report.markup import count, listed
+from softmark.interpreter.report.quantities import quantity, scale_of
+from softmark.interpreter.results import MetricResult, ModelResult, ProbeResult, ReferenceResult, Report
+
+Result = ModelResult | ReferenceResult
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A column of the table. `against` is the reference that an error is measured from, None for a measurement."""
+
+    name: str
+    unit: str
+    probe: str | None = None
+    against: str | None = None
+    summary: str = ""
+    line: int | None = None
+
+    @property
+    def is_error(self) -> bool:
+        """Whether less is better."""
+        return self.against is not None
+
+    @property
+    def percent(self) -> bool:
+        """Whether plain numbers of this metric are read as percentages."""
+        return self.is_error
+
+
+@dataclass(frozen=True)
+class Findings:
+    """A report, with what its scene's text says about the names in it."""
+
+    report: Report
+
+    @cached_property
+    def declared(self) -> dict[str, tree.Declare]:
+        """Declarations of the scene's text by name; what cannot be read is left out."""
+        scene, _ = parse(Source("report", str(self.report.scene.get("text", ""))))
+        return {d.name: d for d in scene.declarations if isinstance(d, tree.Declare)}
+
+    def line(self, name: str) -> int | None:
+        """Where a name is declared."""
+        known = self.declared.get(name)
+        return known.span.line if known else None
+
+    @cached_property
+    def everyone(self) -> dict[str, Result]:
+        """Models and then references."""
+        return {**self.report.models, **self.report.references}
+
+    @cached_property
+    def metrics(self) -> tuple[Metric, ...]:
+        """The metrics that somebody has, in the order of the scene's text."""
+        found = {name: m.unit for r in self.everyone.values() for name, m in r.metrics.items()}
+        order = {name: i for i, name in enumerate(self.declared)}
+        names = sorted(found, key=lambda name: order.get(name, len(order)))
+        return tuple(self._metric(name, found[name]) for name in names)
+
+    def _metric(self, name: str, unit: str) -> Metric:
+        declared = self.declared.get(name)
+        if declared is None or not isinstance(declared.value, tree.Call):
+            return Metric(name, unit)
+        known = schema.constructor("metric", declared.value.function.text)
+        fields = dict(_names(declared.value, tuple(f.name for f in known.fields) if known else ()))
+        against = fields.get("against")
+        return Metric(
+            name, unit, fields.get("probe"), against if against in self.report.references else None,
+            known.summary if known else "", declared.span.line,
+        )  # fmt: skip
+
+    @cached_property
+    def errors(self) -> tuple[Metric, ...]:
+        """The metrics that measure an error against a reference."""
+        return tuple(m for m in self.metrics if m.is_error)
+
+    def best(self, metric: Metric) -> tuple[str, ...]:
+        """The models with the least value of an error metric; more than one where they are equal."""
+        values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
+        least = min(values.values(), default=None)
+        return tuple(n for n, v in values.items() if v == least) if metric.is_error else ()
+
+    @cached_property
+    def probes(self) -> dict[str, dict[str, ProbeResult]]:
+        """Probe -> who has it -> what was seen; the order is that in which probes appear."""
+        found: dict[str, dict[str, ProbeResult]] = {}
+        for name, result in self.everyone.items():
+            for probe, seen in result.probes.items():
+                found.setdefault(probe, {})[name] = seen
+        return found
+
+    @cached_property
+    def unsolved(self) -> dict[str, Result]:
+        """Models and references that were tried and gave no solution."""
+        return {n: r for n, r in self.everyone.items() if r.status not in ("converged", "skipped")}
+
+    # -------------------------------------------------------------- sentences
+
+    @property
+    def conclusion(self) -> str:
+        """One sentence: how many, who is closest to the first reference and by how much, and what was expected."""
+        parts = [self._crowd(), *self._fates(), *self.closest()[:1], self._expected()]
+        return "; ".join(part for part in parts if part) + "."
+
+    def _crowd(self) -> str:
+        models, references = count(len(self.report.models), "model"), count(len(self.report.references), "reference")
+        if not self.report.models:
+            return f"No model was run, beside {references}" if self.report.references else "No model was run"
+        so_far = " so far" if self.report.partial else ""
+        return f"{models}{so_far} against {references}" if self.report.references else f"{models}{so_far}, no reference"
+
+    def _fates(self) -> Iterator[str]:
+        """`2 of 4 models gave no solution (`a`, `b`)`, and the same for references."""
+        for results, noun in ((self.report.models, "model"), (self.report.references, "reference")):
+            lost = [f"`{n}`" for n in results if n in self.unsolved]
+            if lost:
+                shown = [*lost[:3], f"{len(lost) - 3} more"] if len(lost) > 4 else lost
+                whole = count(len(results), noun)
+                yield f"{len(lost)} of {whole} gave no solution ({listed(shown)})"
+
+    def closest(self) -> list[str]:
+        """For each reference, by its first metric that has a value: `the closest to `theory` is `rod`: 5.9 % (`eta`)`."""
+        said: dict[str, str] = {}
+        for metric in self.errors:
+            if metric.against in said or not (best := self.best(metric)):
+                continue
+            value = value_of(self.report.models[best[0]], metric.name)
+            amount = quantity(value or 0.0, metric.unit, digits=2, percent=True)
+            verb = "is" if len(best) == 1 else "are"
+            names = listed([f"`{n}`" for n in best])
+            said[str(metric.against)] = f"the closest to `{metric.against}` {verb} {names}: {amount} (`{metric.name}`)"
+        return list(said.values())
+
+    def _expected(self) -> str:
+        judged = self.report.expectations
+        if not judged:
+            return "expectations are not judged yet" if self.report.partial else "nothing was expected"
+        met, open_ = sum(e.passed is True for e in judged), sum(e.passed is None for e in judged)
+        return f"{met} of {count(len(judged), 'expectation')} met" + (f", {open_} not judged" if open_ else "")
+
+    @property
+    def status(self) -> tuple[str, str]:
+        """good, warn or bad, and a line of words: how the run ended."""
+        if self.report.partial:
+            return "warn", "Unfinished: the run goes on, or it was interrupted"
+        if self.unsolved:
+            return "bad", f"Finished, without a solution for {listed([f'`{n}`' for n in self.unsolved])}"
+        missed = sum(e.passed is False for e in self.report.expectations)
+        if missed:
+            return "bad", f"Finished, {count(missed, 'expectation')} not met"
+        if not self.report.models:
+            return "warn", "Finished, nothing was solved"
+        return "good", "Finished, everything converged" + (", every expectation met" if self._all_met else "")
+
+    @property
+    def _all_met(self) -> bool:
+        return bool(self.report.expectations) and all(e.passed for e in self.report.expectations)
+
+
+def _names(call: tree.Call, fields: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+    """The arguments of a call that are names, by field; those without a field name count by position."""
+    for position, argument in enumerate(call.arguments):
+        field = argument.name or (fields[position] if position < len(fields) else "")
+        if isinstance(argument.value, tree.Name):
+            yield field, argument.value.text
+
+
+def value_of(result: Result, metric: str) -> float | None:
+    """The value of a metric, None where there is none."""
+    found = result.metrics.get(metric)
+    return None if found is None or found.value is None else float(found.value)
+
+
+def shown(result: MetricResult, metric: Metric) -> str:
+    """A single metric value with its own unit."""
+    return "–" if result.value is None else quantity(result.value, metric.unit, percent=metric.percent)
+
+
+__all__ = ["Findings", "Metric", "Result", "scale_of", "shown", "value_of"]

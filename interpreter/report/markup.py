@@ -1,0 +1,73 @@
+"""HTML as text: every attribute and every piece of text goes through `text`, and only what comes from here is markup."""
+
+from __future__ import annotations
+
+import html
+import re
+
+VOID = frozenset({"meta", "input", "br", "img", "link"})
+
+
+def text(value: object) -> str:
+    """Any value as HTML text: `<`, `>`, `&` and quotes escaped, control characters shown as their pictures."""
+    visible = _CONTROL.sub(lambda match: _picture(match[0]), str(value))
+    return html.escape(visible, quote=True)
+
+
+# what HTML forbids: control characters other than tab and line feed, surrogates, noncharacters
+_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufdd0-\ufdef\ufffe\uffff]")
+
+
+def _picture(character: str) -> str:
+    code = ord(character)
+    return chr(0x2400 + code) if code < 0x20 else "\ufffd"
+
+
+def tag(name: str, *content: str, **attributes: object) -> str:
+    """An element; content is markup. Attributes: `class_`, `data_x` for `data-x`; None or False leaves one out."""
+    opening = "".join(_attribute(key, value) for key, value in attributes.items())
+    if name in VOID:
+        return f"<{name}{opening}>"
+    return f"<{name}{opening}>{''.join(content)}</{name}>"
+
+
+def _attribute(key: str, value: object) -> str:
+    if value is None or value is False:
+        return ""
+    name = key.rstrip("_").replace("_", "-")
+    return f" {name}" if value is True else f' {name}="{text(value)}"'
+
+
+_CODE = re.compile(r"`([^`\n]+)`")
+
+
+def prose(message: str) -> str:
+    """A message as HTML: what stands between backticks becomes code."""
+    pieces = _CODE.split(message)  # plain, code, plain, code, ...
+    return "".join(tag("code", text(piece)) if i % 2 else text(piece) for i, piece in enumerate(pieces))
+
+
+def plain(message: str) -> str:
+    """A message without its backticks, for titles and for `desc`."""
+    return _CODE.sub(r"\1", message)
+
+
+def line_link(line: int | None) -> str:
+    """A link to a line of the scene's text, an en dash where there is no line."""
+    return tag("a", f"line {line}", href=f"#L{line}") if line else "–"
+
+
+def section(name: str, heading: str, *content: str) -> str:
+    """A landmark of the page with its heading."""
+    title = tag("h2", text(heading), id=f"{name}-heading")
+    return tag("section", title, *content, id=name, aria_labelledby=f"{name}-heading")
+
+
+def count(n: int, noun: str) -> str:
+    """`1 model`, `4 models`."""
+    return f"{n} {noun}" + ("" if n == 1 else "s")
+
+
+def listed(items: list[str]) -> str:
+    """`a`, `a and b`, `a, b and c`."""
+    return " and ".join([", ".join(items[:-1]), items[-1]]) if len(items) > 1 else "".join(items)
