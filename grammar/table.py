@@ -122,16 +122,13 @@ def _cache_path() -> Path | None:
     """Where this grammar, lark and module keep their table; None where there is no home."""
     lark = find_spec("lark")
     try:
-        root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-        parts = (
-            [GRAMMAR, Path(__file__), Path(lark.origin)]
-            if lark and lark.origin
-            else [GRAMMAR, Path(__file__)]
-        )
+        root = Path(os.environ.get("XDG_CACHE_HOME", ""))
+        root = root if root.is_absolute() else Path.home() / ".cache"
+        parts = [GRAMMAR, Path(__file__), *([Path(lark.origin)] if lark and lark.origin else [])]
         digest = "-".join(f"{crc32(part.read_bytes()):08x}" for part in parts)
     except (OSError, RuntimeError):
         return None
-    return Path(root, "softmark", f"grammar-{digest}.json")
+    return root / "softmark" / f"grammar-{digest}.json"
 
 
 def _read(path: Path) -> Table | None:

@@ -246,7 +246,7 @@ def children(node: Expression | Argument) -> tuple[Expression | Argument, ...]:
 
 
 def walk(node: Expression | Argument) -> Iterator[tuple[Expression | Argument, int]]:
-    """Every part of an expression, itself first, with the count of expressions around it; without recursion."""
+    """Every part of an expression, itself first, with the count of expressions around it; no recursion."""
     pending: list[tuple[Expression | Argument, int]] = [(node, 0)]
     while pending:
         part, depth = pending.pop()

@@ -6,10 +6,9 @@ failed or did not converge, 130 interrupted.
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpreter.commands, summary)
     "check": ("check", "parse, resolve, check dimensions and applicability; run nothing"),
@@ -47,14 +46,15 @@ def _dispatch(arguments: list[str]) -> int:
     name = next((a for a in arguments if not a.startswith("-")), None)
     if name not in COMMANDS or arguments[0] in ("-h", "--help"):
         return _help(arguments, name)
+    import argparse
     import importlib
 
     module = importlib.import_module(f"softmark.interpreter.commands.{COMMANDS[name][0]}")
     parser = argparse.ArgumentParser(prog=f"dsl {name}", description=COMMANDS[name][1], allow_abbrev=False)
     module.arguments(parser)
     parsed = parser.parse_intermixed_args(arguments[arguments.index(name) + 1 :])
-    run: Callable[[argparse.Namespace], int] = module.run
-    return run(parsed)
+    status: int = module.run(parsed)
+    return status
 
 
 def _help(arguments: list[str], name: str | None) -> int:

@@ -6,14 +6,16 @@ Whatever cannot be evaluated puts one diagnostic into the list and raises Bad; t
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.suggest import nearest
 from softmark.grammar.tree import Span
-from softmark.interpreter import units
+from softmark.interpreter import schema, units
 from softmark.interpreter.conditions import Condition, Term
 from softmark.interpreter.units import ANGLE, LENGTH, NONE, Dimension
 
@@ -39,6 +41,7 @@ class VectorValue:
 
 
 Value = Quantity | VectorValue
+V = TypeVar("V", Quantity, VectorValue, Value)
 
 
 @dataclass
@@ -52,10 +55,6 @@ class Place:
         """Record an error; the caller raises what this returns."""
         self.diagnostics.append(Diagnostic(code, message, self.source, span, label, help))
         return Bad(message)
-
-
-def _angle(f: Callable[[float], float]) -> Callable[[float], float]:
-    return f
 
 
 # name: (function, dimension of its argument or None for any, dimension of its value or None for the argument's)
@@ -87,7 +86,8 @@ class Evaluator:
         value = self.value(node)
         if isinstance(value, Quantity):
             return value
-        raise self.place.fail("E207", node.span, "expected a single number, found a vector", "a vector")
+        raise self.place.fail("E207", node.span, "expected a single number, found a vector", "a vector",
+                              "give one number; a vector has no order and no single value")  # fmt: skip
 
     def value(self, node: tree.Expression) -> Value:
         """A number or a vector."""
@@ -100,14 +100,16 @@ class Evaluator:
             case tree.Vector():
                 return self._vector(node)
             case tree.Unary(operator="-", operand=operand):
-                return _map(lambda a: -a, self.value(operand))
+                value = self.value(operand)
+                return _map(lambda c: -c, value, value.dimension)
             case tree.Unary(operator="+", operand=operand):
                 return self.value(operand)
             case tree.Binary(operator=op) if op not in ("and", "or"):
                 return self._binary(node)
             case tree.Call():
                 return self._call(node)
-        raise self.place.fail("E207", node.span, f"expected a number, found {describe(node)}", describe(node))
+        help = "a number may have a unit: `178 mm`, `2 * L + 5 mm`"
+        raise self.place.fail("E207", node.span, f"expected a number, found {describe(node)}", "not a number", help)
 
     def measure(self, unit: tree.Unit) -> units.Measure:
         """The unit's factor and dimension."""
@@ -122,10 +124,11 @@ class Evaluator:
         measure = self.measure(node.unit)
         return self._finite(Quantity(node.value * measure.factor, measure.dimension), node.span)
 
-    def _finite(self, q: Quantity, span: Span) -> Quantity:
-        if math.isinf(q.value):
-            raise self.place.fail("E219", span, "the number is too large", help="numbers go up to about 1e308")
-        return q
+    def _finite(self, value: V, span: Span) -> V:
+        """The value itself, if double precision can hold it; the value of an expectation is not known yet."""
+        if any(map(math.isinf, components(value))):
+            raise self.place.fail("E219", span, "the number is too large", "beyond 1.8e308", "numbers go up to 1.8e308")
+        return value
 
     def _vector(self, node: tree.Vector) -> VectorValue:
         items = [self.quantity(item) for item in node.items]
@@ -147,91 +150,112 @@ class Evaluator:
     def _binary(self, node: tree.Binary) -> Value:
         left, right = self.value(node.left), self.value(node.right)
         try:
-            return self._combine(node, left, right)
-        except (OverflowError, ZeroDivisionError, ValueError):
-            what = "this divides by zero" if node.operator == "/" else "this has no finite value"
-            raise self.place.fail("E219", node.span, what) from None
+            return self._finite(self._combine(node, left, right), node.span)
+        except ZeroDivisionError:
+            raise self.place.fail("E219", node.span, "this divides by zero", "no value") from None
+        except (OverflowError, ValueError):
+            raise self.place.fail("E219", node.span, "this has no finite value", "no value") from None
 
     def _combine(self, node: tree.Binary, left: Value, right: Value) -> Value:
         a, b = left.dimension, right.dimension
         match node.operator:
-            case "+" | "-" if a == b and type(left) is type(right):
+            case "+" | "-" if a == b and len(components(left)) == len(components(right)):
                 sign = 1 if node.operator == "+" else -1
                 return _zip(left, right, sign)
-            case "*" if isinstance(right, Quantity) or isinstance(left, Quantity):
-                vector, scalar = (right, left) if isinstance(right, VectorValue) else (left, right)
-                product = _map(lambda c: c * scalar.value, vector)  # type: ignore[union-attr]
-                return self._checked(type(product)(_content(product), units.times(a, b)), node.span)  # type: ignore[arg-type]
+            case "*" if isinstance(right, Quantity):
+                return _map(lambda c: c * right.value, left, units.times(a, b))
+            case "*" if isinstance(left, Quantity):
+                return _map(lambda c: c * left.value, right, units.times(a, b))
             case "/" if isinstance(right, Quantity):
-                quotient = _map(lambda c: c / right.value, left)
-                return self._checked(type(quotient)(_content(quotient), units.times(a, b, -1)), node.span)  # type: ignore[arg-type]
+                return _map(lambda c: c / right.value, left, units.times(a, b, -1))
             case "^" if isinstance(left, Quantity) and isinstance(right, Quantity) and b == NONE:
                 return self._power(node, left, right)
         raise self._unlike(node, left, right)
 
-    def _checked(self, value: Value, span: Span) -> Value:
-        return self._finite(value, span) if isinstance(value, Quantity) else value
-
     def _unlike(self, node: tree.Binary, left: Value, right: Value) -> Bad:
-        words = {"+": "add", "-": "subtract", "*": "multiply", "/": "divide", "^": "raise to a power"}
-        return self.place.fail(
-            "E218", node.span, f"cannot {words[node.operator]} {_words(left)} and {_words(right)}",
-            f"{_words(left)} {node.operator} {_words(right)}",
-            "sums need equal dimensions; a number without a unit is a plain number",
-        )  # fmt: skip
+        a, b = words(left), words(right)
+        problem, help = {
+            "+": (f"cannot add {a} and {b}", "both sides of a sum have the same dimension; a number without a unit is a plain number"),
+            "-": (f"cannot subtract {b} from {a}", "both sides of a difference have the same dimension; a number without a unit is a plain number"),
+            "*": (f"cannot multiply {a} by {b}", "one of the two must be a single number"),
+            "/": (f"cannot divide {a} by {b}", "divide by a single number"),
+            "^": (f"cannot raise {a} to the power of {b}", "an exponent is a plain number"),
+        }[node.operator]  # fmt: skip
+        return self.place.fail("E218", node.span, problem, f"{a} {node.operator} {b}", help)
 
     def _power(self, node: tree.Binary, base: Quantity, exponent: Quantity) -> Quantity:
         n = exponent.value
         if base.dimension != NONE and n != int(n):
             raise self.place.fail(
-                "E218", node.span, "a quantity with a unit can be raised to whole powers only", help="use `sqrt(...)`"
-            )
+                "E218", node.span, "a quantity with a unit can be raised to whole powers only", "its unit would have no name",
+                "take a square root with `sqrt(...)`, or divide by a unit first: `(L / 1 mm)^0.5`",
+            )  # fmt: skip
         if abs(n) > 99 and base.dimension != NONE:
-            raise self.place.fail("E219", node.span, "the power is too large")
+            raise self.place.fail("E219", node.span, "the power is too large", "more than 99")
         dimension = units.power(base.dimension, int(n)) if base.dimension != NONE else NONE
         value = base.value**n
         if isinstance(value, complex):
             raise ValueError
-        return self._finite(Quantity(value, dimension), node.span)
+        return Quantity(value, dimension)
 
     def _call(self, node: tree.Call) -> Quantity:
         name = node.function.text
         if name not in FUNCTIONS and name not in SPECIAL:
             raise self._unknown_function(node)
         if any(a.name for a in node.arguments) or not node.arguments:
-            raise self.place.fail("E211", node.span, f"`{name}` takes plain values", help=f"write `{name}(a)`")
+            raise self.place.fail("E211", node.span, f"`{name}` takes plain values, without names", "no value to take",
+                                  f"write `{name}(a)`")  # fmt: skip
         arguments = [self.quantity(a.value) for a in node.arguments]
         if name in ("min", "max"):
             return self._extreme(node, arguments)
         if len(arguments) != 1:
-            raise self.place.fail("E211", node.span, f"`{name}` takes one value, found {len(arguments)}")
-        return self._apply(node, name, arguments[0])
+            raise self.place.fail("E211", node.span, f"`{name}` takes one value, found {len(arguments)}", "too many values",
+                                  f"write `{name}(a)`")  # fmt: skip
+        return self._finite(self._apply(node, name, arguments[0]), node.span)
 
     def _unknown_function(self, node: tree.Call) -> Bad:
-        name = node.function.text
-        close = nearest(name, [*FUNCTIONS, *SPECIAL])
-        hint = f"a function with a similar name exists: `{close}`" if close else "functions: " + ", ".join((*FUNCTIONS, *SPECIAL))
-        return self.place.fail("E203", node.function.span, f"`{name}` does not make a number", "unknown here", hint)
+        name, span, all_functions = node.function.text, node.function.span, [*FUNCTIONS, *SPECIAL]
+        listed = "functions: " + ", ".join(all_functions)
+        if kinds := [kind for kind, table in schema.tables().items() if name in table]:
+            found = f"{schema.article(kinds[0])} {kinds[0]}"
+            return self.place.fail("E203", span, f"`{name}(...)` makes {found}, not a number", found, listed)
+        close = nearest(name, all_functions)
+        hint = f"did you mean `{close}`?" if close else listed
+        return self.place.fail("E203", span, f"there is no function `{name}`", "unknown function", hint)
 
     def _extreme(self, node: tree.Call, arguments: list[Quantity]) -> Quantity:
-        if len({q.dimension for q in arguments}) > 1:
-            raise self.place.fail("E218", node.span, "the values compared differ in dimension")
-        choose = min if node.function.text == "min" else max
+        name, due = node.function.text, arguments[0].dimension
+        for q, argument in zip(arguments, node.arguments, strict=True):
+            if q.dimension != due:
+                one, other = units.named(due), units.named(q.dimension)
+                raise self.place.fail("E218", argument.span, f"`{name}` cannot compare {one} with {other}", other,
+                                      "give all values of one dimension")  # fmt: skip
+        choose = min if name == "min" else max
         return choose(arguments, key=lambda q: q.value)
 
     def _apply(self, node: tree.Call, name: str, q: Quantity) -> Quantity:
+        span = node.arguments[0].span
         try:
             if name == "sqrt":
-                if any(n % 2 for n in q.dimension):
-                    raise self.place.fail("E218", node.span, f"the root of {units.named(q.dimension)} has no whole unit")
-                return Quantity(math.sqrt(q.value), tuple(n // 2 for n in q.dimension))  # type: ignore[arg-type]
+                return self._square_root(q, span)
             function, takes, gives = FUNCTIONS[name]
             if takes is not None and q.dimension != takes:
                 found, due = units.named(q.dimension), units.named(takes)
-                raise self.place.fail("E204", node.arguments[0].span, f"expected {due}, found {found}", found)
+                help = f"`{name}` takes {due}: give it in {units.usual(takes)}" if takes != NONE else f"`{name}` takes {due}: divide by a unit"
+                raise self.place.fail("E204", span, f"expected {due}, found {found}", found, help)
             return Quantity(function(q.value), q.dimension if gives is None else gives)
         except (ValueError, OverflowError):
-            raise self.place.fail("E219", node.span, f"`{name}` has no value there") from None
+            raise self.place.fail("E219", node.span, f"`{name}` has no finite value here", f"of {units.show(q.value, q.dimension)}") from None
+
+    def _square_root(self, q: Quantity, span: Span) -> Quantity:
+        return Quantity(math.sqrt(q.value), self._halved(q.dimension, span))
+
+    def _halved(self, dimension: Dimension, span: Span) -> Dimension:
+        if any(n % 2 for n in dimension):
+            what = units.named(dimension)
+            raise self.place.fail("E218", span, f"the square root of {what} has no whole unit", what,
+                                  "take the root of a product of even powers, such as an area")  # fmt: skip
+        return tuple(n // 2 for n in dimension)  # type: ignore[return-value]
 
     # ------------------------------------------------------------------ conditions on coordinates
 
@@ -244,8 +268,6 @@ class Evaluator:
                 return Condition.junction(op, self.condition(left), self.condition(right))
             case tree.Compare():
                 return self._comparison(node)
-            case tree.Name(parts=("all" | "everywhere",)):
-                pass
         raise self.place.fail(
             "E207", node.span, f"expected a condition on the coordinates, found {describe(node)}", describe(node),
             "compare a coordinate with a length: `x <= 0 mm`, `x >= L and z > 0 mm`",
@@ -267,8 +289,9 @@ class Evaluator:
             whole = one if whole is None else Condition.junction("and", whole, one)
         if whole is None or not any(t.varies for t, _ in terms):
             raise self.place.fail(
-                "E207", node.span, "the condition does not depend on x, y or z", help="compare a coordinate: `x <= 0 mm`"
-            )
+                "E207", node.span, "the condition does not depend on x, y or z", "the same everywhere",
+                "compare a coordinate: `x <= 0 mm`",
+            )  # fmt: skip
         return whole
 
     def _term(self, node: tree.Expression) -> tuple[Term, Dimension]:
@@ -281,21 +304,27 @@ class Evaluator:
                 return (term.negated() if op == "-" else term), dimension
             case tree.Binary(operator="+" | "-" | "*" | "/" | "^" as op) if _has_coordinate(node):
                 return self._term_binary(node, op)
-            case tree.Call(function=tree.Name(parts=("sqrt" | "abs" as name,)), arguments=(argument,)) if _has_coordinate(
-                argument.value
-            ):
+            case tree.Call(function=tree.Name(parts=("sqrt" | "abs" as name,)), arguments=(argument,)) if _has_coordinate(node):
                 term, d = self._term(argument.value)
-                return term.function(name), (tuple(n // 2 for n in d) if name == "sqrt" else d)  # type: ignore[return-value]
+                return term.function(name), (self._halved(d, argument.span) if name == "sqrt" else d)
+            case tree.Call() if _has_coordinate(node):
+                raise self.place.fail("E203", node.function.span, f"`{node.function.text}` does not apply to coordinates", "not in a condition",
+                                      "coordinates take + - * / ^, `sqrt` and `abs`")  # fmt: skip
         q = self.quantity(node)
         return Term.constant(q.value), q.dimension
 
     def _term_binary(self, node: tree.Binary, op: str) -> tuple[Term, Dimension]:
         (a, da), (b, db) = self._term(node.left), self._term(node.right)
-        if op in "+-" and da != db or op == "^" and (db != NONE or b.varies or b.value not in (2.0, 3.0, 4.0)):
-            found = f"{units.named(da)} {op} {units.named(db)}"
-            raise self.place.fail("E218", node.span, "these dimensions do not go together", found)
-        dimension = {"*": units.times(da, db), "/": units.times(da, db, -1)}.get(op, da)
-        return a.combine(op, b), units.power(da, int(b.value)) if op == "^" else dimension
+        if op == "^":
+            if db != NONE or b.varies or b.value not in (2.0, 3.0, 4.0):
+                raise self.place.fail("E218", node.right.span, "a coordinate can be raised to the power of 2, 3 or 4 only", "another exponent",
+                                      "take a root with `sqrt(...)`")  # fmt: skip
+            return a.combine(op, b), units.power(da, int(b.value))
+        if op in "+-" and da != db:
+            raise self._unlike(node, Quantity(0.0, da), Quantity(0.0, db))
+        if op == "/" and b.value == 0.0:
+            raise self.place.fail("E219", node.span, "this divides by zero", "no value")
+        return a.combine(op, b), {"*": units.times(da, db), "/": units.times(da, db, -1)}.get(op, da)
 
 
 def _has_coordinate(node: tree.Expression) -> bool:
@@ -313,37 +342,46 @@ def _has_coordinate(node: tree.Expression) -> bool:
 
 def describe(node: tree.Expression) -> str:
     """What stands there, in words: `a number`, `a text`, `a list`."""
-    names: Iterable[tuple[type[object], str]] = (
-        (tree.Number, "a number"), (tree.String, "a text"), (tree.Vector, "a vector"), (tree.List, "a list"),
-        (tree.Compare, "a comparison"),
-    )  # fmt: skip
-    for cls, words in names:
-        if isinstance(node, cls):
-            return words
-    if isinstance(node, tree.Call):
-        return f"`{node.function.text}(...)`"
-    if isinstance(node, tree.Name):
-        return f"the name `{node.text}`"
-    return "an expression"
+    match node:
+        case tree.Call():
+            return f"`{node.function.text}(...)`"
+        case tree.Name():
+            return f"the name `{node.text}`"
+        case tree.Unary(operator="not") | tree.Binary(operator="and" | "or") | tree.Compare():
+            return "a condition"
+        case tree.Unary(operand=tree.Number()):
+            return "a number"
+        case _:
+            return _DESCRIBED.get(type(node), "an expression")
 
 
-def _words(value: Value) -> str:
+_DESCRIBED: dict[type[object], str] = {
+    tree.Number: "a number", tree.String: "a text", tree.Vector: "a vector", tree.List: "a list",
+}  # fmt: skip
+
+
+def words(value: Value) -> str:
+    """`a length`, `a vector of lengths`: what a value is, for messages."""
     one = units.named(value.dimension)
-    return f"a vector of {one.split(' ', 1)[-1]}s" if isinstance(value, VectorValue) else one
-
-
-def _content(value: Value) -> float | tuple[float, ...]:
-    return value.value if isinstance(value, Quantity) else value.values
-
-
-def _map(f: Callable[[float], float], value: Value) -> Value:
     if isinstance(value, Quantity):
-        return Quantity(f(value.value), value.dimension)
-    return VectorValue(tuple(f(v) for v in value.values), value.dimension)
+        return one
+    plural = {"a plain number": "plain numbers"}.get(one) or f"{one.split(' ', 1)[1]}s"
+    simple = re.fullmatch(r"[a-z ]+", plural) and " or " not in plural and " per " not in plural
+    return f"a vector of {plural}" if simple else f"a vector in {units.si(value.dimension)}"
+
+
+def components(value: Value) -> tuple[float, ...]:
+    """The numbers of a value, in SI."""
+    return (value.value,) if isinstance(value, Quantity) else value.values
+
+
+def _map(f: Callable[[float], float], value: Value, dimension: Dimension) -> Value:
+    if isinstance(value, Quantity):
+        return Quantity(f(value.value), dimension)
+    return VectorValue(tuple(f(v) for v in value.values), dimension)
 
 
 def _zip(a: Value, b: Value, sign: int) -> Value:
     if isinstance(a, Quantity) and isinstance(b, Quantity):
         return Quantity(a.value + sign * b.value, a.dimension)
-    left, right = _content(a), _content(b)
-    return VectorValue(tuple(x + sign * y for x, y in zip(left, right, strict=True)), a.dimension)  # type: ignore[arg-type]
+    return VectorValue(tuple(x + sign * y for x, y in zip(components(a), components(b), strict=True)), a.dimension)

@@ -20,3 +20,17 @@ def unknown_models(scene: Scene, only: tuple[str, ...]) -> list[Diagnostic]:
                 Diagnostic("E201", f"`{name}` is not a model of the scene", Source(f"--model {name}", name), span, "not found", hint)
             )
     return found
+
+
+def concerning(scene: Scene | None, only: tuple[str, ...], found: list[Diagnostic]) -> list[Diagnostic]:
+    """The diagnostics without warnings about models that were not chosen."""
+    if scene is None or not only:
+        return found
+    others = [d.location for n, d in scene.of_kind("model").items() if n not in only]
+
+    def elsewhere(d: Diagnostic) -> bool:
+        return d.severity == "warning" and any(
+            d.span and at.source is d.source and at.span.start <= d.span.start < at.span.end for at in others
+        )
+
+    return [d for d in found if not elsewhere(d)]

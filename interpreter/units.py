@@ -10,6 +10,8 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
+from softmark.grammar.suggest import nearest
+
 Dimension = tuple[int, int, int, int, int]  # exponents of length, mass, time, temperature, angle
 
 NONE: Dimension = (0, 0, 0, 0, 0)
@@ -84,7 +86,7 @@ NAMES: dict[Dimension, tuple[str, str]] = {
     ENERGY: ("an energy or a moment", "J or N*m"),
     (2, 1, -3, 0, 0): ("a power", "W"),
     (-3, 1, 0, 0, 0): ("a density", "kg/m^3 or g/cm^3"),
-    (0, 1, -2, 0, 0): ("a stiffness of a spring", "N/m"),
+    (0, 1, -2, 0, 0): ("a force per length", "N/m"),
     (-2, 1, -2, 0, 0): ("a force per volume", "N/m^3"),
 }
 
@@ -148,28 +150,58 @@ def power(a: Dimension, n: int) -> Dimension:
     return (a[0] * n, a[1] * n, a[2] * n, a[3] * n, a[4] * n)
 
 
-_FACTOR = re.compile(r"([A-Za-zµμ%]+|1)(?:\^(-?\d+))?")
+_PART = re.compile(r"([*/]?)(\([^()]*\)|[^*/()]+)")
+_FACTOR = re.compile(r"(°?[A-Za-zµμ%]+|1)(?:\^([+-]?\d+))?")
 
 
 @lru_cache(maxsize=1024)
 def parse(text: str) -> Measure:
-    """`kg/m^3`, `N*m`, `mm`, `%`. Raises UnitError."""
-    if "/" in text and re.search(r"[*/]", text.split("/", 1)[1]):
-        remedy = "write one factor after `/`, or negative powers: `J*kg^-1*K^-1`"
+    """`kg/m^3`, `N*m`, `J/(kg*K)`, `mm`, `%`. Raises UnitError."""
+    parts = _PART.findall(text.replace("·", "*"))
+    if "".join(operator + part for operator, part in parts) != text.replace("·", "*"):
+        raise _unreadable(text)
+    if any(operator == "/" for operator, _ in parts[:-1]):
+        remedy = "put what is below the line in brackets, `J/(kg*K)`, or use negative powers: `J*kg^-1*K^-1`"
         raise UnitError(f"`{text}` can be read in two ways", remedy)
     factor, dimension = 1.0, NONE
-    for operator, part in re.findall(r"([*/]|^)([^*/]*)", text):
+    for operator, part in parts:
         sign = -1 if operator == "/" else 1
-        match = _FACTOR.fullmatch(part)
-        if match is None:
-            raise UnitError(f"`{text}` is not a unit", "units look like `kPa`, `kg/m^3` or `N*m`, without spaces")
-        base = _simple(match[1], text)
-        exponent = sign * int(match[2] or 1)
-        if abs(exponent) > 12:
-            raise UnitError(f"the power in `{text}` is too large", "powers of units go up to 12")
-        factor *= base.factor**exponent
-        dimension = times(dimension, power(base.dimension, exponent))
+        one = parse(part[1:-1]) if part.startswith("(") else _factor(part, text)
+        factor *= one.factor**sign
+        dimension = times(dimension, one.dimension, sign)
     return Measure(factor, dimension)
+
+
+def _factor(part: str, whole: str) -> Measure:
+    """A symbol with its power."""
+    match = _FACTOR.fullmatch(part)
+    if match is None:
+        raise _unreadable(whole, part)
+    base, exponent = _simple(match[1], whole), int(match[2] or 1)
+    if abs(exponent) > 12:
+        raise UnitError(f"the power in `{whole}` is too large", "powers of units go up to 12")
+    return Measure(base.factor**exponent, power(base.dimension, exponent))
+
+
+_RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+
+
+def _unreadable(whole: str, part: str = "") -> UnitError:
+    """`m3` and `m²` for `m^3` and `m^2`, a power that is not whole, and what cannot be guessed."""
+    if re.search(r"\^[+-]?\d+\.", part):
+        return UnitError(f"the power in `{whole}` is not a whole number", "units have whole powers: take a root with `sqrt(...)`")
+    meant = re.sub(r"([^\W\d_])(-?\d+)(?=$|[*/)])", r"\1^\2", whole.translate(_RAISED))
+    if meant != whole and _known(meant):
+        return UnitError(f"`{whole}` is not a unit", f"write `{meant}`")
+    return UnitError(f"`{whole}` is not a unit", "units look like `kPa`, `kg/m^3` or `N*m`, without spaces")
+
+
+def _known(text: str) -> bool:
+    try:
+        parse(text)
+    except UnitError:
+        return False
+    return True
 
 
 def _simple(symbol: str, whole: str) -> Measure:
@@ -181,16 +213,23 @@ def _simple(symbol: str, whole: str) -> Measure:
         factor, dimension, _ = UNITS[rest]
         return Measure(PREFIXES[prefix] * factor, dimension)
     place = f"`{symbol}`" if symbol == whole else f"`{symbol}` in `{whole}`"
-    raise UnitError(f"{place} is not a unit that is known here", _hint(symbol))
+    raise UnitError(f"{place} is not a known unit", _hint(symbol))
 
 
 # what people write instead, and what is meant
 _MEANT = {
     "kpa": "kPa", "mpa": "MPa", "gpa": "GPa", "pa": "Pa", "PA": "Pa", "KPa": "kPa", "Mpa": "MPa", "kPA": "kPa",
-    "MM": "mm", "Mm": "mm", "CM": "cm", "meter": "m", "metre": "m", "meters": "m", "metres": "m", "in": "inch",
-    "KG": "kg", "Kg": "kg", "gram": "g", "grams": "g", "sec": "s", "second": "s", "seconds": "s", "h": "hour",
-    "hz": "Hz", "HZ": "Hz", "n": "N", "Newton": "N", "newton": "N", "degree": "deg", "degrees": "deg",
-    "percent": "%", "C": "K", "degC": "K", "micron": "um", "pascal": "Pa", "Pascal": "Pa", "kilopascal": "kPa",
+    "MM": "mm", "CM": "cm", "meter": "m", "metre": "m", "meters": "m", "metres": "m", "in": "inch",
+    "inches": "inch", "feet": "ft", "foot": "ft", "lbs": "lb", "pound": "lb", "pounds": "lb",
+    "KG": "kg", "Kg": "kg", "gram": "g", "grams": "g", "kilogram": "kg", "kilograms": "kg",
+    "sec": "s", "second": "s", "seconds": "s", "msec": "ms", "minute": "min", "minutes": "min",
+    "h": "hour", "hr": "hour", "hours": "hour", "hz": "Hz", "HZ": "Hz", "hertz": "Hz",
+    "n": "N", "Newton": "N", "newton": "N", "newtons": "N", "joule": "J", "watt": "W",
+    "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad", "percent": "%", "pct": "%",
+    "C": "K", "degC": "K", "°C": "K", "kelvin": "K", "micron": "um", "microns": "um", "millimeter": "mm",
+    "millimeters": "mm", "millimetre": "mm", "millimetres": "mm", "centimeter": "cm", "centimetre": "cm",
+    "pascal": "Pa", "pascals": "Pa", "Pascal": "Pa", "kilopascal": "kPa", "kilopascals": "kPa", "megapascal": "MPa",
+    "torr": "mmHg", "Torr": "mmHg", "mmhg": "mmHg",
 }  # fmt: skip
 
 
@@ -199,8 +238,10 @@ def _hint(symbol: str) -> str:
         return f"write `{_MEANT[symbol]}`"
     folded = {u.lower(): u for u in _common()}
     if symbol.lower() in folded:
-        return f"write `{folded[symbol.lower()]}`: case matters in units"
-    return "known units: " + ", ".join(u for u in UNITS if u != "1") + "; with prefixes such as k, M, m, µ"
+        return f"write `{folded[symbol.lower()]}`: upper and lower case differ in units"
+    if close := nearest(symbol, _common()):
+        return f"did you mean `{close}`?"
+    return "units look like `kPa`, `kg/m^3` or `N*m`; `dsl list units` shows them all"
 
 
 @lru_cache(maxsize=1)
@@ -215,7 +256,8 @@ def show(value: float, dimension: Dimension) -> str:
     if choices is None:
         unit = si(dimension)
         return f"{value:.6g}" + ("" if unit == "1" else f" {unit}")
-    factor, unit = next(((f, u) for f, u in choices if abs(value) >= f), choices[-1])
+    smallest = choices[-1] if value else next((c for c in choices if c[0] == 1.0), choices[0])
+    factor, unit = next(((f, u) for f, u in choices if abs(value) >= f), smallest)
     return f"{value / factor:.6g} {unit}"
 
 

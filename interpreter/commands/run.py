@@ -7,9 +7,11 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from softmark.interpreter.commands.scenes import has_errors, load, show
-
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from softmark.grammar.diagnostic import Diagnostic
+    from softmark.interpreter.commands.progress import Progress
     from softmark.interpreter.results import Report
     from softmark.interpreter.scene import Scene
 
@@ -32,33 +34,35 @@ def _count(text: str) -> int:
 
 def run(parsed: argparse.Namespace) -> int:
     """Run the scene; the exit status is that of its report."""
-    scene, found = load(parsed.file, parsed.overrides)
-    show(found)
-    if scene is None:
-        return 2
-    from softmark.interpreter.names import unknown_models
-
-    if problems := unknown_models(scene, tuple(parsed.model)):
-        show(problems)
-        return 2
     from softmark.interpreter.commands.progress import Progress
 
     progress = Progress(sys.stderr)
-    progress.say("start", scene.title)  # before numpy is imported: the first line comes at once
+    progress.say("start", f"running {parsed.file}")  # before anything is imported or read
+    from softmark.interpreter.commands.scenes import load, show
+    from softmark.interpreter.names import concerning, unknown_models
+
+    only = tuple(parsed.model)
+    scene, found = load(parsed.file, parsed.overrides)
+    found = concerning(scene, only, found)
+    progress.clear()
+    show(found)
+    if scene is None:
+        return 2
+    if problems := unknown_models(scene, only):
+        show(problems)
+        return 2
     try:
         return _run(scene, found, parsed, progress)
     finally:
         progress.clear()
 
 
-def _run(scene: Scene, found: list, parsed: argparse.Namespace, progress: object) -> int:  # type: ignore[type-arg]
+def _run(scene: Scene, found: list[Diagnostic], parsed: argparse.Namespace, progress: Progress) -> int:
     from softmark.interpreter import run as runner
-    from softmark.interpreter.commands.progress import Progress
+    from softmark.interpreter.commands.scenes import show
     from softmark.interpreter.report import terminal
     from softmark.interpreter.scene import SceneError
 
-    if not isinstance(progress, Progress):
-        return 2
     shelf = Shelf(parsed, scene)
     options = runner.Options(tuple(parsed.model), parsed.repeat, progress.say, shelf.keep)
     try:
@@ -118,9 +122,9 @@ class Shelf:
             folder = self.folder
             self._attempt(folder, lambda: write(report, folder))
 
-    def _attempt(self, place: Path, action: object) -> None:
+    def _attempt(self, place: Path, action: Callable[[], object]) -> None:
         try:
-            action()  # type: ignore[operator]
+            action()
         except OSError as error:
             self.failed = True
             reason = error.strerror or str(error)

@@ -11,8 +11,8 @@ from softmark.grammar.diagnostic import Source
 from softmark.grammar.parse import parse
 from softmark.interpreter import schema
 from softmark.interpreter.report.markup import count, listed
-from softmark.interpreter.report.quantities import quantity, scale_of
-from softmark.interpreter.results import MetricResult, ModelResult, ProbeResult, ReferenceResult, Report
+from softmark.interpreter.report.quantities import quantity
+from softmark.interpreter.results import ModelResult, ProbeResult, ReferenceResult, Report
 
 Result = ModelResult | ReferenceResult
 
@@ -162,7 +162,8 @@ class Findings:
             return "bad", f"Finished, {count(missed, 'expectation')} not met"
         if not self.report.models:
             return "warn", "Finished, nothing was solved"
-        return "good", "Finished, everything converged" + (", every expectation met" if self._all_met else "")
+        ran = "everything that was run" if any(r.status == "skipped" for r in self.everyone.values()) else "everything"
+        return "good", f"Finished, {ran} converged" + (", every expectation met" if self._all_met else "")
 
     @property
     def _all_met(self) -> bool:
@@ -181,11 +182,3 @@ def value_of(result: Result, metric: str) -> float | None:
     """The value of a metric, None where there is none."""
     found = result.metrics.get(metric)
     return None if found is None or found.value is None else float(found.value)
-
-
-def shown(result: MetricResult, metric: Metric) -> str:
-    """A single metric value with its own unit."""
-    return "–" if result.value is None else quantity(result.value, metric.unit, percent=metric.percent)
-
-
-__all__ = ["Findings", "Metric", "Result", "scale_of", "shown", "value_of"]

@@ -315,7 +315,10 @@ def spans(node: Any) -> list[Span]:
 
 
 def test_spans_are_the_text_of_their_nodes() -> None:
-    text = 'load push = traction(beam, where = not (x >= L), vector = (0, -2 mm) * [a^2, "é"] kg/m^3 + 1 < 2 % )\n'
+    text = (
+        'load push = traction(beam, where = not (x >= L), vector = (0, -2 mm) * [a^2, "é"] kg/m^3 + 1 < 2 %'
+    )
+    text += " )\n"
     tree = parsed(text)
     slices = [text[span.start : span.end] for span in spans(expressions(tree.declarations[0])[0])]
     assert slices == [

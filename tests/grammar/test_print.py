@@ -1,4 +1,4 @@
-"""The canonical form: what it looks like, that it means the same, that it stays, and that no comment is lost."""
+"""The canonical form: what it looks like, that it means the same and stays, and that no comment is lost."""
 
 from __future__ import annotations
 
@@ -76,14 +76,15 @@ FORMS = {
         "param    a  = 1\nmaterial bb = 2\n\nparam c = 3\n# comment\nparam dd = 4\nexpect e\nparam fff = 5\n",
     ),
     "trailing comments": (
-        "param a = 1 # one\nparam bbb = 22\nexpect cccccccccccccccc > 1\nexpect d #four\n\nexpect e # five",
-        "param a   = 1  # one\nparam bbb = 22\nexpect cccccccccccccccc > 1\nexpect d       #four\n\nexpect e  # five\n",
+        "param a = 1 # one\nparam bbb = 22\nexpect cccccccccc > 1\nexpect d #four\n\nexpect e # five",
+        "param a   = 1  # one\nparam bbb = 22\nexpect cccccccccc > 1\nexpect d       #four\n\nexpect e  # five\n",
     ),
     "one line again": ("body b = f(\n  x,\n  y,\n)", "body b = f(x, y)\n"),
     "comments inside": (
-        "body b = f( # first\nx, # of x\n# before y\ny = g(1, # one\n2) # of y\n, z = [3,4]\n# last\n) # of b",
-        "body b = f(\n    # first\n    x,  # of x\n    # before y\n    y = g(\n        1,  # one\n        2,\n"
-        "    ),  # of y\n    z = [3, 4],\n    # last\n)  # of b\n",
+        "body b = f( # first\nx, # of x\n# before y\ny = g(1, # one\n2) # of y\n,"
+        " z = [3,4]\n# last\n) # of b",
+        "body b = f(\n    # first\n    x,  # of x\n    # before y\n    y = g(\n        1,  # one\n"
+        "        2,\n    ),  # of y\n    z = [3, 4],\n    # last\n)  # of b\n",
     ),
     "comments elsewhere": ("param  a = 1 +  # why  \n   2  # end", "param  a = 1 +  # why\n   2  # end\n"),
     "comment in a name": ("body b = # why\n  f( x )", "body b = # why\n  f( x )\n"),
@@ -258,7 +259,7 @@ def test_a_tree_survives_printing(tree: Tree) -> None:
 def may_break(tokens: list[Token], i: int) -> bool:
     """Whether a line may end before `tokens[i]` without a change of meaning."""
     depth = sum((t.text in "([") - (t.text in ")]") for t in tokens[:i])
-    if i == 0 or tokens[i - 1].line != tokens[i].line and depth == 0:
+    if i == 0 or (tokens[i - 1].line != tokens[i].line and depth == 0):
         return True
     return tokens[i].kind != "UNIT" and (depth > 0 or tokens[i - 1].kind in UNFINISHED)
 

@@ -1,0 +1,67 @@
+"""Axes: from a range of SI values to ticks with labels, linear or logarithmic."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from softmark.interpreter.report.quantities import is_ratio, power_of_ten, quantity, scale_of, signed
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A range in SI with its ticks; `log` spaces it by decades."""
+
+    low: float
+    high: float
+    label: str
+    ticks: tuple[tuple[float, str], ...]
+    log: bool = False
+
+    def at(self, value: float) -> float:
+        """Where a value lies: 0 at the low end, 1 at the high end."""
+        if self.log:
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
+
+def nice_step(span: float, about: int) -> float:
+    """The step out of 1, 2, 2.5, 5 times a power of ten that divides a span into about so many parts."""
+    raw = span / max(about, 1)
+    decade = 10.0 ** math.floor(math.log10(raw))
+    return next(m * decade for m in (1.0, 2.0, 2.5, 5.0, 10.0) if m * decade >= raw * 0.999)
+
+
+def linear(low: float, high: float, name: str, unit: str, about: int = 6) -> Axis:
+    """An axis from low to high with round ticks in the unit that fits."""
+    scale = scale_of((low, high), unit)
+    step = nice_step((high - low) / scale.factor, about)
+    decimals = max(0, -math.floor(math.log10(step) + 1e-9)) + (1 if _mantissa(step) == 2.5 else 0)
+    first, last = math.ceil(low / scale.factor / step - 1e-9), math.floor(high / scale.factor / step + 1e-9)
+    ticks = tuple((i * step * scale.factor, signed(f"{i * step:.{decimals}f}")) for i in range(first, last + 1))
+    return Axis(low, high, scale.heading(name), ticks)
+
+
+def _mantissa(step: float) -> float:
+    return round(step / 10.0 ** math.floor(math.log10(step) + 1e-9), 6)
+
+
+def whole(high: int, name: str, about: int = 6) -> Axis:
+    """An axis of whole numbers from 0."""
+    step = max(1, round(nice_step(max(high, 1), about)))
+    return Axis(0.0, float(max(high, 1)), name, tuple((float(i), str(i)) for i in range(0, max(high, 1) + 1, step)))
+
+
+def logarithmic(low: float, high: float, name: str, unit: str, about: int = 7) -> Axis:
+    """An axis of whole decades that holds low and high; lengths are labelled `10 µm`, plain numbers `10⁻³`."""
+    first, last = math.floor(math.log10(low) + 1e-9), math.ceil(math.log10(high) - 1e-9)
+    last = max(last, first + 1)
+    every = max(1, math.ceil((last - first) / about))
+    ticks = tuple((10.0**k, _decade(k, unit)) for k in range(first, last + 1, every))
+    return Axis(10.0**first, 10.0**last, name, ticks, log=True)
+
+
+def _decade(exponent: int, unit: str) -> str:
+    if is_ratio(unit):
+        return "1" if exponent == 0 else power_of_ten(exponent)
+    return quantity(10.0**exponent, unit) if exponent >= -9 else f"{power_of_ten(exponent)}\u00a0{unit}"

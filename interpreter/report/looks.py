@@ -1,0 +1,85 @@
+"""How curves are told apart: colour and dash and marker, so that no one of them is needed.
+
+Colours are those of Okabe and Ito (2008), as classes `c0` to `c5` that `report.css` defines for light and dark
+paper. Models differ in all three; references are heavy and neutral and differ by their dash.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+Role = Literal["model", "reference", "rest"]
+
+
+@dataclass(frozen=True)
+class Look:
+    """The look of one curve; `marker` is a key of MARKERS or empty."""
+
+    role: Role
+    colour: int = 0
+    dash: str = ""
+    marker: str = ""
+
+    @property
+    def classes(self) -> str:
+        """Classes that `report.css` knows."""
+        return f"{self.role} c{self.colour}" if self.role == "model" else self.role
+
+
+MODEL_DASHES = ("", "8 3", "3 2", "9 3 2 3", "14 4")
+REFERENCE_DASHES = ("", "11 5", "3 4", "14 4 3 4", "6 3", "18 5")
+
+
+def _circle(x: float, y: float) -> str:
+    return f"M{x - 3.2:.1f} {y:.1f}a3.2 3.2 0 1 0 6.4 0a3.2 3.2 0 1 0-6.4 0"
+
+
+def _square(x: float, y: float) -> str:
+    return f"M{x - 2.9:.1f} {y - 2.9:.1f}h5.8v5.8h-5.8z"
+
+
+def _triangle(x: float, y: float) -> str:
+    return f"M{x:.1f} {y - 3.9:.1f}l3.6 6.2h-7.2z"
+
+
+def _diamond(x: float, y: float) -> str:
+    return f"M{x:.1f} {y - 4.2:.1f}l4.2 4.2-4.2 4.2-4.2-4.2z"
+
+
+def _wedge(x: float, y: float) -> str:
+    return f"M{x:.1f} {y + 3.9:.1f}l-3.6-6.2h7.2z"
+
+
+def _plus(x: float, y: float) -> str:
+    return f"M{x - 4:.1f} {y:.1f}h8M{x:.1f} {y - 4:.1f}v8"
+
+
+def _cross(x: float, y: float) -> str:
+    return f"M{x - 3.2:.1f} {y - 3.2:.1f}l6.4 6.4m-6.4 0l6.4-6.4"
+
+
+MARKERS: Mapping[str, Callable[[float, float], str]] = {
+    "circle": _circle,
+    "square": _square,
+    "triangle": _triangle,
+    "diamond": _diamond,
+    "wedge": _wedge,
+    "plus": _plus,
+    "cross": _cross,
+}
+
+REST = Look("rest", dash="1 4")
+
+
+def model_look(index: int) -> Look:
+    """The look of the model with this place among the models; all of the first 210 differ."""
+    names = tuple(MARKERS)
+    return Look("model", index % 6, MODEL_DASHES[index % len(MODEL_DASHES)], names[index % len(names)])
+
+
+def reference_look(index: int) -> Look:
+    """The look of the reference with this place among the references; from the seventh on, with markers."""
+    marker = "" if index < len(REFERENCE_DASHES) else tuple(MARKERS)[index % len(MARKERS)]
+    return Look("reference", 0, REFERENCE_DASHES[index % len(REFERENCE_DASHES)], marker)

@@ -1,0 +1,100 @@
+"""The table that lark makes, and the file that keeps it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from softmark.grammar import table
+
+PROGRAM = """
+import sys
+from softmark.grammar.diagnostic import Source
+from softmark.grammar.parse import parse
+tree, found = parse(Source("x", "param a = (1, 2) mm"))
+assert not found and len(tree.declarations) == 1
+print("lark" in sys.modules, "numpy" in sys.modules)
+"""
+
+
+def run(environment: dict[str, str]) -> str:
+    """What a fresh process prints that parses a scene."""
+    found = subprocess.run(
+        [sys.executable, "-c", PROGRAM], env=environment, capture_output=True, text=True, check=True
+    )
+    return found.stdout.strip()
+
+
+def test_a_second_process_does_not_import_lark(tmp_path: Path) -> None:
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path)}
+    assert run(environment) == "True False"
+    assert [path.suffix for path in (tmp_path / "softmark").iterdir()] == [".json"]
+    assert run(environment) == "False False"
+
+
+@pytest.mark.parametrize(
+    "content", ["", "{", "[]", '{"states": []}', '{"rules": [{}], "terminals": []}', "null"]
+)
+def test_a_broken_file_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: str) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    path = table._cache_path()
+    assert path is not None
+    path.parent.mkdir()
+    path.write_text(content)
+    found = table.load.__wrapped__()
+    assert json.loads(path.read_text())["states"] == found.states
+
+
+def test_without_a_place_to_write_the_table_is_made_each_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))  # no folder, and none can be made inside
+    assert table.load.__wrapped__().rules == table.make().rules
+
+
+def test_without_a_home_there_is_no_cache(monkeypatch: pytest.MonkeyPatch) -> None:
+    def homeless() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setenv("XDG_CACHE_HOME", "relative/folders/do/not/count")
+    monkeypatch.setattr(Path, "home", homeless)
+    assert table._cache_path() is None
+    assert table.load.__wrapped__().rules == table.make().rules
+
+
+def test_what_is_read_is_what_was_written(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "table.json"
+    made = table.make()
+    table._write(path, made)
+    assert table._read(path) == made
+    assert [found.name for found in path.parent.iterdir()] == ["table.json"]  # no draft is left
+
+
+def test_a_draft_that_cannot_be_put_in_place_is_removed(tmp_path: Path) -> None:
+    path = tmp_path / "table.json"
+    (path / "in the way").mkdir(parents=True)
+    table._write(path, table.make())
+    assert [found.name for found in tmp_path.iterdir()] == ["table.json"]
+
+
+def test_another_grammar_has_another_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = table._cache_path()
+    changed = tmp_path / "scene.lark"
+    changed.write_text(table.GRAMMAR.read_text("utf-8") + "\n// changed\n", "utf-8")
+    monkeypatch.setattr(table, "GRAMMAR", changed)
+    assert table._cache_path() != before
+
+
+def test_the_grammar_is_small() -> None:
+    """What a screen holds, and at most ten reserved words."""
+    lines = table.GRAMMAR.read_text("utf-8").split("\n")
+    assert len(lines) <= 60
+    assert len(table.reserved()) == 10
+    words = {"scene", "use", "as", "param", "in", "expect", "and", "or", "not", "softmark"}
+    assert set(table.reserved()) == words

@@ -1,0 +1,77 @@
+"""The plan builds what the questions need, no more, and names the line that asks."""
+
+from __future__ import annotations
+
+import softmark
+from softmark.interpreter.plan import Task, plan_of
+
+HEAD = """
+material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body beam = solid(cylinder(length = 100 mm, radius = 10 mm), gel)
+support wall = fixed(beam, where = x <= 0 mm)
+load weight = gravity(9.81 m/s^2)
+model rod = beam6dof(segments = 10)
+model solid_a = fem(tet4, strain = corotational, size = 10 mm)
+model solid_b = fem(tet4, strain = finite, size = 10 mm)
+model solid_c = fem(tet4, strain = finite, size = 8 mm)
+reference theory = elastica(beam)
+reference reissner = simo_reissner(beam)
+"""
+PROBE = "probe tip = point(beam, at = (100, 0, 0) mm)\n"
+METRIC = "metric drop = displacement(tip, along = -z)\n"
+
+
+def tasks(text: str, *only: str) -> list[Task]:
+    return list(plan_of(softmark.loads(text).scene, only).tasks)
+
+
+def names(found: list[Task], kind: str) -> list[str]:
+    return [t.name for t in found if t.kind == kind]
+
+
+def test_nothing_is_built_when_nothing_is_asked() -> None:
+    plan = plan_of(softmark.loads(HEAD).scene)
+    assert plan.tasks == ()
+    assert set(plan.idle) == {"rod", "solid_a", "solid_b", "solid_c", "theory", "reissner"}
+
+
+def test_a_probe_asks_for_every_model_and_reference_of_its_body() -> None:
+    found = tasks(HEAD + PROBE)
+    assert names(found, "solve") == ["rod", "solid_a", "solid_b", "solid_c"]
+    assert names(found, "reference") == ["theory", "reissner"]
+
+
+def test_models_that_want_the_same_mesh_share_it() -> None:
+    found = [t for t in tasks(HEAD + PROBE) if t.kind == "mesh"]
+    assert len(found) == 2
+    assert "solid_a, solid_b" in found[0].detail
+
+
+def test_a_chosen_model_alone_is_built() -> None:
+    found = tasks(HEAD + PROBE, "rod")
+    assert names(found, "solve") == ["rod"]
+    assert names(found, "mesh") == []
+
+
+def test_a_probe_of_another_body_asks_for_nothing_here() -> None:
+    text = HEAD.replace("beam6dof(segments = 10)", "beam6dof(segments = 10, body = beam)")
+    for size in ("10 mm", "8 mm"):
+        text = text.replace(f"size = {size})", f"size = {size}, body = beam)")
+    text += "body other = solid(box(size = (10, 10, 10) mm), gel)\nprobe there = point(other, at = (1, 1, 1) mm)\n"
+    assert names(tasks(text), "solve") == []
+
+
+def test_each_task_names_the_line_that_asks() -> None:
+    text = HEAD + PROBE + METRIC + "expect rod.drop > 0 mm\n"
+    lines = text.splitlines()
+    for task in tasks(text):
+        asking = lines[task.asked.span.line - 1]
+        assert asking.startswith(("probe", "metric", "expect"))
+    solve = next(t for t in tasks(text) if t.kind == "solve")
+    assert lines[solve.asked.span.line - 1].startswith("probe")
+
+
+def test_an_expectation_alone_needs_its_metric_and_model() -> None:
+    found = tasks(HEAD + PROBE + METRIC + "expect rod.drop > 0 mm\n")
+    (expectation,) = [t for t in found if t.kind == "expect"]
+    assert expectation.needs == ("rod",)

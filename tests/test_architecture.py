@@ -1,0 +1,160 @@
+"""The house: who imports whom, what lies at the root, what the package holds, and what starting up costs."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+FOLDERS = {"grammar": "grammar", "interpreter": "interpreter", "solvers": "solvers", "references": "references", "scenes": "stdlib-scenes"}
+MAY_IMPORT = {
+    "grammar": {"grammar"},
+    "solvers": {"solvers"},
+    "references": {"references"},
+    "scenes": {"scenes"},
+    "interpreter": {"grammar", "interpreter", "solvers", "references", "scenes"},
+}
+
+
+def modules(folder: str) -> list[Path]:
+    return sorted((ROOT / FOLDERS[folder]).rglob("*.py"))
+
+
+def imported(file: Path) -> set[str]:
+    """Every dotted name that a file imports, wherever in it."""
+    names = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            names.add("." * node.level + (node.module or ""))
+            names.update(f"{node.module}.{alias.name}" for alias in node.names if node.module == "softmark")
+    return names
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_imports_follow_the_rule(folder: str) -> None:
+    for file in modules(folder):
+        for name in imported(file):
+            assert not name.startswith("."), f"{file}: relative import {name}"
+            assert name.split(".")[0] not in FOLDERS, f"{file}: {name} works only from the root"
+            parts = name.split(".")
+            if parts[0] == "softmark" and len(parts) > 1 and parts[1] in FOLDERS:
+                assert parts[1] in MAY_IMPORT[folder], f"{file} imports {name}"
+
+
+def test_a_material_sees_no_mesh_an_element_no_law_an_energy_no_time_step() -> None:
+    forbidden = {
+        "materials": ("mesh", "elements", "energies", "assembly", "statics"),
+        "elements": ("materials", "energies", "assembly", "statics"),
+        "energies": ("materials", "mesh", "assembly", "statics"),
+        "mesh": ("materials", "energies", "assembly", "statics"),
+    }
+    for folder, others in forbidden.items():
+        for file in sorted((ROOT / "solvers" / folder).glob("*.py")):
+            for name in imported(file):
+                assert not any(name.startswith(f"softmark.solvers.{o}") for o in others), f"{file} imports {name}"
+
+
+def test_the_root_holds_only_what_belongs_there() -> None:
+    allowed = {*FOLDERS.values(), "tests", "pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md"}
+    tracked = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
+    if tracked.returncode:
+        pytest.skip("not a git checkout")
+    top = {line.split("/")[0] for line in tracked.stdout.splitlines()}
+    assert {t for t in top if not t.startswith(".")} <= allowed
+
+
+def test_every_subpackage_is_named_in_the_package_list() -> None:
+    # setuptools does not recurse: what is not named is missing from the wheel without a word
+    config = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
+    named = set(config["packages"])
+    found = {"softmark"}
+    for name, folder in FOLDERS.items():
+        for init in sorted((ROOT / folder).rglob("__init__.py")):
+            inner = init.parent.relative_to(ROOT / folder).parts
+            if "softmark" not in inner:  # the public face lies inside interpreter/
+                found.add(".".join(("softmark", name, *inner)))
+    assert found == named
+
+
+def test_every_data_file_is_in_the_wheel() -> None:
+    config = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
+    covered = set()
+    for package, patterns in config["package-data"].items():
+        folder = ROOT / config["package-dir"].get(package, "")
+        if package not in config["package-dir"]:
+            parent = ".".join(package.split(".")[:2])
+            folder = ROOT / config["package-dir"][parent] / Path(*package.split(".")[2:])
+        for pattern in patterns:
+            covered.update(folder.glob(pattern))
+    for kind in ("*.lark", "*.scene", "*.css", "*.js"):
+        for folder in FOLDERS.values():
+            for file in (ROOT / folder).rglob(kind):
+                assert file in covered, f"{file} is not package data"
+    assert all(file in covered for file in (ROOT / "interpreter" / "codes").glob("*.md"))
+
+
+def test_no_file_is_long() -> None:
+    long = {f: n for d in (*FOLDERS.values(), "tests") for f in (ROOT / d).rglob("*.py") if (n := len(f.read_text().splitlines())) > 500}
+    assert not long
+
+
+# ------------------------------------------------------------------ start-up: what is not imported
+
+HEAVY = ("numpy", "scipy", "numba", "meshio", "trimesh")
+
+
+def loaded_by(code: str, *arguments: str, cwd: Path | None = None) -> set[str]:
+    """The modules that a fresh interpreter holds after `code`."""
+    script = f"import sys, json, io, contextlib\nout = io.StringIO()\nwith contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):\n    {code}\nprint(json.dumps(sorted(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", script, *arguments], capture_output=True, text=True, check=True, cwd=cwd)
+    return set(json.loads(done.stdout.splitlines()[-1]))
+
+
+def after(*command: str, cwd: Path | None = None) -> set[str]:
+    return loaded_by(f"from softmark.interpreter.cli import main; main({list(command)!r})", cwd=cwd)
+
+
+def test_version_imports_next_to_nothing() -> None:
+    found = after("--version")
+    assert not found & {*HEAVY, "lark", "argparse", "softmark.grammar.parse", "softmark.interpreter.schema"}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [("--help",), ("list",), ("list", "models"), ("list", "scenes"), ("list", "codes"), ("explain", "fem"), ("explain", "E204"),
+     ("check", "silicone-beam"), ("plan", "silicone-beam"), ("fmt", "--check", "silicone-beam"), ("new",), ("completion", "bash")],
+)  # fmt: skip
+def test_commands_that_compute_nothing_import_no_numerics(command: tuple[str, ...]) -> None:
+    assert not after(*command) & set(HEAVY)
+
+
+def test_a_scene_with_a_beam_alone_makes_no_mesh_and_imports_no_kernel(tmp_path: Path) -> None:
+    found = after("run", "silicone-beam", "--model", "rod", cwd=tmp_path)
+    assert "softmark.solvers.energies.rod" in found
+    meshes = {m for m in found if m.startswith("softmark.solvers.mesh") and m not in ("softmark.solvers.mesh", "softmark.solvers.mesh.shapes")}
+    assert not meshes
+    assert not found & {"numba", "meshio", "trimesh", "softmark.solvers.jit", "softmark.solvers.energies.kernels",
+                        "softmark.solvers.energies.elastic", "softmark.interpreter.models.solid"}  # fmt: skip
+
+
+def test_no_name_of_the_root_is_loaded_when_running_from_it() -> None:
+    found = after("check", "silicone-beam", cwd=ROOT)
+    assert not found & set(FOLDERS)
+
+
+def test_a_folder_called_softmark_does_not_mix_in(tmp_path: Path) -> None:
+    (tmp_path / "softmark").mkdir()
+    (tmp_path / "softmark" / "grammar.py").write_text("raise SystemExit('wrong module')")
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+    done = subprocess.run([str(Path(sys.executable).parent / "dsl"), "check", "silicone-beam"], cwd=tmp_path,
+                          capture_output=True, text=True, env=environment, check=False)  # fmt: skip
+    assert done.returncode == 0, done.stderr
