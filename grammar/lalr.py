@@ -31,17 +31,17 @@ def run(table: Table, build: Builder, tokens: Sequence[Token], start: str) -> An
     states: list[int] = [table.starts[start]]
     values: list[Any] = []
     for index, token in enumerate(tokens):
-        while (action := rows[states[-1]].get(token.kind)) is not None and action < 0:
+        kind = token.kind
+        while (action := rows[states[-1]].get(kind)) is not None and action < 0:
             rule = rules[-1 - action]
-            size = rule.size
-            if size == 1 and not rule.method and not rule.inline:
-                states.pop()
+            if rule.hands_on:
+                states[-1] = rows[states[-2]][rule.origin]
             else:
-                value = _reduce(rule, build, values[-size:])
-                del states[-size:], values[-size:]
-                values.append(value)
-            states.append(rows[states[-1]][rule.origin])
-            if token.kind == END and states[-1] == end:
+                size = rule.size
+                values[-size:] = [_reduce(rule, build, values[-size:])]
+                del states[-size:]
+                states.append(rows[states[-1]][rule.origin])
+            if kind == END and states[-1] == end:
                 return values[-1]
         if action is None:
             return Unexpected(index)

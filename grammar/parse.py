@@ -112,8 +112,7 @@ class _Parser:
         """Report the token that does not fit; what is left if a second declaration starts there."""
         second = slips.second_declaration(tokens, index) if self.start == "declaration" else None
         slip = slips.Slip(self.source, chunk, tokens, index, self.start, second)
-        # what the rules before it found stands further left
-        self._fail(chunk, lambda: self._build.problems[0] if self._build.problems else slips.explain(slip))
+        self._fail(chunk, lambda: min([*self._build.problems, slips.explain(slip)], key=_start))
         return _rest(tokens, second) if second and not self._hidden else None
 
     def _fail(self, chunk: Chunk, explain: Callable[[], Diagnostic]) -> None:
@@ -122,6 +121,10 @@ class _Parser:
             self._shown.append(explain())
         else:
             self._hidden += 1
+
+
+def _start(diagnostic: Diagnostic) -> int:
+    return diagnostic.span.start if diagnostic.span else 0
 
 
 def _end(chunk: Chunk) -> Token:

@@ -28,13 +28,14 @@ class Rule:
     """`origin: symbols`: how many symbols it takes, and what becomes of their values.
 
     `method` names the builder's method; empty for a list (`inline`), which its parent splices in place of the
-    symbol, and for a rule that hands on its only symbol.
+    symbol, and for a rule that `hands_on` its only symbol.
     """
 
     origin: str
     size: int
     method: str
     inline: bool
+    hands_on: bool
     kept: list[int]  # the symbols a list keeps: all but commas and other fixed words
     spliced: list[int]  # the symbols whose values are lists
 
@@ -99,14 +100,14 @@ def _actions(row: dict[str, Any], rules: dict[Any, int]) -> dict[str, int]:
 
 
 def _rule(rule: Any) -> Rule:
-    origin = rule.origin.name
+    origin = str(rule.origin.name)  # a plain str: lark's tokens compare slowly
     symbols = rule.expansion
     inline = origin.startswith("_")
-    hands_on = rule.options.expand1 and len(symbols) == 1 and not rule.alias
-    method = "" if inline or hands_on else rule.alias or origin
+    hands_on = bool(rule.options.expand1 and len(symbols) == 1 and not rule.alias and not inline)
+    method = "" if inline or hands_on else str(rule.alias or origin)
     kept = [i for i, symbol in enumerate(symbols) if not (symbol.is_term and symbol.filter_out)]
     spliced = [i for i, symbol in enumerate(symbols) if not symbol.is_term and symbol.name.startswith("_")]
-    return Rule(origin, len(symbols), method, inline, kept, spliced)
+    return Rule(origin, len(symbols), method, inline, hands_on, kept, spliced)
 
 
 def _terminals(parser: Any) -> list[Terminal]:

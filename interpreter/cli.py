@@ -1,7 +1,7 @@
 """The command `dsl`: arguments, exit statuses, and nothing imported before it is needed.
 
 Exit statuses: 0 all well, 1 an expectation not met, 2 the command line or a scene in error, 3 a model or reference
-failed or did not converge, 130 interrupted.
+failed or did not converge, 70 a defect of softmark itself, 130 interrupted.
 """
 
 from __future__ import annotations
@@ -35,6 +35,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of a pipe has gone, as in `dsl list | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except Exception as error:
+        if os.environ.get("SOFTMARK_DEBUG"):
+            raise
+        print(
+            f"error: softmark itself failed ({type(error).__name__}: {error}); this is a defect, please report it with the scene."
+            "\nSOFTMARK_DEBUG=1 shows where it happened.",
+            file=sys.stderr,
+        )
+        return 70
 
 
 def _dispatch(arguments: list[str]) -> int:

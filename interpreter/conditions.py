@@ -22,7 +22,7 @@ class Range:
 
     def __add__(self, other: Range | float) -> Range:
         o = _range(other)
-        return Range(self.low + o.low, self.high + o.high)
+        return _bounded(self.low + o.low, self.high + o.high)
 
     def __neg__(self) -> Range:
         return Range(-self.high, -self.low)
@@ -33,17 +33,25 @@ class Range:
     def __mul__(self, other: Range | float) -> Range:
         o = _range(other)
         products = [a * b for a in (self.low, self.high) for b in (o.low, o.high)]
-        return Range(min(products), max(products))
+        return _bounded(*products)
 
     def __truediv__(self, other: Range | float) -> Range:
         o = _range(other)
         if o.low <= 0 <= o.high:
-            return Range(-math.inf, math.inf)
-        return self * Range(1 / o.high, 1 / o.low)
+            return EVERYTHING
+        return self * _bounded(1 / o.high, 1 / o.low)
 
     def __pow__(self, n: float) -> Range:
-        ends = sorted((self.low**n, self.high**n))
-        return Range(0.0 if n % 2 == 0 and self.low < 0 < self.high else ends[0], ends[1])
+        through_zero = (0.0,) if n % 2 == 0 and self.low < 0 < self.high else ()
+        return _bounded(_raised(self.low, n), _raised(self.high, n), *through_zero)
+
+
+EVERYTHING = Range(-math.inf, math.inf)
+
+
+def _bounded(*values: float) -> Range:
+    """The range of some values; everything where one of them is not a number, as infinity minus infinity."""
+    return EVERYTHING if any(map(math.isnan, values)) else Range(min(values), max(values))
 
 
 def _range(value: Range | float) -> Range:
@@ -84,18 +92,29 @@ class Term:
 
 
 _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
-    "+": lambda a, b: a + b,
+    "+": lambda a, b: b + a if isinstance(b, Range) else a + b,
     "-": lambda a, b: a - b if not isinstance(b, Range) else _range(a) - b,
     "*": lambda a, b: b * a if isinstance(b, Range) else a * b,
-    "/": lambda a, b: _range(a) / b if isinstance(b, Range) else a / b,
-    "^": lambda a, b: a**b,
+    "/": lambda a, b: _range(a) / b if isinstance(b, Range) else a / _apart(b),
+    "^": lambda a, b: a**b if isinstance(a, Range) else _raised(a, b),
 }
 
 
+def _raised(a: Any, n: float) -> Any:
+    """A whole power as a product, which overflows to infinity where `**` would raise."""
+    return math.prod([a] * int(n))
+
+
+def _apart(divisor: Any) -> Any:
+    """A divisor that is not zero: where a coordinate is, its quotient is as large as numbers get."""
+    return divisor + (divisor == 0) * 1e-300
+
+
 def _root(a: Any) -> Any:
+    """The square root; zero where there is none, as where round-off makes the edge of a disc negative."""
     if isinstance(a, Range):
         return Range(math.sqrt(max(a.low, 0.0)), math.sqrt(max(a.high, 0.0)))
-    return abs(a) ** 0.5
+    return (0.5 * (a + abs(a))) ** 0.5
 
 
 def _absolute(a: Any) -> Any:

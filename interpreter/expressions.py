@@ -1,4 +1,4 @@
-"""Evaluating expressions: numbers with dimensions, vectors, and conditions on coordinates.
+"""Evaluating expressions: numbers with dimensions, and vectors. Conditions on coordinates are in selections.py.
 
 Whatever cannot be evaluated puts one diagnostic into the list and raises Bad; the caller goes on with the next field.
 """
@@ -16,8 +16,7 @@ from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.suggest import nearest
 from softmark.grammar.tree import Span
 from softmark.interpreter import schema, units
-from softmark.interpreter.conditions import Condition, Term
-from softmark.interpreter.units import ANGLE, LENGTH, NONE, Dimension
+from softmark.interpreter.units import ANGLE, NONE, Dimension
 
 
 class Bad(Exception):
@@ -95,8 +94,7 @@ class Evaluator:
             case tree.Number():
                 return self._number(node)
             case tree.Name():
-                constant = CONSTANTS.get(node.text)
-                return self.lookup(node) if constant is None else Quantity(constant, NONE)
+                return self._name(node)
             case tree.Vector():
                 return self._vector(node)
             case tree.Unary(operator="-", operand=operand):
@@ -110,6 +108,17 @@ class Evaluator:
                 return self._call(node)
         help = "a number may have a unit: `178 mm`, `2 * L + 5 mm`"
         raise self.place.fail("E207", node.span, f"expected a number, found {describe(node)}", "not a number", help)
+
+    def _name(self, node: tree.Name) -> Value:
+        if node.text in CONSTANTS:
+            return Quantity(CONSTANTS[node.text], NONE)
+        if node.text in COORDINATES:
+            raise self.place.fail("E213", node.span, f"the coordinate `{node.text}` has no value here", "a coordinate",
+                                  "coordinates stand in conditions, such as `where = x <= 0 mm`, and in directions")  # fmt: skip
+        if node.text in ("yes", "no"):
+            raise self.place.fail("E207", node.span, f"expected a number, found `{node.text}`", "not a number",
+                                  "`yes` and `no` are the values of switches, such as `shear = no`")  # fmt: skip
+        return self.lookup(node)
 
     def measure(self, unit: tree.Unit) -> units.Measure:
         """The unit's factor and dimension."""
@@ -170,9 +179,10 @@ class Evaluator:
                 return _map(lambda c: c / right.value, left, units.times(a, b, -1))
             case "^" if isinstance(left, Quantity) and isinstance(right, Quantity) and b == NONE:
                 return self._power(node, left, right)
-        raise self._unlike(node, left, right)
+        raise self.unlike(node, left, right)
 
-    def _unlike(self, node: tree.Binary, left: Value, right: Value) -> Bad:
+    def unlike(self, node: tree.Binary, left: Value, right: Value) -> Bad:
+        """Record operands that do not go together."""
         a, b = words(left), words(right)
         problem, help = {
             "+": (f"cannot add {a} and {b}", "both sides of a sum have the same dimension; a number without a unit is a plain number"),
@@ -248,96 +258,15 @@ class Evaluator:
             raise self.place.fail("E219", node.span, f"`{name}` has no finite value here", f"of {units.show(q.value, q.dimension)}") from None
 
     def _square_root(self, q: Quantity, span: Span) -> Quantity:
-        return Quantity(math.sqrt(q.value), self._halved(q.dimension, span))
+        return Quantity(math.sqrt(q.value), self.halved(q.dimension, span))
 
-    def _halved(self, dimension: Dimension, span: Span) -> Dimension:
+    def halved(self, dimension: Dimension, span: Span) -> Dimension:
+        """The dimension of a square root."""
         if any(n % 2 for n in dimension):
             what = units.named(dimension)
             raise self.place.fail("E218", span, f"the square root of {what} has no whole unit", what,
                                   "take the root of a product of even powers, such as an area")  # fmt: skip
         return tuple(n // 2 for n in dimension)  # type: ignore[return-value]
-
-    # ------------------------------------------------------------------ conditions on coordinates
-
-    def condition(self, node: tree.Expression) -> Condition:
-        """A condition on x, y and z, such as `x <= 0 mm and z > 1 mm`."""
-        match node:
-            case tree.Unary(operator="not", operand=operand):
-                return Condition.negation(self.condition(operand))
-            case tree.Binary(operator="and" | "or" as op, left=left, right=right):
-                return Condition.junction(op, self.condition(left), self.condition(right))
-            case tree.Compare():
-                return self._comparison(node)
-        raise self.place.fail(
-            "E207", node.span, f"expected a condition on the coordinates, found {describe(node)}", describe(node),
-            "compare a coordinate with a length: `x <= 0 mm`, `x >= L and z > 0 mm`",
-        )  # fmt: skip
-
-    def _comparison(self, node: tree.Compare) -> Condition:
-        terms = [self._term(operand) for operand in node.operands]
-        whole: Condition | None = None
-        for (a, da), (b, db), operator, right in zip(
-            terms[:-1], terms[1:], node.operators, node.operands[1:], strict=False
-        ):
-            if da != db:
-                found, due = units.named(db), units.named(da)
-                raise self.place.fail(
-                    "E204", right.span, f"expected {due}, found {found}", found,
-                    f"both sides of `{operator}` must have the same dimension; give {due} in {units.usual(da)}",
-                )  # fmt: skip
-            one = Condition.comparison(operator, a, b, da[0])
-            whole = one if whole is None else Condition.junction("and", whole, one)
-        if whole is None or not any(t.varies for t, _ in terms):
-            raise self.place.fail(
-                "E207", node.span, "the condition does not depend on x, y or z", "the same everywhere",
-                "compare a coordinate: `x <= 0 mm`",
-            )  # fmt: skip
-        return whole
-
-    def _term(self, node: tree.Expression) -> tuple[Term, Dimension]:
-        """An arithmetic term that may hold coordinates."""
-        match node:
-            case tree.Name(parts=(("x" | "y" | "z") as axis,)):
-                return Term.coordinate("xyz".index(axis)), LENGTH
-            case tree.Unary(operator="-" | "+" as op, operand=operand):
-                term, dimension = self._term(operand)
-                return (term.negated() if op == "-" else term), dimension
-            case tree.Binary(operator="+" | "-" | "*" | "/" | "^" as op) if _has_coordinate(node):
-                return self._term_binary(node, op)
-            case tree.Call(function=tree.Name(parts=("sqrt" | "abs" as name,)), arguments=(argument,)) if _has_coordinate(node):
-                term, d = self._term(argument.value)
-                return term.function(name), (self._halved(d, argument.span) if name == "sqrt" else d)
-            case tree.Call() if _has_coordinate(node):
-                raise self.place.fail("E203", node.function.span, f"`{node.function.text}` does not apply to coordinates", "not in a condition",
-                                      "coordinates take + - * / ^, `sqrt` and `abs`")  # fmt: skip
-        q = self.quantity(node)
-        return Term.constant(q.value), q.dimension
-
-    def _term_binary(self, node: tree.Binary, op: str) -> tuple[Term, Dimension]:
-        (a, da), (b, db) = self._term(node.left), self._term(node.right)
-        if op == "^":
-            if db != NONE or b.varies or b.value not in (2.0, 3.0, 4.0):
-                raise self.place.fail("E218", node.right.span, "a coordinate can be raised to the power of 2, 3 or 4 only", "another exponent",
-                                      "take a root with `sqrt(...)`")  # fmt: skip
-            return a.combine(op, b), units.power(da, int(b.value))
-        if op in "+-" and da != db:
-            raise self._unlike(node, Quantity(0.0, da), Quantity(0.0, db))
-        if op == "/" and b.value == 0.0:
-            raise self.place.fail("E219", node.span, "this divides by zero", "no value")
-        return a.combine(op, b), {"*": units.times(da, db), "/": units.times(da, db, -1)}.get(op, da)
-
-
-def _has_coordinate(node: tree.Expression) -> bool:
-    match node:
-        case tree.Name(parts=(part,)):
-            return part in COORDINATES
-        case tree.Unary(operand=operand):
-            return _has_coordinate(operand)
-        case tree.Binary(left=left, right=right):
-            return _has_coordinate(left) or _has_coordinate(right)
-        case tree.Call(arguments=arguments):
-            return any(_has_coordinate(a.value) for a in arguments)
-    return False
 
 
 def describe(node: tree.Expression) -> str:

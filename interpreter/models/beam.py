@@ -144,11 +144,12 @@ def _loads(case: Case, rest: Floats, stations: Floats) -> list[RodLoad]:
                 node = 0 if coverage(where, shape, 0.0) == "all" else -1
                 forces[node] += shape.section.area * np.array(vector)
             case PointForce(at=at, vector=vector):
-                forces += _shares(station(case, at) or 0.0, stations)[:, None] * np.array(vector)
+                node, share = _place(station(case, at) or 0.0, stations)
+                forces[node : node + 2] += np.outer([1 - share, share], vector)
     return [RodLoad(rest, forces)]
 
 
-def _shares(s: float, stations: Floats) -> Floats:
-    """Linear shape functions of all nodes at a station."""
-    shares: Floats = np.array([np.interp(s, stations, unit) for unit in np.eye(len(stations))])
-    return shares
+def _place(s: float, stations: Floats) -> tuple[int, float]:
+    """The element that holds a station, and how far along it the station lies, from 0 to 1."""
+    node = int(np.clip(np.searchsorted(stations, s, side="right") - 1, 0, len(stations) - 2))
+    return node, float((s - stations[node]) / (stations[node + 1] - stations[node]))

@@ -26,7 +26,7 @@ class Beam6Dof:
     Source: Simo (1985); Simo and Vu-Quoc (1986); Crisfield and Jelenic (1999).
     """
 
-    segments: Annotated[int, "1 in [1, 100000]", "elements along the axis"]
+    segments: Annotated[int, "1 in [1, 10000]", "elements along the axis"]
     shear: Annotated[bool, "whether cross-sections may shear against the axis"] = True
     axial: Annotated[bool, "whether the axis may stretch"] = True
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None

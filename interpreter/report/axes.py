@@ -38,7 +38,9 @@ def linear(low: float, high: float, name: str, unit: str, about: int = 6) -> Axi
     step = nice_step((high - low) / scale.factor, about)
     decimals = max(0, -math.floor(math.log10(step) + 1e-9)) + (1 if _mantissa(step) == 2.5 else 0)
     first, last = math.ceil(low / scale.factor / step - 1e-9), math.floor(high / scale.factor / step + 1e-9)
-    ticks = tuple((i * step * scale.factor, signed(f"{i * step:.{decimals}f}")) for i in range(first, last + 1))
+    ticks = tuple(
+        (i * step * scale.factor, signed(f"{i * step:.{decimals}f}")) for i in range(first, last + 1)
+    )
     return Axis(low, high, scale.heading(name), ticks)
 
 
@@ -49,7 +51,9 @@ def _mantissa(step: float) -> float:
 def whole(high: int, name: str, about: int = 6) -> Axis:
     """An axis of whole numbers from 0."""
     step = max(1, round(nice_step(max(high, 1), about)))
-    return Axis(0.0, float(max(high, 1)), name, tuple((float(i), str(i)) for i in range(0, max(high, 1) + 1, step)))
+    return Axis(
+        0.0, float(max(high, 1)), name, tuple((float(i), str(i)) for i in range(0, max(high, 1) + 1, step))
+    )
 
 
 def logarithmic(low: float, high: float, name: str, unit: str, about: int = 7) -> Axis:

@@ -65,7 +65,11 @@ def section_of(findings: Findings) -> str:
     figures = [_Lines(findings, probe, seen).plate() for probe, seen in lines_of(findings).items()]
     tables = [_point_table(probe, seen) for probe, seen in points_of(findings).items()]
     if not figures and not tables:
-        return section("figure", "Centre lines", tag("p", "No probe has a result, so there is nothing to draw.", class_="quiet"))
+        return section(
+            "figure",
+            "Centre lines",
+            tag("p", "No probe has a result, so there is nothing to draw.", class_="quiet"),
+        )
     heading = "Centre lines" if figures else "Points"
     return section("figure", heading, *figures, *tables)
 
@@ -114,7 +118,9 @@ class _Lines:
     def _curves(self, columns: Sequence[Column]) -> Iterator[Curve]:
         look, first = looks(self.findings.report), 1
         known = {"": self.undeformed} | {n: p.position for n, p in self.seen.items()}
-        for column, (name, X) in zip(columns[1:], _heavy_first(known, self.findings.report).items(), strict=True):
+        for column, (name, X) in zip(
+            columns[1:], _heavy_first(known, self.findings.report).items(), strict=True
+        ):
             yield Curve(column.name, look.get(name, REST), tuple(self._flat(X)), first, 2)
             first += 2
 
@@ -146,7 +152,11 @@ class _Lines:
         a, b = self.plane
         third = ({0, 1, 2} - {a, b}).pop()
         flat = float(np.ptp(self.all_points[:, third]))
-        depth = f" Out of this plane the lines stay within {quantity(flat, 'm', 2)}." if flat > 1e-12 * self._size else ""
+        depth = (
+            f" Out of this plane the lines stay within {quantity(flat, 'm', 2)}."
+            if flat > 1e-12 * self._size
+            else ""
+        )
         lead = f"Probe `{self.probe}` in the {AXES[a]}–{AXES[b]} plane, to the same scale along both axes. {self._conclusion()}"
         models = [n for n in self.seen if n in self.findings.report.models]
         return prose(lead + depth + crowded(len(models), len([n for n in open_ if n in self.seen])))
@@ -161,7 +171,9 @@ class _Lines:
         s, scale = arc(self.undeformed), scale_of((self._size,), "m")
         decimals = decimals_of((self._size,), scale, 6)
         symbols = (scale.heading(AXES[a]), scale.heading(AXES[b]))
-        found = [Column(scale.heading("s"), (scale.heading("s"),), [(scale.text(float(v), decimals),) for v in s])]
+        found = [
+            Column(scale.heading("s"), (scale.heading("s"),), [(scale.text(float(v), decimals),) for v in s])
+        ]
         known = {"": self.undeformed} | {n: p.position for n, p in self.seen.items()}
         for name, X in _heavy_first(known, self.findings.report).items():
             cells = [tuple(scale.text(float(p[i]), decimals) for i in (a, b)) for p in X]
@@ -184,7 +196,7 @@ def _row(index: int, s: float, columns: Sequence[Floats]) -> list[Cell]:
 
 def _heavy_first(known: Mapping[str, Floats], report: Report) -> dict[str, Floats]:
     """The undeformed line, then references, then models on top of them."""
-    order = {"": 0} | {n: 1 for n in report.references} | {n: 2 for n in report.models}
+    order = {"": 0} | dict.fromkeys(report.references, 1) | dict.fromkeys(report.models, 2)
     return {n: known[n] for n in sorted(known, key=lambda n: order.get(n, 2))}
 
 
@@ -211,10 +223,26 @@ def _point_table(probe: str, seen: Mapping[str, ProbeResult]) -> str:
     rows = []
     for name, (_, u, x) in values.items():
         numbers = [*(float(v) for v in u), float(np.sqrt(u @ u)), *(float(v) for v in x)]
-        rows.append(tag("tr", tag("th", tag("code", text(name)), scope="row"), *(tag("td", text(scale.text(v, decimals))) for v in numbers)))
+        rows.append(
+            tag(
+                "tr",
+                tag("th", tag("code", text(name)), scope="row"),
+                *(tag("td", text(scale.text(v, decimals))) for v in numbers),
+            )
+        )
     where = listed([quantity(float(v), "m", 4) for v in next(iter(values.values()))[0]])
-    caption = tag("caption", prose(f"Probe `{probe}`: the point that was at {where}; u its displacement, x y z where it is now"))
+    caption = tag(
+        "caption",
+        prose(f"Probe `{probe}`: the point that was at {where}; u its displacement, x y z where it is now"),
+    )
     table = tag("table", caption, tag("thead", head), tag("tbody", *rows))
     header = ["name", *(f"{k} [m]" for k in ("X", "Y", "Z", "ux", "uy", "uz"))]
-    save = csv_link(f"{probe}-point", header, [[n, *(float(v) for v in (*X, *u))] for n, (X, u, _) in values.items()])
-    return tag("div", tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=f"Probe {probe}"), save, class_="points")
+    save = csv_link(
+        f"{probe}-point", header, [[n, *(float(v) for v in (*X, *u))] for n, (X, u, _) in values.items()]
+    )
+    return tag(
+        "div",
+        tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=f"Probe {probe}"),
+        save,
+        class_="points",
+    )

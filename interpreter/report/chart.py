@@ -48,7 +48,9 @@ class Chart:
 
     def pixel(self, point: Point) -> Point:
         """Where a point lies in the picture."""
-        return self.left + self.x.at(point[0]) * self.width, self.top + (1.0 - self.y.at(point[1])) * self.height
+        return self.left + self.x.at(point[0]) * self.width, self.top + (
+            1.0 - self.y.at(point[1])
+        ) * self.height
 
     @cached_property
     def paths(self) -> tuple[tuple[Point | None, ...], ...]:
@@ -58,7 +60,10 @@ class Chart:
     def svg(self) -> str:
         """The picture."""
         w, h = self.left + self.width + self.right, self.top + self.height + self.bottom
-        drawn = [_curve(c, path, i, self._label(i)) for i, (c, path) in enumerate(zip(self.curves, self.paths, strict=True))]
+        drawn = [
+            _curve(c, path, i, self._label(i))
+            for i, (c, path) in enumerate(zip(self.curves, self.paths, strict=True))
+        ]
         return tag(
             "svg", tag("title", text(plain(self.title)), id=f"{self.identity}-t"),
             tag("desc", text(plain(self.desc)), id=f"{self.identity}-d"),
@@ -72,7 +77,14 @@ class Chart:
         if place is None:
             return ""
         x, y, anchor = place
-        return tag("text", text(self.curves[index].name), x=f"{x:.1f}", y=f"{y:.1f}", text_anchor=anchor, class_="name")
+        return tag(
+            "text",
+            text(self.curves[index].name),
+            x=f"{x:.1f}",
+            y=f"{y:.1f}",
+            text_anchor=anchor,
+            class_="name",
+        )
 
     @cached_property
     def _places(self) -> dict[int, tuple[float, float, str]]:
@@ -143,7 +155,12 @@ def _axes(chart: Chart) -> str:
         tag("text", text(chart.y.label), class_="axis", transform=f"translate(14 {(top + bottom) / 2:.1f}) rotate(-90)", text_anchor="middle"),
     ]  # fmt: skip
     frame = tag("path", class_="frame", d=f"M{left:.1f} {top:.1f}V{bottom:.1f}H{right:.1f}")
-    return tag("path", class_="grid", d="".join(grid)) + frame + tag("g", *labels, class_="ticks") + "".join(names)
+    return (
+        tag("path", class_="grid", d="".join(grid))
+        + frame
+        + tag("g", *labels, class_="ticks")
+        + "".join(names)
+    )
 
 
 # ------------------------------------------------------------------ room for names
@@ -185,4 +202,11 @@ def sample(look: Look) -> str:
     """A short piece of the curve for a legend; hidden from screen readers, whose legend is the name."""
     line = tag("path", d="M1 7H37", stroke_dasharray=look.dash or None)
     mark = tag("path", class_="mark", d=MARKERS[look.marker](19, 7)) if look.marker in MARKERS else ""
-    return tag("svg", tag("g", line, mark, class_=f"curve {look.classes}"), viewBox="0 0 38 14", width=38, height=14, aria_hidden="true")
+    return tag(
+        "svg",
+        tag("g", line, mark, class_=f"curve {look.classes}"),
+        viewBox="0 0 38 14",
+        width=38,
+        height=14,
+        aria_hidden="true",
+    )

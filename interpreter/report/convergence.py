@@ -35,16 +35,30 @@ def section_of(findings: Findings) -> str:
     models = {n: m for n, m in findings.report.models.items() if _history(m)}
     if not models:
         return ""
-    phases = {p: model_look(i) for i, p in enumerate(dict.fromkeys(s.phase for m in models.values() for s in _history(m)))}
+    phases = {
+        p: model_look(i)
+        for i, p in enumerate(dict.fromkeys(s.phase for m in models.values() for s in _history(m)))
+    }
     y = _residuals([s.residual for m in models.values() for s in (*_history(m), _end(m))])
     charts = [_plate(i, n, m, phases, y) for i, (n, m) in enumerate(models.items())]
     silent = [f"`{n}`" for n in findings.report.models if n not in models]
-    missing = tag("p", prose(f"No iterations were recorded for {listed(silent)}."), class_="quiet") if silent else ""
+    missing = (
+        tag("p", prose(f"No iterations were recorded for {listed(silent)}."), class_="quiet")
+        if silent
+        else ""
+    )
     lead = prose(
         "Residual of equilibrium relative to the forces, before each iteration; the last point is what was reached. "
         "A residual that rises and then falls fast is Newton's method finding its way."
     )
-    return section("convergence", "Convergence", tag("p", lead, class_="lead"), _key(phases), tag("div", *charts, class_="small-plates"), missing)
+    return section(
+        "convergence",
+        "Convergence",
+        tag("p", lead, class_="lead"),
+        _key(phases),
+        tag("div", *charts, class_="small-plates"),
+        missing,
+    )
 
 
 def _history(model: ModelResult) -> list[_Step]:
@@ -112,7 +126,10 @@ def _not_finite(steps: Sequence[_Step], y: Axis) -> str:
     """A cross at the top for each residual that was not a finite number."""
     n = max(len(steps), 1)
     places = [58.0 + 300.0 * i / n for i, s in enumerate(steps) if s.residual is None]
-    return "".join(tag("path", tag("title", "not finite"), class_="lost", d=f"M{x - 4:.1f} 8l8 8m-8 0l8-8") for x in places)
+    return "".join(
+        tag("path", tag("title", "not finite"), class_="lost", d=f"M{x - 4:.1f} 8l8 8m-8 0l8-8")
+        for x in places
+    )
 
 
 def _columns(steps: Sequence[_Step], end: _Step) -> list[Column]:

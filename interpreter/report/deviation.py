@@ -25,7 +25,7 @@ def pairs(findings: Findings) -> list[tuple[str, str]]:
     """(probe, reference) of the error metrics whose line probe both have."""
     lines = lines_of(findings)
     found = ((m.probe, m.against) for m in findings.errors)
-    return list(dict.fromkeys((p, r) for p, r in found if p in lines and r in lines[p]))  # type: ignore[misc]
+    return list(dict.fromkeys((p, r) for p, r in found if p in lines and r in lines[p]))
 
 
 def section_of(findings: Findings) -> str:
@@ -56,7 +56,9 @@ class _Pair:
         """|u - u_ref| (n,) in m by model."""
         seen, models = self.findings.probes[self.probe], self.findings.report.models
         u = self.known.displacement
-        found = {n: p.displacement - u for n, p in seen.items() if n in models and p.displacement.shape == u.shape}
+        found = {
+            n: p.displacement - u for n, p in seen.items() if n in models and p.displacement.shape == u.shape
+        }
         return {n: np.sqrt((d**2).sum(axis=1)) for n, d in found.items()}
 
     @cached_property
@@ -106,11 +108,17 @@ class _Pair:
 
     def _caption(self, open_: Sequence[str]) -> str:
         own = self.findings.report.references[self.reference].estimated_error
-        error = "" if own is None else f" The estimated error of `{self.reference}` itself is {quantity(own, 'm', 2)}."
+        error = (
+            ""
+            if own is None
+            else f" The estimated error of `{self.reference}` itself is {quantity(own, 'm', 2)}."
+        )
         hidden = any(0.0 < v < self._floor for d in self.distances.values() for v in d)
         cut = " Distances that are mere rounding are not drawn." if hidden else ""
         shown = crowded(len(self.distances), len([n for n in open_ if n in self.distances]))
-        return prose(f"Against `{self.reference}`, at probe `{self.probe}`. {self._ranking()}{error}{cut}{shown}")
+        return prose(
+            f"Against `{self.reference}`, at probe `{self.probe}`. {self._ranking()}{error}{cut}{shown}"
+        )
 
     def _columns(self) -> list[Column]:
         s = arc(self.known.points)
@@ -118,12 +126,15 @@ class _Pair:
         heading = across.heading("distance")
         found = [Column(along.heading("s"), (along.heading("s"),), [(along.text(float(v), 3),) for v in s])]
         for name, distance in self.distances.items():
-            found.append(Column(name, (heading,), [(signed(f"{float(d) / across.factor:.4g}"),) for d in distance]))
+            found.append(
+                Column(name, (heading,), [(signed(f"{float(d) / across.factor:.4g}"),) for d in distance])
+            )
         return found
 
     def _save(self) -> str:
         rows = [
-            [short(float(s)), *(short(float(d[i])) for d in self.distances.values())] for i, s in enumerate(arc(self.known.points))
+            [short(float(s)), *(short(float(d[i])) for d in self.distances.values())]
+            for i, s in enumerate(arc(self.known.points))
         ]
         header = ["s [m]", *(f"{plain(name)} [m]" for name in self.distances)]
         return csv_link(f"{self.probe}-error-against-{self.reference}", header, rows)

@@ -115,11 +115,18 @@ class Findings:
         return "; ".join(part for part in parts if part) + "."
 
     def _crowd(self) -> str:
-        models, references = count(len(self.report.models), "model"), count(len(self.report.references), "reference")
+        models, references = (
+            count(len(self.report.models), "model"),
+            count(len(self.report.references), "reference"),
+        )
         if not self.report.models:
             return f"No model was run, beside {references}" if self.report.references else "No model was run"
         so_far = " so far" if self.report.partial else ""
-        return f"{models}{so_far} against {references}" if self.report.references else f"{models}{so_far}, no reference"
+        return (
+            f"{models}{so_far} against {references}"
+            if self.report.references
+            else f"{models}{so_far}, no reference"
+        )
 
     def _fates(self) -> Iterator[str]:
         """`2 of 4 models gave no solution (`a`, `b`)`, and the same for references."""
@@ -140,7 +147,9 @@ class Findings:
             amount = quantity(value or 0.0, metric.unit, digits=2, percent=True)
             verb = "is" if len(best) == 1 else "are"
             names = listed([f"`{n}`" for n in best])
-            said[str(metric.against)] = f"the closest to `{metric.against}` {verb} {names}: {amount} (`{metric.name}`)"
+            said[str(metric.against)] = (
+                f"the closest to `{metric.against}` {verb} {names}: {amount} (`{metric.name}`)"
+            )
         return list(said.values())
 
     def _expected(self) -> str:
@@ -148,7 +157,9 @@ class Findings:
         if not judged:
             return "expectations are not judged yet" if self.report.partial else "nothing was expected"
         met, open_ = sum(e.passed is True for e in judged), sum(e.passed is None for e in judged)
-        return f"{met} of {count(len(judged), 'expectation')} met" + (f", {open_} not judged" if open_ else "")
+        return f"{met} of {count(len(judged), 'expectation')} met" + (
+            f", {open_} not judged" if open_ else ""
+        )
 
     @property
     def status(self) -> tuple[str, str]:
@@ -162,7 +173,11 @@ class Findings:
             return "bad", f"Finished, {count(missed, 'expectation')} not met"
         if not self.report.models:
             return "warn", "Finished, nothing was solved"
-        ran = "everything that was run" if any(r.status == "skipped" for r in self.everyone.values()) else "everything"
+        ran = (
+            "everything that was run"
+            if any(r.status == "skipped" for r in self.everyone.values())
+            else "everything"
+        )
         return "good", f"Finished, {ran} converged" + (", every expectation met" if self._all_met else "")
 
     @property

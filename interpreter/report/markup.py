@@ -23,7 +23,7 @@ def _picture(character: str) -> str:
     return chr(0x2400 + code) if code < 0x20 else "\ufffd"
 
 
-def tag(name: str, *content: str, **attributes: object) -> str:
+def tag(name: str, /, *content: str, **attributes: object) -> str:
     """An element; content is markup. Attributes: `class_`, `data_x` for `data-x`; None or False leaves one out."""
     opening = "".join(_attribute(key, value) for key, value in attributes.items())
     if name in VOID:

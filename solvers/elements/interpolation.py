@@ -34,7 +34,8 @@ def integration(mesh: Mesh, element: type[Tet4]) -> Integration:
 class Located:
     """Where points lie in a mesh: `nodes` (n, a) of the cell and the shape functions `N` (n, a) there.
 
-    `outside` (n,) is how far, in m, a point lies outside the cell that it was given to (0 within).
+    `outside` (n,) is about how far, in m, a point lies outside the cell that it was given to: 0 within, and else
+    its distance to the farthest of the face planes that it lies beyond.
     """
 
     nodes: Ints
@@ -55,15 +56,19 @@ def locate(mesh: Mesh, X: Floats) -> Located:
     """
     a = mesh.points[mesh.cells[:, 0]]
     inverse = np.linalg.inv(np.stack([mesh.points[mesh.cells[:, i]] - a for i in (1, 2, 3)], axis=2))
-    cells, N = zip(*(_best_cell(point, a, inverse) for point in X), strict=True) if len(X) else ((), ())
-    N_points = np.array(N).reshape(-1, 4)
-    height = 1.0 / np.linalg.norm(inverse[list(cells)], axis=2).max(axis=1) if len(X) else np.zeros(0)
-    outside = np.maximum(0.0, -N_points.min(axis=1, initial=0.0)) * height
+    found = np.empty(len(X), dtype=np.int64)
+    N = np.empty((len(X), 4))
+    for i, point in enumerate(X):
+        found[i], N[i] = _best_cell(point, a, inverse)
+    dN = inverse[found]  # (n, 3, 3): rows are the gradients of N_1, N_2, N_3
+    dN = np.concatenate([-dN.sum(axis=1, keepdims=True), dN], axis=1)
+    outside = np.maximum(0.0, (-N / np.linalg.norm(dN, axis=2)).max(axis=1, initial=0.0))  # to the farthest face plane
     outside[outside < 1e-9 * mesh.extent] = 0.0
-    return Located(mesh.cells[list(cells)], N_points, outside)
+    return Located(mesh.cells[found], N, outside)
 
 
 def _best_cell(X: Floats, a: Floats, inverse: NDArray[np.float64]) -> tuple[int, Floats]:
+    """The cell in which the smallest barycentric coordinate of X is largest, and those coordinates."""
     xi = np.einsum("mij,mj->mi", inverse, X - a)
     N = np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
     best = int(np.argmax(N.min(axis=1)))

@@ -76,8 +76,8 @@ FORMS = {
         "param    a  = 1\nmaterial bb = 2\n\nparam c = 3\n# comment\nparam dd = 4\nexpect e\nparam fff = 5\n",
     ),
     "trailing comments": (
-        "param a = 1 # one\nparam bbb = 22\nexpect cccccccccc > 1\nexpect d #four\n\nexpect e # five",
-        "param a   = 1  # one\nparam bbb = 22\nexpect cccccccccc > 1\nexpect d       #four\n\nexpect e  # five\n",
+        "param a = 1 # one\nparam bbb = 22\nexpect cccc > 1\nexpect d #four\n\nexpect e # five",
+        "param a   = 1  # one\nparam bbb = 22\nexpect cccc > 1\nexpect d       #four\n\nexpect e  # five\n",
     ),
     "one line again": ("body b = f(\n  x,\n  y,\n)", "body b = f(x, y)\n"),
     "comments inside": (

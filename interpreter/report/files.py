@@ -1,0 +1,39 @@
+"""The report on disk: report.json and report.html, each whole or not there."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from softmark.interpreter.report.html import render
+from softmark.interpreter.results import Report
+
+
+def write(report: Report, folder: str | Path) -> list[Path]:
+    """Write report.json and report.html into a folder, made if need be; the paths. Raises OSError as it comes."""
+    target = Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    contents = {"report.json": report.dumps(), "report.html": render(report)}
+    return [_replace(target / name, content) for name, content in contents.items()]
+
+
+def _replace(path: Path, content: str) -> Path:
+    """Write under another name in the same folder, then rename: nobody ever sees half a file."""
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", errors="replace", newline="\n") as file:
+            file.write(content)
+        os.chmod(temporary, 0o666 & ~_umask())
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+    return path
+
+
+def _umask() -> int:
+    """The permissions that new files do not get; mkstemp gives none but the owner's."""
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,65 @@
+"""The top of the page: title, conclusion, how the run ended, when and where; and the way to the sections."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from softmark.interpreter.report.findings import Findings
+from softmark.interpreter.report.markup import prose, tag, text
+
+SIGNS = {"good": "✓", "bad": "✗", "warn": "…"}
+
+
+def header(findings: Findings) -> str:
+    """The page's header."""
+    mood, words = findings.status
+    status = tag(
+        "p",
+        tag("span", SIGNS[mood], class_="sign", aria_hidden="true"),
+        " ",
+        prose(words + "."),
+        class_=f"callout {mood}",
+        role="status",
+    )
+    return tag(
+        "header", tag("p", "softmark report", class_="eyebrow"), tag("h1", text(title(findings))),
+        tag("p", prose(findings.conclusion), class_="conclusion"), status, tag("p", _where(findings), class_="where"),
+    )  # fmt: skip
+
+
+def title(findings: Findings) -> str:
+    """The scene's title, or the name of its file."""
+    scene = findings.report.scene
+    return str(scene.get("title") or scene.get("file") or "Untitled scene")
+
+
+def _where(findings: Findings) -> str:
+    """`21 November 2026, 08:33 UTC · silicone-beam.scene · AMD EPYC, 2 threads · Linux`."""
+    env, scene = findings.report.environment, findings.report.scene
+    threads = env.get("threads")
+    machine = [str(env["cpu"])] if env.get("cpu") else []
+    machine += [f"{threads} thread" + ("" if threads == 1 else "s")] if threads else []
+    file = str(scene.get("file", "")).replace("\\", "/").rpartition("/")[2]
+    pieces = [
+        _when(str(env.get("started", ""))),
+        text(file),
+        text(", ".join(machine)),
+        text(env.get("platform", "")),
+    ]
+    return " · ".join(tag("span", piece) for piece in pieces if piece)
+
+
+def _when(started: str) -> str:
+    """A time element in words; the text itself where it is not a date."""
+    try:
+        moment = datetime.fromisoformat(started)
+    except ValueError:
+        return text(started)
+    zone = " UTC" if not moment.utcoffset() else moment.strftime(" UTC%z")
+    return tag("time", f"{moment.day} {moment.strftime('%B %Y, %H:%M')}{zone}", datetime=started)
+
+
+def navigation(sections: list[tuple[str, str]]) -> str:
+    """Links to the sections that are there: (id, name)."""
+    items = [tag("li", tag("a", text(name), href=f"#{key}")) for key, name in sections]
+    return tag("nav", tag("ul", *items), aria_label="Sections")

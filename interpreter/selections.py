@@ -1,0 +1,103 @@
+"""Reading conditions on coordinates, such as `x <= 0 mm and z > 1 mm`: from a syntax tree to a Condition."""
+
+from __future__ import annotations
+
+from softmark.grammar import tree
+from softmark.interpreter import units
+from softmark.interpreter.conditions import Condition, Term
+from softmark.interpreter.expressions import COORDINATES, Evaluator, Quantity, describe
+from softmark.interpreter.units import LENGTH, NONE, Dimension
+
+EXPONENTS = (2.0, 3.0, 4.0)
+
+
+def selection(node: tree.Expression, evaluator: Evaluator) -> Condition:
+    """The condition that an expression states. Raises Bad."""
+    match node:
+        case tree.Unary(operator="not", operand=operand):
+            return Condition.negation(selection(operand, evaluator))
+        case tree.Binary(operator="and" | "or" as op, left=left, right=right):
+            return Condition.junction(op, selection(left, evaluator), selection(right, evaluator))
+        case tree.Compare():
+            return _comparison(node, evaluator)
+    raise evaluator.place.fail(
+        "E207", node.span, f"expected a condition on the coordinates, found {describe(node)}", describe(node),
+        "compare a coordinate with a length: `x <= 0 mm`, `x >= L and z > 0 mm`",
+    )  # fmt: skip
+
+
+def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
+    terms = [_term(operand, evaluator) for operand in node.operands]
+    if not any(term.varies for term, _ in terms):
+        raise evaluator.place.fail(
+            "E207", node.span, "the condition does not depend on x, y or z", "the same everywhere",
+            "compare a coordinate: `x <= 0 mm`",
+        )  # fmt: skip
+    steps = []
+    for i, operator in enumerate(node.operators):
+        (a, da), (b, db) = terms[i], terms[i + 1]
+        if da != db:
+            found, due = units.named(db), units.named(da)
+            raise evaluator.place.fail(
+                "E204", node.operands[i + 1].span, f"expected {due}, found {found}", found,
+                f"both sides of `{operator}` have the same dimension: give {due} in {units.usual(da)}",
+            )  # fmt: skip
+        steps.append(Condition.comparison(operator, a, b, da[0]))
+    whole = steps[0]
+    for step in steps[1:]:
+        whole = Condition.junction("and", whole, step)
+    return whole
+
+
+def _term(node: tree.Expression, evaluator: Evaluator) -> tuple[Term, Dimension]:
+    """An arithmetic term, in which coordinates may occur."""
+    if not _has_coordinate(node):
+        q = evaluator.quantity(node)
+        return Term.constant(q.value), q.dimension
+    match node:
+        case tree.Name(parts=(axis,)):
+            return Term.coordinate(COORDINATES.index(axis)), LENGTH
+        case tree.Unary(operator=op, operand=operand):
+            term, dimension = _term(operand, evaluator)
+            return (term.negated() if op == "-" else term), dimension
+        case tree.Binary():
+            return _combined(node, evaluator)
+        case tree.Call(function=tree.Name(parts=("sqrt" | "abs" as name,)), arguments=(argument,)):
+            term, dimension = _term(argument.value, evaluator)
+            halved = evaluator.halved(dimension, argument.span) if name == "sqrt" else dimension
+            return term.function(name), halved
+        case tree.Call():
+            raise evaluator.place.fail(
+                "E203", node.function.span, f"`{node.function.text}` does not apply to coordinates", "not in a condition",
+                "coordinates take + - * / ^, `sqrt` and `abs`",
+            )  # fmt: skip
+    raise evaluator.place.fail(
+        "E207", node.span, f"expected a length, found {describe(node)}", describe(node),
+        "compare single coordinates, and join comparisons with `and` and `or`",
+    )  # fmt: skip
+
+
+def _combined(node: tree.Binary, evaluator: Evaluator) -> tuple[Term, Dimension]:
+    (a, da), (b, db) = _term(node.left, evaluator), _term(node.right, evaluator)
+    match node.operator:
+        case "^" if db != NONE or b.varies or b.value not in EXPONENTS:
+            raise evaluator.place.fail(
+                "E218", node.right.span, "a coordinate can be raised to the power of 2, 3 or 4 only", "another exponent",
+                "take a root with `sqrt(...)`",
+            )  # fmt: skip
+        case "^":
+            return a.combine("^", b), units.power(da, int(b.value))
+        case "*":
+            return a.combine("*", b), units.times(da, db)
+        case "/" if b.value == 0.0:
+            raise evaluator.place.fail("E219", node.span, "this divides by zero", "no value")
+        case "/":
+            return a.combine("/", b), units.times(da, db, -1)
+        case "+" | "-" as op if da == db:
+            return a.combine(op, b), da
+    raise evaluator.unlike(node, Quantity(0.0, da), Quantity(0.0, db))
+
+
+def _has_coordinate(node: tree.Expression | tree.Argument) -> bool:
+    names = (n for n, _ in tree.walk(node) if isinstance(n, tree.Name))
+    return any(n.text in COORDINATES for n in names)

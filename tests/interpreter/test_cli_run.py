@@ -1,0 +1,172 @@
+"""`dsl run` from outside: exit statuses, files, standard output, and nothing lost on the way."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+DSL = [sys.executable, "-m", "softmark.interpreter"]
+SMALL = """
+material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body beam = solid(cylinder(length = 100 mm, radius = 10 mm), gel)
+support wall = fixed(beam, where = x <= 0 mm)
+load weight = gravity(9.81 m/s^2)
+model rod = beam6dof(segments = 10)
+reference theory = simo_reissner(beam)
+probe axis = line(beam, from = (0, 0, 0) mm, to = (100, 0, 0) mm, points = 5)
+metric eta = energy_norm(axis, against = theory)
+"""
+
+
+def dsl(*arguments: str, cwd: Path, text: str | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*DSL, *arguments], cwd=cwd, input=text, capture_output=True, text=True, check=False,
+                          env={**os.environ, **environment})  # fmt: skip
+
+
+def written(folder: Path, text: str) -> str:
+    (folder / "my.scene").write_text(text, encoding="utf-8")
+    return "my.scene"
+
+
+@pytest.mark.parametrize(
+    ("extra", "status"),
+    [
+        ("expect rod.eta < 10 %\n", 0),
+        ("expect rod.eta > 10 %\n", 1),
+        ("expect rod.etta > 10 %\n", 2),
+        ("support all = fixed(beam, where = x <= 100 mm)\n", 2),
+        ("analysis hopeless = static(max_iterations = 1)\n", 3),
+    ],
+)
+def test_exit_status(tmp_path: Path, extra: str, status: int) -> None:
+    done = dsl("run", written(tmp_path, SMALL + extra), cwd=tmp_path)
+    assert done.returncode == status, done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+
+
+def test_report_files_lie_in_a_folder_named_after_the_scene(tmp_path: Path) -> None:
+    done = dsl("run", written(tmp_path, SMALL), cwd=tmp_path)
+    folder = tmp_path / "my-report"
+    assert sorted(f.name for f in folder.iterdir()) == ["report.html", "report.json"]
+    assert "my-report" in done.stdout
+    assert json.loads((folder / "report.json").read_text())["models"]["rod"]["status"] == "converged"
+
+
+def test_json_alone_on_standard_output(tmp_path: Path) -> None:
+    done = dsl("run", "-", "--json", "-", cwd=tmp_path, text=SMALL)
+    assert json.loads(done.stdout)["schema"] == "softmark-report/1"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_json_to_a_file(tmp_path: Path) -> None:
+    dsl("run", written(tmp_path, SMALL), "--json", "out.json", cwd=tmp_path)
+    assert json.loads((tmp_path / "out.json").read_text())["schema"] == "softmark-report/1"
+
+
+def test_overrides_reach_fields_and_parameters(tmp_path: Path) -> None:
+    name = written(tmp_path, "param n = 10\n" + SMALL.replace("segments = 10", "segments = n"))
+    done = dsl("run", name, "-p", "n=7", "-p", "gel.young=90kPa", "--json", "-", cwd=tmp_path)
+    data = json.loads(done.stdout)
+    assert data["models"]["rod"]["size"]["elements"] == 7
+    assert data["scene"]["parameters"]["n"]["value"] == 7
+
+
+def test_a_wrong_override_is_shown_in_the_argument(tmp_path: Path) -> None:
+    done = dsl("run", written(tmp_path, SMALL), "-p", "gel.young=90 mm", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "gel.young=90 mm" in done.stderr
+    assert "E204" in done.stderr
+
+
+def test_folder_that_cannot_be_made(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("a file")
+    done = dsl("run", written(tmp_path, SMALL), "--out", "taken/report", cwd=tmp_path)
+    assert done.returncode == 3
+    assert "E404" in done.stderr
+    assert "rod" in done.stdout  # the table is still printed: nothing that was computed is lost
+    assert "Traceback" not in done.stderr
+
+
+def test_interruption_keeps_what_was_finished(tmp_path: Path) -> None:
+    # the rod takes milliseconds, the fine mesh half a minute: the interrupt arrives between
+    slow = SMALL + "model slow = fem(tet4, strain = finite, size = 1.5 mm)\n"
+    name = written(tmp_path, slow)
+    process = subprocess.Popen([*DSL, "run", name], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    kept = tmp_path / "my-report" / "report.json"
+    deadline = time.monotonic() + 120
+    while not kept.exists() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=120)
+    assert process.returncode == 130, errors
+    assert "interrupted" in errors
+    data = json.loads(kept.read_text())
+    assert data["partial"] is True
+    assert data["models"]["rod"]["status"] == "converged"
+
+
+def test_first_run_says_that_it_compiles(tmp_path: Path) -> None:
+    text = SMALL + "model solid = fem(tet4, strain = small, size = 10 mm)\n"
+    first = dsl("run", written(tmp_path, text), cwd=tmp_path, XDG_CACHE_HOME=str(tmp_path / "cache"))
+    assert "compiling kernels" in first.stderr
+    second = dsl("run", "my.scene", cwd=tmp_path, XDG_CACHE_HOME=str(tmp_path / "cache"))
+    assert "compiling kernels" not in second.stderr
+
+
+def test_no_home_and_no_cache(tmp_path: Path) -> None:
+    (tmp_path / "cache").write_text("not a folder")
+    text = SMALL + "model solid = fem(tet4, strain = small, size = 10 mm)\n"
+    done = dsl("run", written(tmp_path, text), cwd=tmp_path, XDG_CACHE_HOME=str(tmp_path / "cache"), HOME="/nonexistent")
+    assert done.returncode == 0, done.stderr
+
+
+def test_unknown_command_and_option(tmp_path: Path) -> None:
+    done = dsl("rnu", "silicone-beam", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "did you mean `dsl run`" in done.stderr
+    assert dsl("run", "silicone-beam", "--modle", "rod", cwd=tmp_path).returncode == 2
+
+
+def test_missing_scene_is_one_clear_error(tmp_path: Path) -> None:
+    done = dsl("run", "silicone-baem", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "did you mean `silicone-beam`" in done.stderr
+
+
+def test_new_scene_checks_and_runs(tmp_path: Path) -> None:
+    template = dsl("new", cwd=tmp_path).stdout
+    (tmp_path / "new.scene").write_text(template)
+    done = dsl("run", "new.scene", cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_fmt_writes_only_what_it_can_keep(tmp_path: Path) -> None:
+    name = written(tmp_path, "# a comment\nparam   L=3 mm # its length\n")
+    assert dsl("fmt", "--check", name, cwd=tmp_path).returncode == 1
+    assert dsl("fmt", name, cwd=tmp_path).returncode == 0
+    assert (tmp_path / name).read_text() == "# a comment\nparam L = 3 mm  # its length\n"
+    assert dsl("fmt", "--check", name, cwd=tmp_path).returncode == 0
+    (tmp_path / name).write_text("param L = = 3 mm\n")
+    assert dsl("fmt", name, cwd=tmp_path).returncode == 2
+    assert (tmp_path / name).read_text() == "param L = = 3 mm\n"
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_scripts_are_printed(tmp_path: Path, shell: str) -> None:
+    done = dsl("completion", shell, cwd=tmp_path)
+    assert done.returncode == 0
+    assert "silicone-beam" in done.stdout
+
+
+def test_bash_completes_scenes(tmp_path: Path) -> None:
+    script = dsl("completion", "bash", cwd=tmp_path).stdout
+    probe = 'COMP_WORDS=(dsl run sil); COMP_CWORD=2; _dsl; echo "${COMPREPLY[@]}"'
+    done = subprocess.run(["bash", "-c", f"{script}\n{probe}"], capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert done.stdout.split() == ["silicone-beam"]
