@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from softmark.grammar import table
+from softmark.grammar.lalr import run as run_table
 
 PROGRAM = """
 import sys
@@ -98,3 +99,8 @@ def test_the_grammar_is_small() -> None:
     assert len(table.reserved()) == 10
     words = {"scene", "use", "as", "param", "in", "expect", "and", "or", "not", "softmark"}
     assert set(table.reserved()) == words
+
+
+def test_tokens_without_an_end_are_refused() -> None:
+    with pytest.raises(ValueError, match="END"):
+        run_table(table.load(), {}, [], "declaration")
