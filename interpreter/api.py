@@ -80,7 +80,6 @@ def checked(
 ) -> tuple[Scene | None, list[Diagnostic]]:
     """The scene, None if it has errors, and all diagnostics about it."""
     scene, diagnostics = compile_scene(source, folder, file, overrides)
-    if any(d.severity == "error" for d in diagnostics):
-        return None, diagnostics
-    diagnostics += check(scene)
+    complete = not any(d.severity == "error" for d in diagnostics)
+    diagnostics += check(scene, complete)
     return (None if any(d.severity == "error" for d in diagnostics) else scene), diagnostics

@@ -5,18 +5,21 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar import tree
 from softmark.grammar.suggest import nearest
 from softmark.interpreter import schema, units
-from softmark.interpreter.expressions import Bad, Place, Quantity, VectorValue, describe
+from softmark.interpreter.expressions import Bad, Place, Quantity, VectorValue, describe, words
 from softmark.interpreter.modules import Module
 from softmark.interpreter.scene import Location
 from softmark.interpreter.schema import Constructor, Field
+from softmark.interpreter.selections import selection
 
 if TYPE_CHECKING:
-    from softmark.interpreter.compile import Override, _Compiler
+    from softmark.interpreter.compile import Compiler
+    from softmark.interpreter.overrides import Override
 
 Bound = tuple[tree.Expression, Place]  # an expression, and the text that it stands in
 
@@ -25,7 +28,7 @@ Bound = tuple[tree.Expression, Place]  # an expression, and the text that it sta
 class Binder:
     """Binds calls of one declaration; `full` is its name, by which overrides find its fields."""
 
-    compiler: _Compiler
+    compiler: Compiler
     module: Module
     full: str
 
@@ -37,6 +40,7 @@ class Binder:
     def call(self, kind: str, node: tree.Call, outermost: bool = True) -> tuple[Constructor, Any, dict[str, Location]]:
         """The constructor, the object that the call makes, and where its fields stand. Raises Bad."""
         constructor = self._constructor(kind, node)
+        self._decimal_comma(constructor, node)
         bound, broken = self._match(constructor, node, outermost)
         values: dict[str, Any] = {}
         for field in constructor.fields:
@@ -68,6 +72,8 @@ class Binder:
         else:
             message = f"there is no {kind} `{name}`"
             hint = f"did you mean `{close}`?" if close else f"{kind} constructors: {', '.join(known)}"
+            if close == meant and not nearest(name, [close or ""]):
+                hint = f"it is called `{close}` here" if close else hint
         raise self.place.fail("E203", node.function.span, message, f"not {schema.article(kind)} {kind}", hint)
 
     # ------------------------------------------------------------------ arguments to fields
@@ -88,11 +94,24 @@ class Binder:
             broken |= self._override(constructor, bound)
         return bound, broken
 
+    def _decimal_comma(self, constructor: Constructor, node: tree.Call) -> None:
+        """Refuse `gravity(9,81 m/s^2)`, which reads as two arguments, the first without its unit."""
+        arguments = [a.value for a in node.arguments if a.name is None]
+        for field, a, b in zip(constructor.fields, arguments[:-1], arguments[1:], strict=False):
+            if not isinstance(a, tree.Number) or not isinstance(b, tree.Number) or a.unit is not None or not b.text.isdigit():
+                continue
+            if b.span.start == a.span.end + 1 and field.dimension not in (None, units.NONE):
+                raise self.place.fail("E113", tree.between(a.span, b.span), "the decimal sign is a point", "a comma separates arguments",
+                                f"write `{a.text}.{self._text_of(b)}`")  # fmt: skip
+
+    def _text_of(self, node: tree.Expression) -> str:
+        return self.place.source.text[node.span.start : node.span.end]
+
     def _override(self, constructor: Constructor, bound: dict[str, Bound]) -> bool:
         broken = False
-        for override in self.compiler.overrides:
-            owner, _, attribute = override.name.rpartition(".")
-            if owner != self.full or self.compiler.override(override.name) is not override:
+        for name, override in self.compiler.replaced.items():
+            owner, _, attribute = name.rpartition(".")
+            if owner != self.full:
                 continue
             if constructor.field(attribute) is None:
                 self._unknown_field(constructor, attribute, override)
@@ -123,13 +142,15 @@ class Binder:
         return field
 
     def _field_hint(self, constructor: Constructor, name: str) -> str:
-        names = [f.name for f in constructor.fields]
-        meant = schema.SYNONYMS.get(name) or schema.SYNONYMS.get(name.lower())
-        if meant in names:
-            field = constructor.field(meant or "")
-            return f"the field is called `{meant}`: {field.doc if field else ''}"
-        close = nearest(name, names)
-        return f"did you mean `{close}`?" if close else self._listing(constructor)
+        if name in schema.MODULI and constructor.field("young"):
+            return f"`{constructor.name}` takes `young` and `poisson`: {schema.MODULI[name]}"
+        meant = self._meant(constructor, name)
+        field = constructor.field(meant or "")
+        if field is None:
+            return self._listing(constructor)
+        if nearest(name, [field.name]):
+            return f"did you mean `{field.name}`?"
+        return f"the field is called `{field.name}`: {field.doc}"
 
     @staticmethod
     def _listing(constructor: Constructor) -> str:
@@ -138,16 +159,24 @@ class Binder:
         return f"fields of `{constructor.name}`: " + ", ".join(f.name for f in constructor.fields)
 
     def _missing(self, constructor: Constructor, bound: dict[str, Bound], node: tree.Call) -> bool:
-        given_wrong = {schema.SYNONYMS.get(a.name or "") for a in node.arguments if constructor.field(a.name or "") is None}
-        missing = [f for f in constructor.fields if f.required and f.name not in bound and f.name not in given_wrong]
-        # a misspelt field is reported already; it would be reported again here as missing
-        misspelt = [a for a in node.arguments if a.name and constructor.field(a.name) is None]
-        if not missing or len(misspelt) >= len(missing):
+        """Report required fields that are not given; a misspelt one is reported already, and not again as missing."""
+        unknown = [a.name for a in node.arguments if a.name and constructor.field(a.name) is None]
+        meant = [self._meant(constructor, name) for name in unknown]
+        missing = [f for f in constructor.fields if f.required and f.name not in bound]
+        unexplained = [f for f in missing if f.name not in meant]
+        if len(unexplained) <= meant.count(None):
             return bool(missing)
-        names = " and ".join(f"`{f.name}`" for f in missing)
-        meanings = "; ".join(f"`{f.name}`: {f.doc}" + self._unit_hint(f) for f in missing)
+        names = " and ".join(f"`{f.name}`" for f in unexplained)
+        meanings = "; ".join(f.meaning + self._unit_hint(f) for f in unexplained)
         self.place.fail("E206", node.function.span, f"`{constructor.name}` needs {names}", "incomplete", meanings)
         return True
+
+    @staticmethod
+    def _meant(constructor: Constructor, name: str) -> str | None:
+        """The field that a wrong name stands for: by what other programs call it, or by its letters."""
+        names = [f.name for f in constructor.fields]
+        meant = schema.SYNONYMS.get(name) or schema.SYNONYMS.get(name.lower())
+        return meant if meant in names else nearest(name, names)
 
     @staticmethod
     def _unit_hint(field: Field) -> str:
@@ -164,7 +193,7 @@ class Binder:
     def _wrong(self, field: Field, node: tree.Expression, place: Place) -> Bad:
         return place.fail(
             "E207", node.span, f"expected {field.expected}, found {describe(node)}", describe(node),
-            f"`{field.name}` is {field.doc}",
+            field.meaning,
         )  # fmt: skip
 
     def _quantity(self, field: Field, node: tree.Expression, place: Place) -> float:
@@ -172,7 +201,7 @@ class Binder:
             raise self._wrong(field, node, place)
         if isinstance(node, tree.Call) and schema.find(node.function.text):
             raise self._wrong(field, node, place)
-        value = self.compiler.evaluator(self.module, place).value(node)
+        value = self.compiler.scope.evaluator(self.module, place).value(node)
         if isinstance(value, VectorValue):
             raise self._wrong(field, node, place)
         self._dimension(field, node, place, value)
@@ -185,27 +214,32 @@ class Binder:
             return
         found = units.named(value.dimension)
         shown = f", {units.show(value.value, value.dimension)}" if isinstance(value, Quantity) else ""
-        hint = f"`{field.name}` is {field.doc}; give it in {units.usual(due)}"
+        hint = f"{field.meaning}; give it in {units.usual(due)}"
         if due == units.NONE:
-            hint = f"`{field.name}` is {field.doc}, without a unit"
+            hint = f"{field.meaning}, without a unit"
         label = f"{found}{shown}" if value.dimension != units.NONE else "no unit"
         raise place.fail("E204", node.span, f"expected {units.named(due)}, found {found}", label, hint)
 
     def _range(self, field: Field, node: tree.Expression, place: Place, value: float) -> None:
         if field.interval is None or value in field.interval:
             return
-        words = field.interval.words(field.dimension or units.NONE)
+        limits = field.interval.words(field.dimension or units.NONE)
         shown = units.show(value, field.dimension or units.NONE)
-        raise place.fail("E301", node.span, f"`{field.name}` must be {words}", shown, f"`{field.name}` is {field.doc}")
+        help = schema.ADVICE.get((field.name, value >= field.interval.high)) or field.meaning
+        literal = isinstance(node, tree.Number) or isinstance(getattr(node, "operand", None), tree.Number)
+        raise place.fail("E301", node.span, f"`{field.name}` must be {limits}", "out of range" if literal else f"this is {shown}", help)
 
     def _vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
-        if isinstance(node, tree.String | tree.List | tree.Compare):
+        if isinstance(node, tree.List):
+            raise place.fail("E207", node.span, f"expected {field.expected}, found a list", "a list",
+                             f"a vector has round brackets: `(0, 0, 1) {units.si(field.dimension or units.NONE)}`")  # fmt: skip
+        if isinstance(node, tree.String | tree.Compare):
             raise self._wrong(field, node, place)
-        value = self.compiler.evaluator(self.module, place).value(node)
+        value = self.compiler.scope.evaluator(self.module, place).value(node)
         if isinstance(value, Quantity) or len(value.values) != 3:
             raise place.fail(
                 "E207", node.span, "expected three components, found " + (describe(node) if isinstance(value, Quantity) else f"{len(value.values)}"),
-                "not a vector of three", f"`{field.name}` is {field.doc}: write `(0, 0, 1) {units.si(field.dimension or units.NONE)}`",
+                "not a vector of three", f"{field.meaning}; write it as `(0, 0, 1) {units.si(field.dimension or units.NONE)}`",
             )  # fmt: skip
         self._dimension(field, node, place, value)
         for component in value.values:
@@ -215,10 +249,10 @@ class Binder:
     def _integer(self, field: Field, node: tree.Expression, place: Place) -> int:
         if isinstance(node, tree.String | tree.List | tree.Compare | tree.Vector):
             raise self._wrong(field, node, place)
-        q = self.compiler.evaluator(self.module, place).quantity(node)
+        q = self.compiler.scope.evaluator(self.module, place).quantity(node)
         if q.dimension != units.NONE or q.value != int(q.value):
             raise place.fail("E204", node.span, f"expected a whole number, found {units.show(q.value, q.dimension)}",
-                             "not a whole number", f"`{field.name}` is {field.doc}")  # fmt: skip
+                             "not a whole number", field.meaning)  # fmt: skip
         self._range(field, node, place, q.value)
         return int(q.value)
 
@@ -236,7 +270,10 @@ class Binder:
             raise self._wrong(field, node, place)
         if word in field.options and isinstance(node, tree.Name):
             return word
-        close = nearest(word, field.options)
+        if word in field.options:
+            raise place.fail("E212", node.span, f"a choice for `{field.name}` stands without quotes", "a text", f"write `{word}`")
+        meant = schema.CHOICES.get(word)
+        close = meant if meant in field.options else nearest(word, field.options)
         listed = ", ".join(field.options)
         hint = f"did you mean `{close}`? `{field.name}` is one of {listed}" if close else f"`{field.name}` is one of {listed}"
         raise place.fail("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint)
@@ -249,10 +286,14 @@ class Binder:
     def _file(self, field: Field, node: tree.Expression, place: Place) -> str:
         name = self._text(field, node, place)
         path = self.module.folder / name
-        if "\0" in name or not os.path.isfile(path):
-            raise place.fail("E401", node.span, f"there is no file `{name}`", "not found",
-                             f"paths are relative to the scene's own folder, {self.module.folder}")  # fmt: skip
-        return str(path)
+        if "\0" not in name and os.path.isfile(path):
+            return str(path)
+        folder = path.parent
+        close = nearest(path.name, os.listdir(folder)) if os.path.isdir(folder) else None
+        if os.path.isdir(path):
+            raise place.fail("E401", node.span, f"`{name}` is a folder", "not a file", "name a file in it")
+        hint = f"did you mean `{Path(name).with_name(close).as_posix()}`?" if close else "paths are relative to the scene's own folder"
+        raise place.fail("E401", node.span, f"there is no file `{name}`", "not found", hint)
 
     def _direction(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         match node:
@@ -260,33 +301,49 @@ class Binder:
                 return _unit(axis, 1.0)
             case tree.Unary(operator="+" | "-" as sign, operand=tree.Name(parts=(("x" | "y" | "z") as axis,))):
                 return _unit(axis, -1.0 if sign == "-" else 1.0)
-            case tree.Vector():
+            case tree.Name() if node.text in schema.DIRECTIONS:
+                raise place.fail("E207", node.span, f"expected {field.expected}, found the name `{node.text}`", "not a direction",
+                                 f"directions are named by coordinates: {schema.DIRECTIONS[node.text]}")  # fmt: skip
+            case tree.Vector() | tree.Name() | tree.Unary() | tree.Binary():
                 return self._normalised(field, node, place)
         raise self._wrong(field, node, place)
 
-    def _normalised(self, field: Field, node: tree.Vector, place: Place) -> tuple[float, ...]:
-        value = self.compiler.evaluator(self.module, place).value(node)
-        if not isinstance(value, VectorValue) or len(value.values) != 3 or value.dimension != units.NONE:
-            raise self._wrong(field, node, place)
+    def _normalised(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+        value = self.compiler.scope.evaluator(self.module, place).value(node)
+        if not isinstance(value, VectorValue) or len(value.values) != 3:
+            found = words(value) if isinstance(value, Quantity) else f"{len(value.values)} components"
+            raise place.fail("E207", node.span, f"expected {field.expected}, found {found}", found,
+                             field.meaning)  # fmt: skip
+        if value.dimension != units.NONE:
+            found = words(value)
+            raise place.fail("E204", node.span, f"expected a direction, found {found}", found, "a direction has no unit: `(0, 0, -1)`")
         norm = math.hypot(*value.values)
         if norm == 0.0:
-            raise place.fail("E301", node.span, "a direction cannot be zero", "no direction", f"`{field.name}` is {field.doc}")
+            raise place.fail("E301", node.span, "a direction cannot be zero", "no direction", field.meaning)
         return tuple(v / norm for v in value.values)
 
     def _condition(self, field: Field, node: tree.Expression, place: Place) -> Any:
-        return self.compiler.evaluator(self.module, place).condition(node)
+        return selection(node, self.compiler.scope.evaluator(self.module, place))
 
     def _components(self, field: Field, node: tree.Expression, place: Place) -> tuple[int, ...]:
         items = node.items if isinstance(node, tree.Vector | tree.List) else (node,)
+        help = f"write `{field.name} = z` or `{field.name} = (x, y)`; without `{field.name}` all three are taken"
+        if not items:
+            raise place.fail("E212", node.span, f"`{field.name}` names no component", "empty", help)
         found = []
         for item in items:
             if not isinstance(item, tree.Name) or item.text not in ("x", "y", "z"):
-                raise place.fail("E212", item.span, f"expected x, y or z, found {describe(item)}", "not a component",
-                                 "write `components = z` or `components = (x, y)`")  # fmt: skip
+                raise place.fail("E212", item.span, f"expected x, y or z, found {describe(item)}", "not a component", help)
             found.append("xyz".index(item.text))
         return tuple(sorted(set(found)))
 
     def _name(self, field: Field, node: tree.Expression, place: Place) -> str:
+        if isinstance(node, tree.String) and self.module.prefix + node.value in self.compiler.table.symbols:
+            raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text", f"write `{node.value}`, without quotes")
+        if isinstance(node, tree.String):
+            known = ", ".join(self.compiler.scope.names(self.module, [field.kind])) or "none"
+            raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text",
+                             f"names stand without quotes; declared {schema.plural(field.kind)}: {known}")  # fmt: skip
         if not isinstance(node, tree.Name):
             raise self._wrong(field, node, place)
         self.compiler.named(node, field.kind, self.module, place)
@@ -303,12 +360,14 @@ class Binder:
 
     def _element(self, field: Field, node: tree.Expression, place: Place) -> Any:
         elements = schema.words()
+        if isinstance(node, tree.String) and node.value in elements:
+            raise place.fail("E207", node.span, "expected an element, found a text", "a text", f"write `{node.value}`, without quotes")
         if not isinstance(node, tree.Name):
             raise self._wrong(field, node, place)
         if node.text in elements:
             return node.text
         meant = schema.WORDS.get(node.text)
-        close = meant if meant in elements else nearest(node.text, list(elements))
+        close = meant if meant in elements else nearest(node.text, elements)
         hint = f"did you mean `{close}`?" if close else "elements: " + ", ".join(elements)
         raise place.fail("E203", node.span, f"there is no element `{node.text}`", "unknown element", hint)
 

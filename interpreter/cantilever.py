@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from softmark.interpreter.case import Case, Fault, coverage, fault
+from softmark.interpreter.case import Case, Fault, coverage, coverages, fault
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.loads import Gravity
 from softmark.interpreter.vocabulary.supports import Fixed
@@ -31,8 +31,7 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
 
 
 def _refused(reference: Declared, reason: str, remedy: str) -> Fault:
-    name, at = reference.name, reference.location
-    return fault("E503", at, f"`{name}` does not hold for this scene: {reason}", "an assumption is broken", remedy)
+    return fault("E503", reference.at(), f"`{reference.name}` does not hold for this scene: {reason}", help=remedy)
 
 
 def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
@@ -43,7 +42,7 @@ def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
         if not isinstance(support.thing, Fixed) or len(support.thing.components) < 3:
             raise _refused(reference, f"the support `{support.name}` is not a clamp", "use `fixed(body, where = ...)` with all components")
         ends = [coverage(support.thing.where, shape, s) for s in (0.0, shape.length)]
-        inside = {coverage(support.thing.where, shape, shape.length * i / 200) for i in range(1, 200)}
+        inside = coverages(support.thing.where, shape, [shape.length * i / 200 for i in range(1, 200)])
         if sorted(ends) != ["all", "none"] or inside != {"none"}:
             raise _refused(reference, f"the support `{support.name}` is not the clamp of one end face",
                            "hold one end and nothing else, as in `where = x <= 0 mm`")  # fmt: skip

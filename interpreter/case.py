@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.conditions import Condition
+from softmark.interpreter import units
+from softmark.interpreter.conditions import Condition, Point
 from softmark.interpreter.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Static
 from softmark.interpreter.vocabulary.loads import Gravity
@@ -53,15 +57,11 @@ class Case:
 
 def case_of(scene: Scene, body: str) -> Case:
     """The case of a body."""
-
-    def acts(d: Declared) -> bool:
-        return getattr(d.thing, "body", body) == body
-
     analyses = list(scene.of_kind("analysis").values())
     return Case(
         body=scene.declared[body],
-        supports=tuple(d for d in scene.of_kind("support").values() if acts(d)),
-        loads=tuple(d for d in scene.of_kind("load").values() if acts(d)),
+        supports=scene.acting("support", body),
+        loads=scene.acting("load", body),
         analysis=analyses[0].thing if analyses else Static(),
     )
 
@@ -75,10 +75,15 @@ def body_of(scene: Scene, declared: Declared) -> str:
     if len(bodies) == 1:
         return bodies[0]
     if not bodies:
-        raise fault("E221", declared.location, f"`{declared.name}` has no body to work on", "no body is declared",
+        raise fault("E221", declared.at(), f"`{declared.name}` has no body to work on", "no body is declared",
                     "declare one: `body beam = solid(cylinder(...), material)`")  # fmt: skip
-    raise fault("E221", declared.location, f"`{declared.name}` could mean any of {len(bodies)} bodies", "which body?",
+    raise fault("E221", declared.at(), f"`{declared.name}` could mean any of {len(bodies)} bodies", "which body?",
                 f"say which: `body = {bodies[0]}`; bodies: {', '.join(bodies)}")  # fmt: skip
+
+
+def reach(low: Sequence[float], high: Sequence[float]) -> str:
+    """What a body spans, in words: `x from 0 to 178 mm, y from -19 to 19 mm, ...`."""
+    return ", ".join(f"{n} from {units.show_range(a, b, units.LENGTH)}" for n, a, b in zip("xyz", low, high, strict=True))
 
 
 # ------------------------------------------------------------------ selections on a straight beam
@@ -86,18 +91,58 @@ def body_of(scene: Scene, declared: Declared) -> str:
 
 def coverage(condition: Condition, shape: Any, station: float) -> str:
     """How much of the cross-section at `station` (m from the root) a condition selects: all, some or none."""
-    low, high = shape.bounds
-    extent = sum((b - a) ** 2 for a, b in zip(low, high, strict=True)) ** 0.5
-    held = [bool(condition.holds(*p, extent)) for p in _section_points(shape, station)]
+    return next(iter(coverages(condition, shape, [station])))
+
+
+def coverages(condition: Condition, shape: Any, stations: Sequence[float]) -> set[str]:
+    """The coverage at each of some stations, in ascending order; stops at the first that is `some`.
+
+    Bounds over whole slabs of the body settle most stations at once, so that the work grows like the logarithm of their number.
+    """
+    extent, found, pending = math.dist(*shape.bounds), set(), [(0, len(stations))]
+    while pending and "some" not in found:
+        first, end = pending.pop()
+        false, true = condition.over(*_slab(shape, stations[first], stations[end - 1]), extent)
+        if not (false and true):
+            found.add("all" if true else "none")
+        elif end - first > 1:
+            middle = (first + end) // 2
+            pending += [(first, middle), (middle, end)]
+        else:
+            found.add(_sampled(condition, shape, stations[first], extent))
+    return found
+
+
+def _sampled(condition: Condition, shape: Any, station: float, extent: float) -> str:
+    """The coverage where bounds leave it open, from points of the cross-section."""
+    x, y, z = _centre(shape, station)
+    held = [bool(condition.holds(x + a, y + b, z + c, extent)) for a, b, c in _offsets(shape)]
     return "all" if all(held) else "some" if any(held) else "none"
 
 
-def _section_points(shape: Any, station: float) -> list[tuple[float, ...]]:
+def _slab(shape: Any, first: float, last: float) -> tuple[Point, Point]:
+    """The lowest and highest coordinates of the body between two stations."""
+    ends = [*zip(_centre(shape, first), _centre(shape, last), strict=True)]
+    reach = _section_reach(shape)
+    x, y, z = ((min(pair) - r, max(pair) + r) for pair, r in zip(ends, reach, strict=True))
+    return (x[0], y[0], z[0]), (x[1], y[1], z[1])
+
+
+def _centre(shape: Any, station: float) -> Point:
+    x, y, z = (r + station * a for r, a in zip(shape.root, shape.axis, strict=True))
+    return x, y, z
+
+
+@lru_cache(maxsize=64)
+def _offsets(shape: Any) -> tuple[Point, ...]:
+    """Points of a cross-section, from its centre."""
     from softmark.solvers.mesh.shapes import transverse
 
-    first, second = transverse(shape.axis)
-    centre = [r + station * a for r, a in zip(shape.root, shape.axis, strict=True)]
-    return [
-        tuple(c + u * f + v * s for c, f, s in zip(centre, first, second, strict=True))
-        for u, v in shape.section.samples()
-    ]
+    (ax, ay, az), (bx, by, bz) = transverse(shape.axis)
+    return tuple((u * ax + v * bx, u * ay + v * by, u * az + v * bz) for u, v in shape.section.samples())
+
+
+@lru_cache(maxsize=64)
+def _section_reach(shape: Any) -> tuple[float, ...]:
+    """How far a cross-section reaches from its centre along x, y and z."""
+    return tuple(max(abs(c) for c in column) for column in zip(*_offsets(shape), strict=True))

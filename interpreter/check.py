@@ -1,160 +1,209 @@
-"""What can be said of a compiled scene without building anything: physics that cannot be, or is doubtful.
+"""What can be said of a compiled scene without building anything: what cannot be, and in lints.py what is doubtful.
 
-To add a check: a function that yields diagnostics, a line in CHECKS.
+To add a check: a function that yields diagnostics, a line in LOCAL, or in WHOLE if it needs all declarations to be sound.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
+from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter import schema, units
+from softmark.interpreter import lints, units
 from softmark.interpreter.cantilever import cantilever_of
-from softmark.interpreter.case import Case, Fault, body_of, case_of, fault
-from softmark.interpreter.plan import plan_of
-from softmark.interpreter.scene import Declared, Scene
-from softmark.interpreter.vocabulary.loads import Gravity, PointForce
+from softmark.interpreter.case import Case, Fault, body_of, case_of, reach
+from softmark.interpreter.scene import Declared, Location, Scene
+from softmark.interpreter.vocabulary.loads import PointForce
 from softmark.solvers.mesh.shapes import contains
 
-LIGHTEST, HEAVIEST = 10.0, 30_000.0  # kg/m^3: an aerogel and more than osmium
-STRONGEST_PULL = 100.0  # m/s^2
 
-
-def check(scene: Scene) -> list[Diagnostic]:
-    """All errors and warnings about a scene that compiled without error."""
+def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
+    """All errors and warnings about a scene; of one with errors (not `complete`) only what its sound parts tell."""
     found: list[Diagnostic] = []
-    for test in CHECKS:
+    for test in LOCAL + (WHOLE if complete else ()):
+        found += test(scene, found)
+    return list(dict.fromkeys(found))
+
+
+Found = list[Diagnostic]  # by the checks before
+
+
+def _diagnostic(code: str, at: Location, message: str, label: str, help: str) -> Diagnostic:
+    return Diagnostic(code, message, at.source, at.span, label, help)
+
+
+def _blamed(declared: Declared, found: Found) -> bool:
+    """Whether a declaration is in error already, so that what follows from it is not worth saying."""
+    return any(d.severity == "error" and _inside(d, declared) for d in found)
+
+
+def _inside(diagnostic: Diagnostic, declared: Declared) -> bool:
+    """Whether a diagnostic points into a declaration, or into an override of one of its fields."""
+    span, source = diagnostic.span, diagnostic.source
+    if span is None:
+        return False
+    places = (declared.location, *declared.fields.values())
+    return any(at.source is source and at.span.start <= span.start < at.span.end for at in places)
+
+
+# ------------------------------------------------------------------ declarations one by one
+
+
+def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    for extra in list(scene.of_kind("analysis").values())[1:]:
+        yield _diagnostic("E222", extra.at(), "a scene has one analysis, this is another", "the second analysis",
+                          "keep one, and write another scene for the other")  # fmt: skip
+
+
+def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Conditions that select nothing, and supports that select everything, as far as the body's bounds tell."""
+    for declared in (*scene.of_kind("support").values(), *scene.of_kind("load").values()):
+        condition = getattr(declared.thing, "where", None)
+        body = scene.declared.get(getattr(declared.thing, "body", ""))
+        if condition is None or body is None or not hasattr(body.thing.shape, "bounds"):
+            continue
+        low, high = body.thing.shape.bounds
+        false, true = condition.over(low, high)
+        if not true:
+            yield _diagnostic("E302", declared.at("where"), f"`{declared.name}` selects no part of `{body.name}`", "selects nothing",
+                              f"the body spans {reach(low, high)}")  # fmt: skip
+        elif not false and declared.kind == "support":
+            yield _diagnostic("E303", declared.at("where"), f"`{declared.name}` selects all of `{body.name}`", "selects everything",
+                              "nothing would be left to deform: select a part of the body")  # fmt: skip
+
+
+def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Probes and point forces outside their body."""
+    for declared in (*scene.of_kind("probe").values(), *scene.of_kind("load").values()):
+        for field, point in _points(declared):
+            body = scene.declared[declared.thing.body]
+            if not hasattr(body.thing.shape, "section") or contains(body.thing.shape, point):
+                continue
+            does = "acts at" if declared.kind == "load" else "looks at"
+            yield _diagnostic("E504", declared.at(field), f"`{declared.name}` {does} {units.show_all(point, units.LENGTH)}, outside `{body.name}`",
+                              "not in the body", f"give coordinates of the undeformed body, which spans {reach(*body.thing.shape.bounds)}")  # fmt: skip
+
+
+def _points(declared: Declared) -> list[tuple[str, tuple[float, float, float]]]:
+    """Points that lie in the body if all do, since bodies are convex, and the fields that give them."""
+    if isinstance(declared.thing, PointForce):
+        return [("at", declared.thing.at)]
+    stations = getattr(declared.thing, "stations", ())
+    return [("at", stations[0])] if len(stations) == 1 else [("from", p) for p in stations[:1]] + [("to", p) for p in stations[-1:]]
+
+
+# ------------------------------------------------------------------ what hangs together
+
+
+def _bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Models and references whose body is not clear."""
+    for declared in _workers(scene):
         try:
-            found.extend(test(scene))
-        except Fault as error:
-            found.append(error.diagnostic)
-    return list(dict.fromkeys(found))  # a body of several models is complained about once
+            body_of(scene, declared)
+        except Fault as unclear:
+            yield unclear.diagnostic
+
+
+def _workers(scene: Scene) -> list[Declared]:
+    return [*scene.of_kind("model").values(), *scene.of_kind("reference").values()]
 
 
 def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
+    """Models or references with their cases, those without a clear body left out."""
     for declared in scene.of_kind(kind).values():
-        yield declared, case_of(scene, body_of(scene, declared))
-
-
-def _one_analysis(scene: Scene) -> Iterator[Diagnostic]:
-    for extra in list(scene.of_kind("analysis").values())[1:]:
-        at = extra.location
-        yield Diagnostic("E222", "a scene has one analysis, this is another", at.source, at.span, "the second analysis",
-                         "keep one, and write another scene for the other")  # fmt: skip
-
-
-def _selections(scene: Scene) -> Iterator[Diagnostic]:
-    """Conditions that select nothing or everything, as far as the body's bounds tell."""
-    for kind in ("support", "load"):
-        for declared in scene.of_kind(kind).values():
-            condition = getattr(declared.thing, "where", None)
-            body = scene.declared.get(getattr(declared.thing, "body", ""))
-            if condition is None or body is None or not hasattr(body.thing.shape, "bounds"):
-                continue
-            low, high = body.thing.shape.bounds
-            false, true = condition.over(low, high)
-            at = declared.at("where")
-            if not true:
-                spans = ", ".join(f"{n} from {units.show(a, units.LENGTH)} to {units.show(b, units.LENGTH)}"
-                                  for n, a, b in zip("xyz", low, high, strict=True))  # fmt: skip
-                yield Diagnostic("E302", f"`{declared.name}` selects no part of `{body.name}`", at.source, at.span,
-                                 "selects nothing", f"the body spans {spans}")  # fmt: skip
-            elif not false:
-                yield Diagnostic("E303", f"`{declared.name}` selects all of `{body.name}`", at.source, at.span,
-                                 "selects everything", "select a part of the body")  # fmt: skip
-
-
-def _held(scene: Scene) -> Iterator[Diagnostic]:
-    for model, case in _cases(scene, "model"):
-        if not case.supports:
-            at = case.body.location
-            yield Diagnostic("E306", f"nothing holds `{case.body.name}`: it is free to move and turn", at.source, at.span,
-                             f"`{model.name}` looks for its equilibrium",
-                             f"hold a part of it: `support wall = fixed({case.body.name}, where = x <= 0 mm)`")  # fmt: skip
-
-
-def _densities(scene: Scene) -> Iterator[Diagnostic]:
-    for declared in scene.of_kind("material").values():
-        density = declared.thing.density
-        if LIGHTEST <= density <= HEAVIEST:
+        try:
+            body = body_of(scene, declared)
+        except Fault:
             continue
-        at = declared.at("density")
-        factor = 1000.0 if density < LIGHTEST else 1e-3
-        yield Diagnostic("W303", f"a density of {units.show(density, (-3, 1, 0, 0, 0))} is not that of any solid", at.source, at.span,
-                         "a thousand times off?", f"water has 1000 kg/m^3, or 1 g/cm^3; did you mean {density * factor:g} kg/m^3?")  # fmt: skip
+        yield declared, case_of(scene, body)
 
 
-def _gravities(scene: Scene) -> Iterator[Diagnostic]:
-    for declared in scene.of_kind("load").values():
-        if isinstance(declared.thing, Gravity) and declared.thing.magnitude > STRONGEST_PULL:
-            at = declared.at("magnitude")
-            yield Diagnostic("W307", f"gravity of {declared.thing.magnitude:g} m/s^2 is {declared.thing.magnitude / 9.81:.0f} times that of Earth",
-                             at.source, at.span, "very strong", "on Earth it is 9.81 m/s^2")  # fmt: skip
+def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    loose = {case.body.name: case for _, case in _cases(scene, "model") if not case.supports}
+    for case in loose.values():
+        yield _diagnostic("E306", case.body.at(), f"nothing holds `{case.body.name}`: it is free to move and turn", "no support",
+                          f"hold a part of it: `support wall = fixed({case.body.name}, where = x <= 0 mm)`")  # fmt: skip
 
 
-def _models(scene: Scene) -> Iterator[Diagnostic]:
+def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Doubts of models; what holds for several is said once."""
+    first: dict[tuple[object, ...], tuple[Diagnostic, list[str]]] = {}
     for model, case in _cases(scene, "model"):
-        yield from model.thing.doubts(model, case)
+        blamed = [d for d in (*case.supports, *case.loads) if _blamed(d, found)]
+        for doubt in model.thing.doubts(model, case):
+            if any(_inside(doubt, d) for d in blamed):
+                continue
+            key = (doubt.code, doubt.source, doubt.span, doubt.label, doubt.help)
+            first.setdefault(key, (doubt, []))[1].append(model.name)
+    for doubt, names in first.values():
+        others = ", ".join(f"`{n}`" for n in names[1:])
+        alone = not others or f"`{names[0]}`" not in doubt.message
+        yield doubt if alone else replace(doubt, notes=(*doubt.notes, f"the same holds for {others}"))
 
 
-def _references(scene: Scene) -> Iterator[Diagnostic]:
+def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
+        loose = not case.supports and _blamed(case.body, found)
+        if loose or any(_blamed(d, found) for d in (*case.supports, *case.loads)):
+            continue
         try:
             cantilever_of(reference, case)
         except Fault as refused:
             yield refused.diagnostic
 
 
-def _places(scene: Scene) -> Iterator[Diagnostic]:
-    """Probes and point forces outside their body."""
-    for declared in scene.declared.values():
-        points = getattr(declared.thing, "stations", None)
-        points = (declared.thing.at,) if isinstance(declared.thing, PointForce) else points
-        if points is None or "." in declared.name:
-            continue
-        body = scene.declared[declared.thing.body]
-        if not hasattr(body.thing.shape, "section"):
-            continue
-        outside = next((p for p in (points[0], points[-1]) if not contains(body.thing.shape, p)), None)
-        if outside is not None:
-            field = "at" if "at" in declared.fields else "from" if outside == points[0] else "to"
-            where = ", ".join(units.show(c, units.LENGTH) for c in outside)
-            yield fault("E504", declared.at(field), f"`{declared.name}` looks at ({where}), outside `{body.name}`",
-                        "not in the body", "give coordinates of the undeformed body").diagnostic  # fmt: skip
-
-
-def _metrics(scene: Scene) -> Iterator[Diagnostic]:
+def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """A metric compares its probe with a reference of the same body."""
     for metric in scene.of_kind("metric").values():
         against = getattr(metric.thing, "against", None)
         if against is None:
             continue
-        looked = scene.declared[metric.thing.probe].thing.body
-        known = body_of(scene, scene.declared[against])
-        if looked != known:
-            yield fault("E505", metric.location, f"`{metric.name}` compares points of `{looked}` with a solution for `{known}`",
-                        "different bodies", "use a probe and a reference of the same body").diagnostic  # fmt: skip
+        looked, known = _looks_at(scene, metric.name), _body(scene, against)
+        if None not in (looked, known) and looked != known:
+            yield _diagnostic("E505", metric.at("against"), f"`{metric.name}` compares points of `{looked}` with a solution for `{known}`",
+                              "different bodies", "use a probe and a reference of the same body")  # fmt: skip
 
 
-def _idle(scene: Scene) -> Iterator[Diagnostic]:
-    """Models that nothing asks about."""
-    plan = plan_of(scene)
-    for name, model in scene.of_kind("model").items():
-        if name not in plan.models:
-            at = model.location
-            yield Diagnostic("W308", f"nothing asks for `{name}`, so it will not be computed", at.source, at.span, "not asked for",
-                             "add a probe, a metric or an expectation of its body")  # fmt: skip
+def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """An expectation takes a metric of a model or reference of the same body."""
+    for expectation in scene.expectations:
+        for name, _ in tree.walk(expectation.node):
+            if not isinstance(name, tree.Name) or len(name.parts) != 2 or name.text in scene.parameters:
+                continue
+            owner, metric = name.parts
+            looked, known = _looks_at(scene, metric), _body(scene, owner)
+            if None not in (looked, known) and looked != known:
+                at = Location(expectation.location.source, name.span)
+                yield _diagnostic("E505", at, f"`{owner}` is about `{known}`, and `{metric}` looks at `{looked}`",
+                                  "different bodies", "use a metric whose probe is of the same body")  # fmt: skip
 
 
-def _unused(scene: Scene) -> Iterator[Diagnostic]:
-    for name, at in scene.unused.items():
-        declared = scene.declared.get(name)
-        kind = declared.kind if declared else "parameter"
-        if kind in ("parameter", "material", "shape", "body"):
-            yield Diagnostic("W309", f"the {kind} `{name}` is not used", at.source, at.span, "never used",
-                             f"remove it, or use it; it is {schema.article(kind)} {kind} of this scene only")  # fmt: skip
+def _looks_at(scene: Scene, metric: str) -> str | None:
+    """The body whose points a metric compares."""
+    probe = getattr(scene.declared[metric].thing, "probe", None)
+    return None if probe is None else scene.declared[probe].thing.body
 
 
-CHECKS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (
-    _one_analysis, _selections, _held, _densities, _gravities, _models, _references, _places, _metrics, _idle, _unused,
-)  # fmt: skip
+def _body(scene: Scene, worker: str) -> str | None:
+    try:
+        return body_of(scene, scene.declared[worker])
+    except Fault:
+        return None
+
+
+def _lints(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    for lint in lints.LINTS:
+        yield from lint(scene)
+
+
+def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """What nothing asks for; not worth saying while something else is wrong."""
+    if not any(d.severity == "error" for d in found):
+        yield from lints.idle(scene)
+        yield from lints.unused(scene)
+
+
+Check = Callable[[Scene, Found], Iterator[Diagnostic]]
+LOCAL: tuple[Check, ...] = (_one_analysis, _selections, _places, _lints)
+WHOLE: tuple[Check, ...] = (_bodies, _held, _models, _references, _metrics, _expectations, _use)

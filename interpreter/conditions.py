@@ -126,6 +126,7 @@ def _absolute(a: Any) -> Any:
 
 _FUNCTIONS = {"sqrt": _root, "abs": _absolute}
 
+Point = tuple[float, float, float]  # m
 Truth = tuple[bool, bool]  # may it be false somewhere, may it be true somewhere
 
 
@@ -140,11 +141,13 @@ class Condition:
         """True where (x, y, z), in m, satisfies the condition in a body of this extent (m)."""
         return self._test((x, y, z), extent)
 
-    def over(self, low: tuple[float, ...], high: tuple[float, ...]) -> Truth:
-        """(may be false, may be true) somewhere in the box; (False, True) means that it holds everywhere."""
-        extent = math.dist(low, high)
-        box = tuple(Range(a, b) for a, b in zip(low, high, strict=True))
-        return self._bound(box, extent)  # type: ignore[arg-type]
+    def over(self, low: Point, high: Point, extent: float | None = None) -> Truth:
+        """(may be false, may be true) somewhere in the box; (False, True) means that it holds everywhere.
+
+        `extent` is that of the body (m), where the box is a part of it.
+        """
+        x, y, z = (Range(a, b) for a, b in zip(low, high, strict=True))
+        return self._bound((x, y, z), math.dist(low, high) if extent is None else extent)
 
     @staticmethod
     def comparison(operator: str, a: Term, b: Term, length_power: int) -> Condition:
@@ -170,7 +173,11 @@ class Condition:
             false, true = a._bound(box, extent)
             return true, false
 
-        return Condition(lambda p, e: ~a._test(p, e) if hasattr(a._test(p, e), "dtype") else not a._test(p, e), bound)
+        def test(p: tuple[Any, Any, Any], extent: float) -> Any:
+            held = a._test(p, extent)
+            return ~held if hasattr(held, "dtype") else not held
+
+        return Condition(test, bound)
 
     @staticmethod
     def junction(operator: str, a: Condition, b: Condition) -> Condition:

@@ -16,13 +16,14 @@ def bending_angle(case: Case) -> float | None:
     shape = case.shape
     if not hasattr(shape, "section"):
         return None
-    EI = case.material.young * min(shape.section.moments)
+    EI: float = case.material.young * min(shape.section.moments)
     per_length = case.material.density * shape.section.area
     along = shape.axis
     distributed = _across([per_length * g for g in case.gravity], along)
     ends = [_force(d.thing, shape) for d in case.loads]
     end = _across([sum(f[i] for f in ends) for i in range(3)], along)
-    return (distributed * shape.length**3 / 6 + end * shape.length**2 / 2) / EI
+    length: float = shape.length
+    return (distributed * length**3 / 6 + end * length**2 / 2) / EI
 
 
 def _force(load: Any, shape: Any) -> tuple[float, ...]:

@@ -125,7 +125,7 @@ class Evaluator:
         try:
             return units.parse(unit.text)
         except units.UnitError as error:
-            raise self.place.fail("E209", unit.span, error.problem, "not a unit", error.remedy) from None
+            raise self.place.fail("E209", unit.span, error.problem, help=error.remedy) from None
 
     def _number(self, node: tree.Number) -> Quantity:
         if node.unit is None:
@@ -136,7 +136,7 @@ class Evaluator:
     def _finite(self, value: V, span: Span) -> V:
         """The value itself, if double precision can hold it; the value of an expectation is not known yet."""
         if any(map(math.isinf, components(value))):
-            raise self.place.fail("E219", span, "the number is too large", "beyond 1.8e308", "numbers go up to 1.8e308")
+            raise self.place.fail("E219", span, "the number is too large", "numbers go up to 1.8e308")
         return value
 
     def _vector(self, node: tree.Vector) -> VectorValue:
@@ -161,9 +161,9 @@ class Evaluator:
         try:
             return self._finite(self._combine(node, left, right), node.span)
         except ZeroDivisionError:
-            raise self.place.fail("E219", node.span, "this divides by zero", "no value") from None
+            raise self.place.fail("E219", node.span, "this divides by zero") from None
         except (OverflowError, ValueError):
-            raise self.place.fail("E219", node.span, "this has no finite value", "no value") from None
+            raise self.place.fail("E219", node.span, "this has no finite value") from None
 
     def _combine(self, node: tree.Binary, left: Value, right: Value) -> Value:
         a, b = left.dimension, right.dimension
@@ -191,7 +191,7 @@ class Evaluator:
             "/": (f"cannot divide {a} by {b}", "divide by a single number"),
             "^": (f"cannot raise {a} to the power of {b}", "an exponent is a plain number"),
         }[node.operator]  # fmt: skip
-        return self.place.fail("E218", node.span, problem, f"{a} {node.operator} {b}", help)
+        return self.place.fail("E218", node.span, problem, help=help)
 
     def _power(self, node: tree.Binary, base: Quantity, exponent: Quantity) -> Quantity:
         n = exponent.value
@@ -229,8 +229,8 @@ class Evaluator:
         if kinds := [kind for kind, table in schema.tables().items() if name in table]:
             found = f"{schema.article(kinds[0])} {kinds[0]}"
             return self.place.fail("E203", span, f"`{name}(...)` makes {found}, not a number", found, listed)
-        close = nearest(name, all_functions)
-        hint = f"did you mean `{close}`?" if close else listed
+        close = None if name in schema.FUNCTIONS else nearest(name, all_functions)
+        hint = f"did you mean `{close}`?" if close else schema.FUNCTIONS.get(name) or listed
         return self.place.fail("E203", span, f"there is no function `{name}`", "unknown function", hint)
 
     def _extreme(self, node: tree.Call, arguments: list[Quantity]) -> Quantity:
@@ -255,7 +255,7 @@ class Evaluator:
                 raise self.place.fail("E204", span, f"expected {due}, found {found}", found, help)
             return Quantity(function(q.value), q.dimension if gives is None else gives)
         except (ValueError, OverflowError):
-            raise self.place.fail("E219", node.span, f"`{name}` has no finite value here", f"of {units.show(q.value, q.dimension)}") from None
+            raise self.place.fail("E219", node.span, f"`{name}` has no finite value for {units.show(q.value, q.dimension)}") from None
 
     def _square_root(self, q: Quantity, span: Span) -> Quantity:
         return Quantity(math.sqrt(q.value), self.halved(q.dimension, span))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,10 +10,13 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.parse import parse
 from softmark.grammar.suggest import nearest
+from softmark.grammar.tree import Span
 from softmark.interpreter.expressions import PREDEFINED, Place
 from softmark.scenes import ROOT
 
-LARGEST = 20_000_000  # characters: a scene is text that people write
+LARGEST = 20_000_000  # bytes: a scene is text that people write
+SUFFIX = ".scene"
+DEEPEST, MOST = 50, 500  # scenes that use scenes, and all of them together
 
 
 @dataclass
@@ -42,6 +46,12 @@ class Table:
     modules: list[Module] = field(default_factory=list)
     symbols: dict[str, Symbol] = field(default_factory=dict)
     aliases: dict[str, tree.Use] = field(default_factory=dict)  # with prefix
+    broken: set[str] = field(default_factory=set)  # with prefix: names whose declaration is in error already
+
+    def is_broken(self, full: str) -> bool:
+        """Whether a name, or the alias that it starts with, has been reported where it is declared."""
+        parts = full.split(".")
+        return any(".".join(parts[:i]) in self.broken for i in range(1, len(parts) + 1))
 
 
 class Missing(Exception):
@@ -52,43 +62,70 @@ class Missing(Exception):
         self.reason, self.remedy = reason, remedy
 
 
+# ------------------------------------------------------------------ files
+
+
 def standard_scenes() -> dict[str, Path]:
     """Scenes of the standard library by name (`silicone-beam`), libraries of names (`std/...`) not among them."""
-    files = sorted(ROOT.rglob("*.scene"))
+    files = sorted(ROOT.rglob(f"*{SUFFIX}"))
     return {f.stem: f for f in files if "materials" not in f.relative_to(ROOT).parts}
 
 
 def locate(name: str) -> Path:
     """The file of a scene given on the command line: a path, or a name of the standard library."""
-    path = Path(name)
-    if path.is_file():
-        return path
+    if os.path.isfile(name):
+        return Path(name)
     standard = standard_scenes()
     if name in standard:
         return standard[name]
-    if path.is_dir():
+    if os.path.isdir(name):
         raise Missing(f"{name} is a folder", "name a file in it")
-    close = nearest(path.stem, list(standard))
+    if os.path.exists(name):
+        raise Missing(f"{name} is not a regular file", "use `-` to read from standard input")
+    close = nearest(Path(name).stem, list(standard))
     hint = f"did you mean `{close}`?" if close else "`dsl list scenes` shows the scenes that come with softmark"
     raise Missing(f"there is no file {name}, and no standard scene of that name", hint)
 
 
 def read(path: Path, shown: str | None = None) -> Source:
     """The text of a scene file. Raises Missing."""
+    name = shown or str(path)
     try:
+        if not os.path.isfile(path):
+            raise Missing(f"{name} is a folder" if os.path.isdir(path) else f"there is no file {name}")
         data = path.read_bytes() if path.stat().st_size <= LARGEST else None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise Missing(f"cannot read {shown or path}: {reason}") from error
+        raise Missing(f"cannot read {name}: {reason[:1].lower()}{reason[1:]}") from error
     if data is None:
-        raise Missing(f"{shown or path} is larger than {LARGEST // 1_000_000} MB", "is it a scene?")
-    return Source(shown or str(path), data.decode("utf-8", errors="replace"))
+        raise Missing(f"{name} is larger than {LARGEST // 1_000_000} MB", "scenes are small texts; meshes stay in files of their own")
+    return Source(name, _text(data, name))
+
+
+def _text(data: bytes, name: str) -> str:
+    """UTF-8 as text; what holds a NUL is for the parser to refuse, at its place."""
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise Missing(f"{name} is in UTF-16, not in UTF-8", "save it as UTF-8")
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        if b"\0" in data:
+            return data.decode("utf-8", errors="replace")
+        line = data.count(b"\n", 0, error.start) + 1
+        raise Missing(f"{name} is not a text in UTF-8: byte 0x{data[error.start]:02x} in line {line}", "save it as UTF-8") from error
+
+
+# ------------------------------------------------------------------ the table of names
 
 
 def load(source: Source, folder: Path, file: Path | None, diagnostics: list[Diagnostic]) -> Table:
     """The table of all names of a scene and of what it uses."""
     table = Table()
     _enter(table, source, folder, file, "", (), diagnostics)
+    main = table.modules[0]
+    if all(isinstance(d, tree.Version | tree.Title) for d in main.tree.declarations) and not diagnostics:
+        start = Span(0, 0, 1, 1, 1, 1)
+        main.place.fail("E223", start, "the scene declares nothing", help="`dsl new` prints a scene to start from")
     return table
 
 
@@ -100,6 +137,7 @@ def _enter(
     diagnostics.extend(problems)
     module = Module(source, syntax, folder, prefix, Place(source, diagnostics), file)
     table.modules.append(module)
+    table.broken.update(prefix + name for name in syntax.broken)
     chain = (*chain, file.resolve()) if file else chain
     for node in syntax.declarations:
         if isinstance(node, tree.Use):
@@ -109,45 +147,77 @@ def _enter(
 
 
 def _declare(table: Table, module: Module, node: tree.Param | tree.Declare) -> None:
-    name = module.prefix + node.name
-    if node.name in PREDEFINED:
+    if _is_free(table, module, node.name, node.name_span):
+        table.symbols[module.prefix + node.name] = Symbol(node, module)
+
+
+def _is_free(table: Table, module: Module, name: str, span: Span) -> bool:
+    """Whether a name can be declared; if not, that is reported."""
+    if name in PREDEFINED:
         module.place.fail(
-            "E217", node.name_span, f"`{node.name}` has a meaning of its own and cannot be declared",
-            "predefined", f"choose another name, such as `{node.name}_0`",
+            "E217", span, f"`{name}` has a meaning of its own and cannot be declared", "predefined",
+            f"choose another name, such as `{name}_0`",
         )  # fmt: skip
-    elif name in table.symbols or name in table.aliases:
-        first = table.symbols[name].node.name_span if name in table.symbols else table.aliases[name].alias_span
-        module.place.fail(
-            "E208", node.name_span, f"`{node.name}` is declared twice", "the second declaration",
-            f"the first is in line {first.line}; give one of them another name",
-        )  # fmt: skip
-    else:
-        table.symbols[name] = Symbol(node, module)
+        return False
+    full = module.prefix + name
+    if full not in table.symbols and full not in table.aliases:
+        return True
+    first = table.symbols[full].node.name_span if full in table.symbols else table.aliases[full].alias_span
+    module.place.fail(
+        "E208", span, f"`{name}` is declared twice", "the second declaration",
+        f"the first is in line {first.line}; give one of them another name",
+    )  # fmt: skip
+    return False
 
 
 def _use(table: Table, module: Module, node: tree.Use, chain: tuple[Path, ...]) -> None:
+    if not _is_free(table, module, node.alias, node.alias_span):
+        return
     alias = module.prefix + node.alias
-    if alias in table.symbols or alias in table.aliases or node.alias in PREDEFINED:
-        module.place.fail("E208", node.alias_span, f"`{node.alias}` is declared twice", "the second declaration")
-        return
     table.aliases[alias] = node
-    path = ROOT / node.path[4:] if node.path.startswith("std/") else module.folder / node.path
+    standard = node.path.startswith("std/")
+    path = ROOT / node.path[4:] if standard else module.folder / node.path
+    shown = node.path if standard else os.path.normpath(path)
     try:
-        if node.path.startswith("std/") and not path.resolve().is_relative_to(ROOT.resolve()):
-            raise Missing("it is not in the standard library")
-        source = read(path, node.path)
+        source = _used(node, path, shown)
     except Missing as missing:
-        known = [f"std/{p.relative_to(ROOT).as_posix()}" for p in sorted(ROOT.rglob("*.scene"))]
-        close = nearest(node.path, known)
-        hint = f"did you mean `{close}`?" if close else missing.remedy or "paths are relative to the scene's own folder"
-        module.place.fail("E401", node.path_span, f"cannot use `{node.path}`: {missing.reason}", "not readable", hint)
+        module.place.fail("E401", node.path_span, missing.reason, "not usable", _remedy(node, path, missing))
+        table.broken.add(alias)
         return
-    if path.resolve() in chain:
-        cycle = " -> ".join(p.name for p in (*chain[chain.index(path.resolve()) :], path))
-        module.place.fail("E402", node.path_span, f"scenes use each other in a circle: {cycle}", "closes the circle",
-                          "move what both need into a scene of its own")  # fmt: skip
-        return
-    if len(chain) > 50:
-        module.place.fail("E402", node.path_span, "`use` is nested more than 50 deep", "too deep")
+    if (problem := _endless(table, path, chain)) is not None:
+        message, label, help = problem
+        module.place.fail("E402", node.path_span, message, label, help)
+        table.broken.add(alias)
         return
     _enter(table, source, path.parent, path, alias + ".", chain, module.place.diagnostics)
+
+
+def _used(node: tree.Use, path: Path, shown: str) -> Source:
+    """The text of a scene that is used, under a name that messages can give it. Raises Missing."""
+    if path.suffix != SUFFIX:
+        raise Missing(f"`{node.path}` is not a scene: its name does not end in `{SUFFIX}`", "`use` reads scenes and nothing else")
+    if node.path.startswith("std/") and not path.resolve().is_relative_to(ROOT.resolve()):
+        raise Missing(f"{node.path} is not in the standard library", "`std/` leads nowhere else; give a path from the scene's own folder")
+    return read(path, shown)
+
+
+def _remedy(node: tree.Use, path: Path, missing: Missing) -> str:
+    if missing.remedy:
+        return missing.remedy
+    known = [f"std/{p.relative_to(ROOT).as_posix()}" for p in sorted(ROOT.rglob(f"*{SUFFIX}"))]
+    if path.parent.is_dir() and not node.path.startswith("std/"):
+        known += [str(Path(node.path).with_name(p.name)) for p in sorted(path.parent.glob(f"*{SUFFIX}"))]
+    close = nearest(node.path, known)
+    return f"did you mean `{close}`?" if close else "paths are relative to the scene's own folder; `std/` is the standard library"
+
+
+def _endless(table: Table, path: Path, chain: tuple[Path, ...]) -> tuple[str, str, str] | None:
+    """What is wrong where scenes use each other without end."""
+    here = path.resolve()
+    if here in chain:
+        cycle = " -> ".join(p.name for p in (*chain[chain.index(here) :], path))
+        return f"scenes use each other in a circle: {cycle}", "closes the circle", "move what both need into a scene of its own"
+    if len(chain) >= DEEPEST or len(table.modules) >= MOST:
+        help = f"at most {DEEPEST} scenes may use one another in a row, and {MOST} in all"
+        return "too many scenes use each other", "one too many", help
+    return None

@@ -6,6 +6,7 @@ because a model is, and each task keeps the place in the scene that asks for it.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass
 
 from softmark.grammar import tree
@@ -36,7 +37,9 @@ class Plan:
 
 def plan_of(scene: Scene, only: tuple[str, ...] = ()) -> Plan:
     """The plan of a scene; `only` restricts the models. Raises Fault for a model of an unclear body."""
-    asked = {n: where for n, d in _workers(scene).items() if (where := _asker(scene, d, only)) is not None}
+    askers = _askers(scene)
+    places = {n: askers.get(("body", body_of(scene, d))) or askers.get(("name", n)) for n, d in _workers(scene).items()}
+    asked = {n: place for n, place in places.items() if place is not None}
     models = tuple(n for n in scene.of_kind("model") if n in asked and (not only or n in only))
     references = tuple(n for n in scene.of_kind("reference") if n in asked)
     tasks = (
@@ -52,16 +55,15 @@ def _workers(scene: Scene) -> dict[str, Declared]:
     return {**scene.of_kind("model"), **scene.of_kind("reference")}
 
 
-def _asker(scene: Scene, worker: Declared, only: tuple[str, ...]) -> Location | None:
-    """The first question, in the order of the text, that is about a model or reference."""
-    body = body_of(scene, worker)
+def _askers(scene: Scene) -> dict[tuple[str, str], Location]:
+    """The first question, in the order of the text, that is about a `body`, or about a model or reference by `name`."""
+    found: dict[tuple[str, str], Location] = {}
     for question in (*scene.of_kind("probe").values(), *scene.of_kind("metric").values()):
-        if _body(scene, question) == body:
-            return question.location
+        found.setdefault(("body", _body(scene, question)), question.location)
     for expectation in scene.expectations:
-        if worker.name in named_in(expectation.node):
-            return expectation.location
-    return None
+        for name in named_in(expectation.node):
+            found.setdefault(("name", name), expectation.location)
+    return found
 
 
 def _body(scene: Scene, question: Declared) -> str:
@@ -98,9 +100,11 @@ def _solve(scene: Scene, name: str, asked: Location) -> Task:
 
 
 def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...]) -> list[Task]:
-    found = []
+    found, workers = [], defaultdict[str, list[str]](list)
+    for name in (*models, *references):
+        workers[body_of(scene, scene.declared[name])].append(name)
     for probe in scene.of_kind("probe").values():
-        owners = [n for n in (*models, *references) if body_of(scene, scene.declared[n]) == probe.thing.body]
+        owners = workers[probe.thing.body]
         count = len(probe.thing.stations)
         points = f"{count} point" + ("s" if count > 1 else "")
         found.append(Task("probe", probe.name, f"{points} in {', '.join(owners) or 'nothing'}", probe.location, tuple(owners)))

@@ -157,10 +157,14 @@ class Report:
     partial: bool = False
 
     @property
+    def outcomes(self) -> tuple[ModelResult | ReferenceResult, ...]:
+        """Models, then references."""
+        return (*self.models.values(), *self.references.values())
+
+    @property
     def exit_status(self) -> int:
         """3 where a model or reference failed, else 1 where an expectation was not met, else 0."""
-        outcomes = [m.status for m in (*self.models.values(), *self.references.values())]
-        if any(s not in ("converged", "skipped") for s in outcomes):
+        if any(o.status not in ("converged", "skipped") for o in self.outcomes):
             return 3
         return 1 if any(e.passed is False for e in self.expectations) else 0
 

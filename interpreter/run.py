@@ -88,6 +88,7 @@ def _prepare_all(work: _Run) -> None:
         declared = work.scene.declared[name]
         case = case_of(work.scene, body_of(work.scene, declared))
         work.options.say("prepare", name)
+        declared.thing.load()
         wall, cpu = time.perf_counter(), time.process_time()
         try:
             prepared = declared.thing.prepare(declared, case, workshop)

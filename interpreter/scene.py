@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
+from operator import itemgetter
 from typing import Any
 
 from softmark.grammar import tree
@@ -47,10 +49,11 @@ class Declared:
     thing: Any
     location: Location
     fields: Mapping[str, Location] = field(default_factory=dict)  # where each given field stands
+    name_at: Location | None = None
 
-    def at(self, name: str) -> Location:
-        """Where a field is given, or else the declaration."""
-        return self.fields.get(name, self.location)
+    def at(self, name: str = "") -> Location:
+        """Where a field is given, or else the name that is declared."""
+        return self.fields.get(name, self.name_at or self.location)
 
 
 @dataclass(frozen=True)
@@ -80,7 +83,27 @@ class Scene:
 
     def of_kind(self, kind: str) -> dict[str, Declared]:
         """The scene's own declarations of a kind, without those that come from `use`."""
-        return {n: d for n, d in self.declared.items() if d.kind == kind and "." not in n}
+        return self._kinds.get(kind, {})
+
+    @cached_property
+    def _kinds(self) -> dict[str, dict[str, Declared]]:
+        found: dict[str, dict[str, Declared]] = {}
+        for name, declared in self.declared.items():
+            if "." not in name:
+                found.setdefault(declared.kind, {})[name] = declared
+        return found
+
+    def acting(self, kind: str, body: str) -> tuple[Declared, ...]:
+        """Supports or loads that act on a body, in the order of the text: those that name it, and those that name none."""
+        return tuple(d for _, d in sorted(self._acting.get((kind, body), []) + self._acting.get((kind, None), []), key=itemgetter(0)))
+
+    @cached_property
+    def _acting(self) -> dict[tuple[str, str | None], list[tuple[int, Declared]]]:
+        found: dict[tuple[str, str | None], list[tuple[int, Declared]]] = {}
+        for kind in ("support", "load"):
+            for place, declared in enumerate(self.of_kind(kind).values()):
+                found.setdefault((kind, getattr(declared.thing, "body", None)), []).append((place, declared))
+        return found
 
 
 class SceneError(Exception):

@@ -68,13 +68,19 @@ class Field:
 
     @property
     def expected(self) -> str:
-        """What may stand here, for messages: `a pressure`, `one of small, corotational, finite`."""
+        """What may stand here, for messages: `a pressure`, `small, corotational or finite`."""
         if self.form in ("quantity", "vector") and self.dimension is not None:
             one = units.named(self.dimension)
             return one if self.form == "quantity" else f"three components, each {one}"
-        return _EXPECTED.get(self.form) or (
-            "one of " + ", ".join(self.options) if self.form == "choice" else f"{article(self.kind)} {self.kind}"
-        )
+        if self.form == "choice":
+            return " or ".join((", ".join(self.options[:-1]), self.options[-1])) if len(self.options) > 1 else self.options[0]
+        return _EXPECTED.get(self.form) or f"{article(self.kind)} {self.kind}"
+
+    @property
+    def meaning(self) -> str:
+        """The field and what it stands for, for messages."""
+        joint = " is" if re.match(r"(the|whether|how|which|where|what|[A-Z]\S*) ", self.doc) else ":"
+        return f"`{self.name}`{joint} {self.doc}"
 
 
 _EXPECTED = {
@@ -91,6 +97,14 @@ _EXPECTED = {
 def article(word: str) -> str:
     """`a` or `an`."""
     return "an" if word[:1] in "aeiou" else "a"
+
+
+def plural(kind: str) -> str:
+    """`materials`, `bodies`, `analyses`."""
+    return _PLURALS.get(kind, f"{kind}s")
+
+
+_PLURALS = {"body": "bodies", "analysis": "analyses"}
 
 
 @dataclass(frozen=True)
@@ -219,6 +233,44 @@ SYNONYMS = {
     "fixed": "components", "dofs": "components", "filename": "path", "file": "path", "scale": "unit",
     "extents": "size", "dimensions": "size", "center": "origin", "centre": "origin",
 }  # fmt: skip
+
+# What other programs call the choices of a field.
+CHOICES = {
+    "linear": "small", "infinitesimal": "small", "small_strain": "small", "engineering": "small",
+    "corotated": "corotational", "co_rotational": "corotational", "polar": "corotational", "large": "corotational",
+    "svd": "corotational", "qr": "corotational", "nonlinear": "finite", "green_lagrange": "finite",
+    "total_lagrangian": "finite", "hyperelastic": "finite", "finite_strain": "finite",
+}  # fmt: skip
+
+# Words for directions, which depend on how one looks at a scene.
+DIRECTIONS = {
+    "down": "gravity usually pulls along `-z`", "up": "often `+z`", "left": "such as `-x`", "right": "such as `+x`",
+    "forward": "such as `+y`", "back": "such as `-y`", "X": "write `x`", "Y": "write `y`", "Z": "write `z`",
+}  # fmt: skip
+
+# What other programs describe a material by: suggested, never accepted.
+MODULI = {
+    "mu": "young = 2 * mu * (1 + poisson)", "G": "young = 2 * G * (1 + poisson)",
+    "shear_modulus": "young = 2 * shear_modulus * (1 + poisson)", "C10": "young = 4 * C10 * (1 + poisson)",
+    "c10": "young = 4 * c10 * (1 + poisson)", "K": "young = 3 * K * (1 - 2 * poisson)",
+    "bulk_modulus": "young = 3 * bulk_modulus * (1 - 2 * poisson)", "D1": "poisson = 0.5 - young * D1 / 12",
+    "lambda": "poisson = lambda / (2 * (lambda + mu))", "lam": "poisson = lam / (2 * (lam + mu))",
+}  # fmt: skip
+
+# Functions of other languages.
+FUNCTIONS = {
+    "pow": "write `a^b`", "power": "write `a^b`", "ln": "`log` is the natural logarithm", "log10": "write `log(a) / log(10)`",
+    "cbrt": "write `a^(1 / 3)`", "square": "write `a^2`", "fabs": "write `abs(a)`", "norm": "take the root of a sum of squares",
+    "asin": "", "acos": "", "atan": "", "atan2": "", "sinh": "", "cosh": "", "tanh": "", "floor": "", "ceil": "", "round": "",
+    "rad": "write `30 deg`: angles have units", "radians": "write `30 deg`: angles have units", "degrees": "write `30 deg`: angles have units",
+}  # fmt: skip
+
+# What helps where a field is out of its range: (field, whether it is too large).
+ADVICE = {
+    ("magnitude", False): "a magnitude is not negative; `direction` says where it pulls",
+    ("poisson", True): "an incompressible solid has 0.5, which has no volume to change: take 0.49 or 0.499 instead",
+    ("poisson", False): "Poisson's ratio is above -1, and between 0 and 0.5 for almost every solid",
+}
 
 # What other programs call our constructors and kinds.
 WORDS = {

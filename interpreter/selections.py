@@ -20,10 +20,11 @@ def selection(node: tree.Expression, evaluator: Evaluator) -> Condition:
             return Condition.junction(op, selection(left, evaluator), selection(right, evaluator))
         case tree.Compare():
             return _comparison(node, evaluator)
-    raise evaluator.place.fail(
-        "E207", node.span, f"expected a condition on the coordinates, found {describe(node)}", describe(node),
-        "compare a coordinate with a length: `x <= 0 mm`, `x >= L and z > 0 mm`",
-    )  # fmt: skip
+    help = "compare a coordinate with a length: `x <= 0 mm`, `x >= L and z > 0 mm`"
+    if isinstance(node, tree.Name) and node.text in COORDINATES:
+        help = f"compare it with a length: `{node.text} <= 0 mm`"
+    found = describe(node)
+    raise evaluator.place.fail("E207", node.span, f"expected a condition on the coordinates, found {found}", found, help)
 
 
 def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
@@ -57,10 +58,10 @@ def _term(node: tree.Expression, evaluator: Evaluator) -> tuple[Term, Dimension]
     match node:
         case tree.Name(parts=(axis,)):
             return Term.coordinate(COORDINATES.index(axis)), LENGTH
-        case tree.Unary(operator=op, operand=operand):
+        case tree.Unary(operator="+" | "-" as op, operand=operand):
             term, dimension = _term(operand, evaluator)
             return (term.negated() if op == "-" else term), dimension
-        case tree.Binary():
+        case tree.Binary(operator="+" | "-" | "*" | "/" | "^"):
             return _combined(node, evaluator)
         case tree.Call(function=tree.Name(parts=("sqrt" | "abs" as name,)), arguments=(argument,)):
             term, dimension = _term(argument.value, evaluator)
@@ -90,7 +91,7 @@ def _combined(node: tree.Binary, evaluator: Evaluator) -> tuple[Term, Dimension]
         case "*":
             return a.combine("*", b), units.times(da, db)
         case "/" if b.value == 0.0:
-            raise evaluator.place.fail("E219", node.span, "this divides by zero", "no value")
+            raise evaluator.place.fail("E219", node.span, "this divides by zero")
         case "/":
             return a.combine("/", b), units.times(da, db, -1)
         case "+" | "-" as op if da == db:

@@ -7,6 +7,7 @@ To add a unit: one line in UNITS. Everything is SI after reading. An own table, 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -158,10 +159,10 @@ _FACTOR = re.compile(r"(°?[A-Za-zµμ%]+|1)(?:\^([+-]?\d+))?")
 def parse(text: str) -> Measure:
     """`kg/m^3`, `N*m`, `J/(kg*K)`, `mm`, `%`. Raises UnitError."""
     parts = _PART.findall(text.replace("·", "*"))
-    if "".join(operator + part for operator, part in parts) != text.replace("·", "*"):
+    if not parts or "".join(operator + part for operator, part in parts) != text.replace("·", "*"):
         raise _unreadable(text)
     if any(operator == "/" for operator, _ in parts[:-1]):
-        remedy = "put what is below the line in brackets, `J/(kg*K)`, or use negative powers: `J*kg^-1*K^-1`"
+        remedy = "put the divisor in brackets, as in `J/(kg*K)`, or use negative powers: `J*kg^-1*K^-1`"
         raise UnitError(f"`{text}` can be read in two ways", remedy)
     factor, dimension = 1.0, NONE
     for operator, part in parts:
@@ -226,7 +227,7 @@ _MEANT = {
     "h": "hour", "hr": "hour", "hours": "hour", "hz": "Hz", "HZ": "Hz", "hertz": "Hz",
     "n": "N", "Newton": "N", "newton": "N", "newtons": "N", "joule": "J", "watt": "W",
     "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad", "percent": "%", "pct": "%",
-    "C": "K", "degC": "K", "°C": "K", "kelvin": "K", "micron": "um", "microns": "um", "millimeter": "mm",
+    "kelvin": "K", "micron": "um", "microns": "um", "millimeter": "mm",
     "millimeters": "mm", "millimetre": "mm", "millimetres": "mm", "centimeter": "cm", "centimetre": "cm",
     "pascal": "Pa", "pascals": "Pa", "Pascal": "Pa", "kilopascal": "kPa", "kilopascals": "kPa", "megapascal": "MPa",
     "torr": "mmHg", "Torr": "mmHg", "mmhg": "mmHg",
@@ -234,13 +235,16 @@ _MEANT = {
 
 
 def _hint(symbol: str) -> str:
+    if symbol in ("C", "degC", "°C", "F", "degF", "°F"):
+        return "temperatures are in `K`: 20 °C are 293.15 K"
     if symbol in _MEANT:
         return f"write `{_MEANT[symbol]}`"
-    folded = {u.lower(): u for u in _common()}
-    if symbol.lower() in folded:
-        return f"write `{folded[symbol.lower()]}`: upper and lower case differ in units"
-    if close := nearest(symbol, _common()):
-        return f"did you mean `{close}`?"
+    folded = [u for u in _common() if u.lower() == symbol.lower()]
+    if folded:
+        least = min(folded, key=lambda u: sum(a != b for a, b in zip(u, symbol, strict=True)))
+        return f"write `{least}`: upper and lower case differ in units"
+    if close := nearest(symbol, (*_common(), *_MEANT)):
+        return f"did you mean `{_MEANT.get(close, close)}`?"
     return "units look like `kPa`, `kg/m^3` or `N*m`; `dsl list units` shows them all"
 
 
@@ -251,19 +255,34 @@ def _common() -> tuple[str, ...]:
 
 
 def show(value: float, dimension: Dimension) -> str:
-    """A value in SI as people read it: `128.449 mm`, `60 kPa`, `5.12 %`; six significant digits."""
-    choices = _SHOWN.get(dimension)
-    if choices is None:
-        unit = si(dimension)
-        return f"{value:.6g}" + ("" if unit == "1" else f" {unit}")
+    """A value in SI as people read it: `128.449 mm`, `60 kPa`, `30 deg`; six significant digits."""
+    factor, unit = _unit_for(value, dimension)
+    return f"{value / factor:.6g} {unit}".removesuffix(" 1")
+
+
+def show_all(values: Sequence[float], dimension: Dimension) -> str:
+    """Components of a vector in one unit: `(178, 0, 0) mm`."""
+    largest = max(values, key=abs)
+    factor, unit = _unit_for(largest, dimension)
+    return f"({', '.join(f'{v / factor:.6g}' for v in values)}) {unit}".removesuffix(" 1")
+
+
+def show_range(low: float, high: float, dimension: Dimension) -> str:
+    """Two values in one unit: `0 to 178 mm`."""
+    factor, unit = _unit_for(max(low, high, key=abs), dimension)
+    return f"{low / factor:.6g} to {high / factor:.6g} {unit}".removesuffix(" 1")
+
+
+def _unit_for(value: float, dimension: Dimension) -> tuple[float, str]:
+    """The unit that suits the size of a value; that of SI for zero."""
+    choices = _SHOWN.get(dimension, ((1.0, si(dimension)),))
     smallest = choices[-1] if value else next((c for c in choices if c[0] == 1.0), choices[0])
-    factor, unit = next(((f, u) for f, u in choices if abs(value) >= f), smallest)
-    return f"{value / factor:.6g} {unit}"
+    return next((c for c in choices if abs(value) >= c[0]), smallest)
 
 
 _SHOWN: dict[Dimension, tuple[tuple[float, str], ...]] = {
     LENGTH: ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
-    PRESSURE: ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
+    PRESSURE: ((1e12, "TPa"), (1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
     TIME: ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")),
     FORCE: ((1e3, "kN"), (1.0, "N"), (1e-3, "mN"), (1e-6, "µN")),
     ANGLE: ((0.017453292519943295, "deg"),),

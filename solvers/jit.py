@@ -2,7 +2,7 @@
 
 numba's cache does not notice that a function called from another file has changed: the old kernel answers, silently.
 So the folder of the cache is named by a digest of all solver sources, of numba's and numpy's version and of the
-processor, and it is set before numba is imported. Kernels live in `kernels.py` files, which alone import this module.
+processor. Kernels live in `kernels.py` files, which alone import this module.
 """
 
 from __future__ import annotations
@@ -11,9 +11,14 @@ import hashlib
 import os
 import platform
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+
+Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 
 def sources() -> list[Path]:
@@ -45,27 +50,33 @@ def cache_folder() -> Path:
     return Path(home) / "softmark" / "kernels" / digest(sources(), *facts)
 
 
-def _prepare() -> bool:
-    """Point numba at the folder; False, and no cache, where it cannot be written."""
-    folder = cache_folder()
+def _writable(folder: Path) -> bool:
+    """Whether kernels can be kept in the folder, made if need be; without it they live in memory."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        writable = os.access(folder, os.W_OK)
+        return os.access(folder, os.W_OK)
     except OSError:
-        writable = False
-    if writable:
-        os.environ["NUMBA_CACHE_DIR"] = str(folder)
-    return writable
+        return False
 
 
-CACHED = _prepare()
+FOLDER = cache_folder()
+CACHED = _writable(FOLDER)
 
-import numba  # noqa: E402  (the cache folder must be known first)
 
-kernel = numba.njit(cache=CACHED, nogil=True, error_model="numpy")
-"""Decorator of every kernel: compiled at its first call, kept on disk where that is possible."""
+def kernel(function: Kernel) -> Kernel:
+    """Decorator of every kernel: compiled at its first call, kept on disk where that is possible.
+
+    numba takes the folder of its cache when it decorates; whoever else uses numba in this process keeps theirs.
+    """
+    theirs = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(FOLDER)
+    try:
+        compiled_later: Kernel = numba.njit(cache=CACHED, nogil=True, error_model="numpy")(function)
+    finally:
+        numba.config.CACHE_DIR = theirs
+    return compiled_later
 
 
 def compiled() -> bool:
     """Whether kernels of this version are on disk already: if not, the first run has to compile them."""
-    return CACHED and any(cache_folder().rglob("*.nbc"))
+    return CACHED and any(FOLDER.rglob("*.nbc"))

@@ -1,14 +1,18 @@
 """Static equilibrium: the state in which the energies' gradient vanishes on every free degree of freedom.
 
 Two ways, in this order. The free one takes whole Newton steps: with the exact tangent of a corotational
-energy they reach a 60-degree bend at full load in about six steps, because that energy grows with stretch alone
-and not with its square; a stiffer law starts from the equilibrium of its corotational twin. What it finds is kept only
-if it is a stable equilibrium without inverted cells. The careful one then starts again: energy decreasing in every step (backtracking,
-Armijo 1966), the tangent made definite where it is not, and the load in steps that shrink and grow.
+energy they reach a 60-degree bend at full load in about six steps, because that energy grows with stretch
+alone and not with its square; a stiffer law starts from the equilibrium of its corotational twin. What it
+finds is kept only if it is a stable equilibrium without inverted cells. The careful one then starts again:
+every step leads to less energy than one of the MEMORY states before it had (Armijo 1966; Grippo, Lampariello
+and Lucidi 1986), the tangent is made definite where it is not, and the load comes in steps that shrink and
+grow. Where it ends on an unstable equilibrium, as a straight column above its buckling load does, it steps
+aside and goes on to a stable one.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -18,14 +22,19 @@ from softmark.solvers.assembly import Assembly
 from softmark.solvers.energies.energy import Floats, Ints, Space
 from softmark.solvers.linear import Factor, Singular, factor
 
+MEMORY = 10  # energies back that a step must stay below: bends are long curved valleys
+RIGID = 1e-6  # least scale of a residual, of the force if the body stayed behind while its supports move
+TINY = 1e-4  # of the motion so far: whole Newton steps below it that do not lower the residual are rounding
+
 Watch = Callable[["Iteration"], None]
+Merit = Callable[[Floats, float], float]
 
 
 @dataclass(frozen=True)
 class Iteration:
-    """One Newton iteration: `residual` is relative, before the step; `length` is the fraction of the step taken."""
+    """One Newton iteration: the relative `residual` before it, and the part of the step that was taken."""
 
-    phase: str  # "corotational start" | "free" | "careful"
+    phase: str  # "corotational start" | "free" | "careful" | "aside" (away from an unstable equilibrium)
     load: float
     number: int
     residual: float
@@ -45,7 +54,7 @@ class NotConverged(Exception):
 class Equilibrium:
     """A converged state, its relative residual, and every iteration that led to it.
 
-    `rounded`: rounding kept the residual above the tolerance, while the error in the energy norm met it.
+    `rounded`: rounding kept the residual above the tolerance, and the other criteria of `Statics` decided.
     """
 
     x: Floats
@@ -64,13 +73,15 @@ class Equilibrium:
 class Statics:
     """A static problem: `rest` moves by `space` until `assembly` balances, with `target` imposed on `fixed`.
 
-    `twin` is the assembly of the corotational law with the same moduli, or None; `sound` says whether a
-    state is admissible (no inverted cell). `bold` tries whole steps first; rods, whose space already follows their
+    `twin` is the assembly of the corotational law with the same moduli, or None; `sound` says whether a state
+    is admissible (no inverted cell). `bold` tries whole steps first; rods, whose space already follows their
     rotation, need no such start.
 
-    Converged means: the out-of-balance force is at most `tolerance` times the larger of load and reactions. In a stiff
-    body rounding alone can exceed that, since a strain of 1e-16 times a large stiffness is a force; then, and
-    only then, the error in the energy norm decides: sqrt(r . K^-1 r / 2E) at most `tolerance`, E the strain energy.
+    Converged means: the out-of-balance force is at most `tolerance` times the larger of load and reactions.
+    In a stiff body or under a tiny load rounding alone can exceed that, since a strain of 1e-16 times a large
+    stiffness is a force; when a Newton step no longer lowers it, one of two decides. Either the error in the
+    energy norm, sqrt(r . K^-1 r / 2E), is at most `tolerance`, E the strain energy; or two whole steps in a
+    row, with a definite tangent, are below TINY times the motion so far.
     """
 
     assembly: Assembly
@@ -108,6 +119,7 @@ def _free(problem: Statics, history: list[Iteration]) -> Equilibrium:
         rough = replace(problem, assembly=problem.twin, tolerance=1e-2)
         start = _Newton(rough, history, "corotational start")
         x = start.whole_steps(start.impose(x, 1.0), cap=12)
+        newton.moved, newton.towed = start.moved, start.towed
         x = newton.whole_steps(x, cap=20)
     else:
         x = newton.whole_steps(newton.impose(x, 1.0), cap=20)
@@ -135,6 +147,7 @@ def _careful(problem: Statics, history: list[Iteration]) -> Equilibrium:
             if step < 1e-3:
                 reached = f"the load could be raised to {100 * load:.4g} % only: {failure.reason}"
                 raise NotConverged(reached, tuple(history)) from failure
+    x = newton.stable(x)
     if not problem.sound(x):
         raise NotConverged("the equilibrium has inverted cells", tuple(history))
     return Equilibrium(x, newton.residual(x, 1.0)[1], tuple(history), steps, newton.rounded)
@@ -150,7 +163,10 @@ class _Newton:
         self.phase = phase
         self.last: Factor | None = None
         self.rounded = False
-        self._close, self._before = False, np.inf
+        self.moved = 0.0  # length of all steps so far
+        self.towed = 0.0  # force that the motion of the supports causes while the body stays behind
+        self._close = self._tiny = False  # what the last step was
+        self._before, self._stalls = np.inf, 0
 
     def residual(self, x: Floats, load: float) -> tuple[Floats, float]:
         """Gradient (dofs,) and the norm of its free part, relative to the larger of load and reactions."""
@@ -158,9 +174,10 @@ class _Newton:
         external = np.zeros_like(g)
         for energy in self.assembly.loads:
             energy.add_gradient(x, external, load)
-        scale = max(np.linalg.norm(external), np.linalg.norm(g[self.problem.fixed]))
-        size = np.linalg.norm(g[self.assembly.free])
-        return g, float(size / scale) if scale > 0 else float(size)
+        forces = (external, g[self.problem.fixed], g[self.assembly.free])
+        load_size, reactions, size = (float(np.linalg.norm(f)) for f in forces)
+        scale = max(load_size, reactions, RIGID * self.towed)
+        return g, size / scale if scale > 0 else size
 
     def impose(self, x: Floats, fraction: float, load: float = 1.0) -> Floats:
         """Move the supports by a fraction of their target, and the body with them as its tangent says."""
@@ -172,8 +189,9 @@ class _Newton:
         eps = 1e-6 / max(1.0, float(np.abs(d).max()) * 1e3)
         g = self.assembly.gradient(x, load)
         coupling = (self.assembly.gradient(self.space.move(x, eps * d), load) - g) / eps
+        self.towed = max(self.towed, float(np.linalg.norm(coupling)))
         d[self.assembly.free] = -self._solve(x, load, coupling[self.assembly.free], projected=True)
-        return self.space.move(x, d)
+        return self._moved(x, d, 1.0)
 
     @property
     def space(self) -> Space:
@@ -182,15 +200,15 @@ class _Newton:
 
     def whole_steps(self, x: Floats, cap: int) -> Floats:
         """Whole Newton steps at full load, shortened only to stay in the domain of the law."""
-        self._close = False
+        self._close = self._tiny = False
         for number in range(cap + 1):
             g, residual = self.residual(x, 1.0)
-            if self._done(residual):
+            if self._done(g, residual):
                 return x
             if number == cap or not np.isfinite(residual):
                 break
             d = self._direction(g, x, 1.0, projected=False)
-            self._close = self._energy_small(x, g, d)
+            self._judge(x, g, d)
             x, length = self._inside(x, d)
             self._record(1.0, number, residual, length)
         raise NotConverged(f"whole Newton steps stopped at a residual of {residual:.1e}", tuple(self.history))
@@ -200,41 +218,56 @@ class _Newton:
         while length > 1e-3:
             y = self.space.move(x, length * d)
             if np.isfinite(sum(e.value(y) for e in self.assembly.internal)):
-                return y, length
+                return self._moved(x, d, length), length
             length *= 0.5
         raise NotConverged("no step stays in the domain of the law", tuple(self.history))
 
     def descend(self, x: Floats, load: float) -> Floats:
-        """Newton steps that each decrease the energy (or, for follower loads, the residual)."""
+        """Newton steps that decrease the energy (or, for follower loads, the residual) within MEMORY."""
         merit = self._energy if self.assembly.conservative else self._imbalance
         value = merit(x, load)
         if not np.isfinite(value):
             raise NotConverged("the supports' motion turns cells inside out", tuple(self.history))
-        self._close = False
+        self._close = self._tiny = False
+        recent = deque([value], MEMORY)
         for number in range(self.problem.max_iterations + 1):
             g, residual = self.residual(x, load)
-            if self._done(residual):
+            if self._done(g, residual):
                 return x
             if number == self.problem.max_iterations or not np.isfinite(residual):
                 break
-            x, value, length = self._decrease(x, load, g, value, merit)
+            x, value, length = self._decrease(x, load, g, max(recent), merit)
+            recent.append(value)
             self._record(load, number, residual, length)
         reason = f"no equilibrium within {number} iterations at {100 * load:.4g} % of the load"
         raise NotConverged(f"{reason}, residual {residual:.1e}", tuple(self.history))
 
-    def _done(self, residual: float) -> bool:
-        """The tolerance is met, or rounding keeps the residual up although the energy norm is within it."""
+    def _done(self, g: Floats, residual: float) -> bool:
+        """The tolerance is met, or rounding is all that is left (see Statics)."""
         if residual <= self.problem.tolerance:
             return True
-        stalled = self._close and residual > 0.3 * self._before
-        self._before = residual
-        self.rounded |= stalled
-        return stalled
+        size = float(np.linalg.norm(g[self.assembly.free]))
+        stalled = (self._close or self._tiny) and size > 0.3 * self._before
+        self._before = size
+        self._stalls = self._stalls + 1 if stalled else 0
+        rounded = stalled and (self._close or self._stalls > 1)
+        self.rounded |= rounded
+        return rounded
 
-    def _energy_small(self, x: Floats, g: Floats, d: Floats) -> bool:
-        """Whether the error in the energy norm, sqrt(-g . d), is within the tolerance of sqrt(2 E)."""
+    def _judge(self, x: Floats, g: Floats, d: Floats, projected: bool = False) -> None:
+        """Whether the error in the energy norm, sqrt(-g . d), is small, and whether the Newton step d is."""
         E = sum(e.value(x) for e in self.assembly.internal)
-        return bool(0.0 <= -(g @ d) <= 2.0 * E * self.problem.tolerance**2)
+        self._close = bool(0.0 <= -(g @ d) <= 2.0 * E * self.problem.tolerance**2)
+        tiny = bool(np.linalg.norm(d) <= TINY * self.moved) and not projected
+        self._tiny = tiny and not self._indefinite()
+
+    def _indefinite(self) -> bool:
+        """Whether the last tangent has negative eigenvalues; that of follower loads is not asked."""
+        return bool(self.assembly.conservative and self.last is not None and self.last.negative_pivots)
+
+    def _moved(self, x: Floats, d: Floats, length: float) -> Floats:
+        self.moved = float(np.hypot(self.moved, length * np.linalg.norm(d)))
+        return self.space.move(x, length * d)
 
     def _energy(self, x: Floats, load: float) -> float:
         return self.assembly.value(x, load)
@@ -245,26 +278,74 @@ class _Newton:
         return 0.5 * float(np.linalg.norm(self.assembly.gradient(x, load)[self.assembly.free]) ** 2)
 
     def _decrease(
-        self, x: Floats, load: float, g: Floats, value: float, merit: Callable[[Floats, float], float]
+        self, x: Floats, load: float, g: Floats, value: float, merit: Merit
     ) -> tuple[Floats, float, float]:
-        """Backtrack along the Newton direction, then along that of the definite tangent."""
+        """Backtrack along the Newton direction, or that of the definite tangent where the first fails."""
         for projected in (False, True):
             d = self._direction(g, x, load, projected)
-            self._close = self._energy_small(x, g, d)
-            if self._close:  # differences of energy are noise now: the step is Newton's last
-                y = self.space.move(x, d)
-                return y, merit(y, load), 1.0
-            slope = float(g @ d) if self.assembly.conservative else -2.0 * value
-            if not np.isfinite(slope) or slope >= 0:
+            self._judge(x, g, d, projected)
+            if not projected and self._indefinite():  # it leads to a saddle
                 continue
-            length = 1.0
-            while length > 1e-5:
-                y = self.space.move(x, length * d)
-                there = merit(y, load)
-                if there <= value + 1e-4 * length * slope + 1e-14 * abs(value):
-                    return y, there, length
-                length *= 0.5
+            if self._close or self._tiny:  # differences of energy are noise now
+                y = self._moved(x, d, 1.0)
+                return y, merit(y, load), 1.0
+            slope = float(g @ d) if self.assembly.conservative else -2.0 * merit(x, load)
+            length = self._armijo(x, load, d, value, slope, merit)
+            if projected and length == 1.0:
+                length = self._lengthen(x, load, d, merit)
+            if length:
+                y = self._moved(x, d, length)
+                return y, merit(y, load), length
         raise NotConverged("no step decreases the energy", tuple(self.history))
+
+    def _armijo(self, x: Floats, load: float, d: Floats, value: float, slope: float, merit: Merit) -> float:
+        """The fraction of d that decreases the merit enough (Armijo 1966), 0 where none does."""
+        length = 1.0 if np.isfinite(slope) and slope < 0 else 0.0
+        while length > 1e-5:
+            enough = value + 1e-4 * length * slope + 1e-14 * abs(value)
+            if merit(self.space.move(x, length * d), load) <= enough:
+                return length
+            length *= 0.5
+        return 0.0
+
+    def _lengthen(self, x: Floats, load: float, d: Floats, merit: Merit) -> float:
+        """How far along d the merit decreases, by doubling: a definite tangent leaves a saddle too slowly."""
+        length, value = 1.0, merit(self.space.move(x, d), load)
+        while length < 1e3 and (there := merit(self.space.move(x, 2.0 * length * d), load)) < value:
+            length, value = 2.0 * length, there
+        return length
+
+    def stable(self, x: Floats) -> Floats:
+        """x, or a stable equilibrium of less energy where x is unstable. Raises NotConverged."""
+        for _ in range(5):
+            y = self._aside(x) if self.assembly.conservative else None
+            if y is None:
+                return x
+            self.phase = "aside"
+            x = self.descend(y, 1.0)
+        raise NotConverged("every equilibrium found is unstable", tuple(self.history))
+
+    def _aside(self, x: Floats) -> Floats | None:
+        """A state of less energy along the most unstable direction; None where x is stable.
+
+        Power iteration on I - K+^-1 K, K+ the definite tangent: only negative eigenvalues of K grow in it.
+        """
+        free = self.assembly.free
+        self._solve(x, 1.0, np.zeros(len(free)), projected=False)
+        if not self._indefinite():
+            return None
+        K, definite = self.assembly.tangent(x, 1.0), factor(self.assembly.tangent(x, 1.0, projected=True))
+        d = np.zeros(self.space.dofs)
+        d[free] = np.random.default_rng(0).standard_normal(len(free))
+        for _ in range(50):
+            d[free] -= definite.solve(K @ d[free])
+            d[free] *= 0.1 * self.moved / np.linalg.norm(d[free])
+        value = self._energy(x, 1.0)
+        for length in 0.5 ** np.arange(20):
+            y = self.space.move(x, length * d)
+            if self._energy(y, 1.0) < value - 1e-10 * abs(value):
+                return y
+        return None
 
     def _direction(self, g: Floats, x: Floats, load: float, projected: bool) -> Floats:
         d = np.zeros(self.space.dofs)

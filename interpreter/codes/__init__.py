@@ -23,7 +23,7 @@ class Page:
 
     def example(self, which: str) -> str:
         """The scene text of the `wrong` or the `right` example."""
-        return next(body for kind, body in FENCE.findall(self.text) if kind == which)
+        return next(str(body) for kind, body in FENCE.findall(self.text) if kind == which)
 
 
 @lru_cache(maxsize=1)

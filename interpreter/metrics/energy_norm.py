@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
@@ -30,4 +31,4 @@ class EnergyNorm:
         size = float((reference**2).sum())
         if size == 0.0:
             raise Undefined("the reference does not move, so nothing is relative to it")
-        return float(((u - reference) ** 2).sum() / size) ** 0.5
+        return math.sqrt(float(((u - reference) ** 2).sum() / size))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
@@ -20,4 +21,4 @@ class MaxError:
 
     def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
         """max |u_i - reference_i| in m."""
-        return float(((u - reference) ** 2).sum(axis=1).max()) ** 0.5
+        return math.sqrt(float(((u - reference) ** 2).sum(axis=1).max()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
@@ -20,4 +21,4 @@ class TipError:
 
     def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
         """|u_n - reference_n| in m."""
-        return float(((u[-1] - reference[-1]) ** 2).sum()) ** 0.5
+        return math.sqrt(float(((u[-1] - reference[-1]) ** 2).sum()))

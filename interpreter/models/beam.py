@@ -112,7 +112,7 @@ def _supports(case: Case, stations: Floats, points: Floats) -> tuple[Ints, Float
     return fixed, np.array([values[d][0] for d in fixed.tolist()])
 
 
-def _held_turns(axis: tuple[float, ...], components: tuple[int, ...]) -> list[int]:
+def _held_turns(axis: tuple[float, float, float], components: tuple[int, ...]) -> list[int]:
     """Rotations about x, y, z that a rigid section cannot make while `components` of all its points are held.
 
     A rotation omega moves a point r of the section by omega x r; component c of that is omega . (r x e_c), so holding c
@@ -120,7 +120,7 @@ def _held_turns(axis: tuple[float, ...], components: tuple[int, ...]) -> list[in
     """
     if len(components) == 3:
         return [0, 1, 2]
-    taken = [np.abs(np.cross(r, np.eye(3)[c])) for r in transverse(axis) for c in components]  # type: ignore[arg-type]
+    taken = [np.abs(np.cross(r, np.eye(3)[c])) for r in transverse(axis) for c in components]
     return [t for t in range(3) if any(v[t] > 0.5 for v in taken)]
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.case import coverage
+from softmark.interpreter.case import coverage, coverages
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
 from softmark.interpreter.vocabulary.supports import Displaced
 
@@ -33,7 +33,7 @@ class Beam6Dof:
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against a beam model of this case."""
-        at = declared.location
+        at = declared.at()
         if not hasattr(case.shape, "section"):
             return [
                 Diagnostic(
@@ -48,7 +48,7 @@ class Beam6Dof:
         for load in case.loads:
             reason = _unfit(load, case)
             if reason:
-                at = load.location
+                at = load.at("at" if isinstance(load.thing, PointForce) else "where")
                 found.append(Diagnostic(
                     "E501", f"`{declared.name}` cannot represent the load `{load.name}`", at.source, at.span, reason,
                     "a beam takes gravity, traction on an end face, and point forces on its axis; use `fem(...)` for the others",
@@ -59,7 +59,7 @@ class Beam6Dof:
         found = []
         for support in case.supports:
             stations = [case.shape.length * i / self.segments for i in range(self.segments + 1)]
-            cover = {coverage(support.thing.where, case.shape, s) for s in stations}
+            cover = coverages(support.thing.where, case.shape, stations)
             partial = len(support.thing.components) < 3 and not _aligned(case.shape.axis)
             turning = isinstance(support.thing, Displaced) and len(support.thing.components) < 3
             reason = (
@@ -81,7 +81,7 @@ class Beam6Dof:
         depth = 2 * max(max(abs(u), abs(v)) for u, v in section.samples())
         if case.shape.length >= 3 * depth:
             return []
-        at = declared.location
+        at = declared.at()
         ratio = case.shape.length / depth
         return [
             Diagnostic(
@@ -94,6 +94,10 @@ class Beam6Dof:
         """One line for the plan."""
         off = [name for name, on in (("shear", self.shear), ("stretch", self.axial)) if not on]
         return f"{self.segments} beam segments, no mesh" + (f", without {' and '.join(off)}" if off else "")
+
+    def load(self) -> None:
+        """Import what building needs, so that no clock counts it."""
+        import softmark.interpreter.models.beam  # noqa: F401
 
     def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
         """Nodes, stiffnesses, supports and loads as arrays. Raises Fault."""

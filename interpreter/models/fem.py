@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -64,7 +65,7 @@ class Fem:
         at = declared.at("strain")
         return Diagnostic(
             "W302", "small strains cannot follow the rotation that this load causes", at.source, at.span,
-            f"about {units.show(min(angle, 1.5), units.ANGLE)} at the tip" if angle < 1.5 else "far beyond its range",
+            f"about {math.degrees(angle):.0f} deg at the tip" if angle < 1.5 else "far beyond its range",
             "the body will seem to grow as it turns; use `strain = corotational` or `finite`",
         )  # fmt: skip
 
@@ -85,6 +86,10 @@ class Fem:
         """One line for the plan."""
         mesh = "of the file" if getattr(case.shape, "prebuilt", False) else f"of about {units.show(self.size, units.LENGTH)}"
         return f"{self.element} {mesh}, {self.strain} strain"
+
+    def load(self) -> None:
+        """Import what building needs, so that no clock counts it."""
+        import softmark.interpreter.models.solid  # noqa: F401
 
     def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
         """Mesh, elements, supports and loads as arrays. Raises Fault."""

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from softmark.interpreter import units
-from softmark.interpreter.case import Case, Fault, fault
+from softmark.interpreter.case import Case, Fault, fault, reach
 from softmark.interpreter.models.rigid import free_motions, point_rows
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.supports import Displaced
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.mesh.mesh import Mesh
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh import Mesh
 
 
 def selected(case: Case, owner: Declared, points: Floats, what: str) -> np.ndarray:
@@ -19,11 +22,9 @@ def selected(case: Case, owner: Declared, points: Floats, what: str) -> np.ndarr
     x, y, z = points.T
     held: np.ndarray = np.asarray(owner.thing.where.holds(x, y, z, extent))
     if not held.any():
-        low, high = points.min(axis=0), points.max(axis=0)
-        spans = ", ".join(f"{n} from {units.show(a, units.LENGTH)} to {units.show(b, units.LENGTH)}"
-                          for n, a, b in zip("xyz", low, high, strict=True))  # fmt: skip
-        raise fault("E302", owner.at("where"), f"`{owner.name}` selects no {what} of `{case.body.name}`", "selects nothing",
-                    f"the body spans {spans}")  # fmt: skip
+        spans = reach(points.min(axis=0).tolist(), points.max(axis=0).tolist())
+        raise fault("E302", owner.at("where"), f"`{owner.name}` selects no {what} of the mesh of `{case.body.name}`", "selects nothing",
+                    f"the mesh spans {spans}, and a thin selection may lie between its points")  # fmt: skip
     if held.all():
         raise fault("E303", owner.at("where"), f"`{owner.name}` selects every {what} of `{case.body.name}`", "selects everything",
                     "nothing would be left to deform; select a part of the body")  # fmt: skip
@@ -49,7 +50,7 @@ def solid_supports(case: Case, mesh: Mesh) -> tuple[Ints, Floats]:
 
 def conflict(first: Declared, second: Declared) -> Fault:
     """Two supports that impose different values on one degree of freedom."""
-    return fault("E305", second.location, f"`{first.name}` and `{second.name}` hold the same points to different values",
+    return fault("E305", second.at("where"), f"`{first.name}` and `{second.name}` hold the same points to different values",
                  "contradicts the other", "select different points or different components")  # fmt: skip
 
 
@@ -58,6 +59,7 @@ def must_be_held(case: Case, rows: Floats) -> None:
     motions = free_motions(rows)
     if not motions:
         return
-    at = case.supports[0].location if case.supports else case.body.location
-    raise fault("E306", at, f"the supports of `{case.body.name}` leave it free to {', '.join(motions)}", "not held enough",
+    at = case.supports[0].at() if case.supports else case.body.at()
+    free = " and to ".join((", ".join(motions[:-1]), motions[-1])) if len(motions) > 1 else motions[0]
+    raise fault("E306", at, f"the supports of `{case.body.name}` leave it free to {free}", "not held enough",
                 "hold more components, or more of the body")  # fmt: skip

@@ -33,8 +33,13 @@ class Solution:
 class Prepared(Protocol):
     """A model built for a case."""
 
-    size: dict[str, int]
-    notes: tuple[Diagnostic, ...]
+    @property
+    def size(self) -> dict[str, int]:
+        """nodes, elements, dofs."""
+
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """Warnings about what was built."""
 
     def warm(self) -> None:
         """Compile or load whatever the solution needs, outside the clock."""
@@ -51,6 +56,9 @@ class Model(Protocol):
 
     def outline(self, case: Case) -> str:
         """What will be built, on one line."""
+
+    def load(self) -> None:
+        """Import what building needs, so that no clock counts it."""
 
     def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
         """Build. Raises Fault."""

@@ -48,21 +48,38 @@ def _mantissa(step: float) -> float:
     return round(step / 10.0 ** math.floor(math.log10(step) + 1e-9), 6)
 
 
-def whole(high: int, name: str, about: int = 6) -> Axis:
-    """An axis of whole numbers from 0."""
-    step = max(1, round(nice_step(max(high, 1), about)))
-    return Axis(
-        0.0, float(max(high, 1)), name, tuple((float(i), str(i)) for i in range(0, max(high, 1) + 1, step))
-    )
+def whole(low: int, high: int, name: str, about: int = 6) -> Axis:
+    """An axis of whole numbers."""
+    high = max(high, low + 1)
+    step = max(1, round(nice_step(high - low, about)))
+    first = -(-low // step) * step
+    ticks = tuple((float(i), str(i)) for i in range(first, high + 1, step))
+    return Axis(float(low), float(high), name, ticks)
 
 
 def logarithmic(low: float, high: float, name: str, unit: str, about: int = 7) -> Axis:
-    """An axis of whole decades that holds low and high; lengths are labelled `10 µm`, plain numbers `10⁻³`."""
-    first, last = math.floor(math.log10(low) + 1e-9), math.ceil(math.log10(high) - 1e-9)
-    last = max(last, first + 1)
+    """An axis that holds low and high, with ticks at decades: lengths `10 µm`, plain numbers `10⁻³`.
+
+    Its ends are 1, 2 or 5 times a power of ten; it spans a decade at least, so that there are two ticks.
+    """
+    bottom, top = _round_down(low), _round_up(high)
+    if top < 10 * bottom:
+        bottom = 10.0 ** math.floor(math.log10(bottom) + 1e-9)
+        top = max(top, 10 * bottom)
+    first, last = math.ceil(math.log10(bottom) - 1e-9), math.floor(math.log10(top) + 1e-9)
     every = max(1, math.ceil((last - first) / about))
     ticks = tuple((10.0**k, _decade(k, unit)) for k in range(first, last + 1, every))
-    return Axis(10.0**first, 10.0**last, name, ticks, log=True)
+    return Axis(bottom, top, name, ticks, log=True)
+
+
+def _round_down(value: float) -> float:
+    decade = 10.0 ** math.floor(math.log10(value) + 1e-9)
+    return max(m * decade for m in (1.0, 2.0, 5.0) if m == 1.0 or m * decade <= value)
+
+
+def _round_up(value: float) -> float:
+    decade = 10.0 ** math.floor(math.log10(value) - 1e-9)
+    return next(m * decade for m in (1.0, 2.0, 5.0, 10.0) if m * decade >= value * (1 - 1e-9))
 
 
 def _decade(exponent: int, unit: str) -> str:

@@ -1,4 +1,4 @@
-"""The distance of every model from a reference along a line probe, for each pair that an error metric uses."""
+"""How far models are from a reference along a line probe, for each pair that an error metric uses."""
 
 from __future__ import annotations
 
@@ -9,15 +9,17 @@ from functools import cached_property
 import numpy as np
 
 from softmark.interpreter.report.axes import linear, logarithmic
-from softmark.interpreter.report.centre_lines import Floats, arc, drawn_first, lines_of, looks
-from softmark.interpreter.report.chart import Chart, Curve, Point
+from softmark.interpreter.report.chart import Chart, Curve
 from softmark.interpreter.report.findings import Findings
-from softmark.interpreter.report.markup import plain, prose, section, tag
+from softmark.interpreter.report.markup import prose, section, tag
+from softmark.interpreter.report.naming import LETTER, Point
 from softmark.interpreter.report.plate import Column, crowded, plate
-from softmark.interpreter.report.quantities import quantity, scale_of, signed
+from softmark.interpreter.report.probes import Floats, arc, drawn_first, lines_of, looks
+from softmark.interpreter.report.quantities import decimals_of, quantity, scale_of, signed
 from softmark.interpreter.report.sheet import csv_link, short
 from softmark.interpreter.results import ProbeResult
 
+LEAD = "How far points of a model are from where the reference has them: |u − u<sub>ref</sub>|."
 DEPTH = 1e-10  # errors below this part of the largest are not drawn: they are rounding
 
 
@@ -34,8 +36,7 @@ def section_of(findings: Findings) -> str:
     figures = [figure for figure in figures if figure]
     if not figures:
         return ""
-    lead = "How far each point of a model lies from where the reference has it: |u − u<sub>ref</sub>| over the arc position s."
-    return section("error", "Error along the line", tag("p", lead, class_="lead"), *figures)
+    return section("error", "Error along the line", tag("p", LEAD, class_="lead"), *figures)
 
 
 @dataclass(frozen=True)
@@ -56,10 +57,8 @@ class _Pair:
         """|u - u_ref| (n,) in m by model."""
         seen, models = self.findings.probes[self.probe], self.findings.report.models
         u = self.known.displacement
-        found = {
-            n: p.displacement - u for n, p in seen.items() if n in models and p.displacement.shape == u.shape
-        }
-        return {n: np.sqrt((d**2).sum(axis=1)) for n, d in found.items()}
+        same = {n: p.displacement for n, p in seen.items() if n in models and p.displacement.shape == u.shape}
+        return {n: np.sqrt(((d - u) ** 2).sum(axis=1)) for n, d in same.items()}
 
     @cached_property
     def largest(self) -> float:
@@ -72,28 +71,34 @@ class _Pair:
         if self.largest == 0.0:
             return tag("p", prose(f"At `{self.probe}` every model agrees with `{self.reference}` exactly."))
         open_ = drawn_first(self.findings)
-        return plate(self._chart(), self._caption(open_), self._columns(), self._save(), open_=open_)
+        return plate(self._chart(open_), self._caption(open_), self._columns(), self._save(), open_=open_)
 
     @property
     def _floor(self) -> float:
         positive = [float(v) for d in self.distances.values() for v in d if v >= DEPTH * self.largest]
         return min(positive)
 
-    def _chart(self) -> Chart:
+    def _chart(self, open_: Sequence[str]) -> Chart:
         s = arc(self.known.points)
         return Chart(
             f"error-{self.number}", f"Distance from {self.reference} along {self.probe}", self._desc(),
-            linear(0.0, float(s[-1]) or 1.0, "arc position s", "m", 7), logarithmic(self._floor, self.largest, "distance", "m"),
-            600.0, 320.0, tuple(self._curves(s)), left=78.0, right=88.0,
+            linear(0.0, float(s[-1]) or 1.0, "arc position s", "m", 7),
+            logarithmic(self._floor, self.largest, f"distance from {self.reference}", "m"),
+            600.0, 320.0, tuple(self._curves(s, open_)), left=84.0, right=self._margin,
         )  # fmt: skip
 
-    def _curves(self, s: Floats) -> Iterator[Curve]:
+    @property
+    def _margin(self) -> float:
+        """Room for the longest name to the right of the plot."""
+        return min(180.0, 34.0 + LETTER * max(len(name) for name in self.distances))
+
+    def _curves(self, s: Floats, open_: Sequence[str]) -> Iterator[Curve]:
         look, floor = looks(self.findings.report), self._floor
         for column, (name, distance) in enumerate(self.distances.items(), start=1):
             points: tuple[Point | None, ...] = tuple(
                 (float(a), float(d)) if d >= floor else None for a, d in zip(s, distance, strict=True)
             )
-            yield Curve(name, look[name], points, column)
+            yield Curve(name, look[name], points, column, named=name in open_)
 
     def _desc(self) -> str:
         worst = "; ".join(f"{n} up to {quantity(float(d.max()), 'm', 3)}" for n, d in self.distances.items())
@@ -108,33 +113,27 @@ class _Pair:
 
     def _caption(self, open_: Sequence[str]) -> str:
         own = self.findings.report.references[self.reference].estimated_error
-        error = (
-            ""
-            if own is None
-            else f" The estimated error of `{self.reference}` itself is {quantity(own, 'm', 2)}."
-        )
-        hidden = any(0.0 < v < self._floor for d in self.distances.values() for v in d)
+        error = "" if own is None else f" Its own error is estimated at {quantity(own, 'm', 2)}."
+        hidden = any(0.0 < v < self._floor for d in self.distances.values() for v in d[1:])
         cut = " Distances that are mere rounding are not drawn." if hidden else ""
         shown = crowded(len(self.distances), len([n for n in open_ if n in self.distances]))
-        return prose(
-            f"Against `{self.reference}`, at probe `{self.probe}`. {self._ranking()}{error}{cut}{shown}"
-        )
+        lead = f"Against `{self.reference}`, at probe `{self.probe}`.{error}"
+        return prose(f"{lead} {self._ranking()}{cut}{shown}")
 
     def _columns(self) -> list[Column]:
         s = arc(self.known.points)
         along, across = scale_of((float(s[-1]),), "m"), scale_of((self.largest,), "m")
-        heading = across.heading("distance")
-        found = [Column(along.heading("s"), (along.heading("s"),), [(along.text(float(v), 3),) for v in s])]
+        decimals, heading = decimals_of((float(s[-1]),), along, 6), across.heading("distance")
+        found = [
+            Column(along.heading("s"), (along.heading("s"),), [(along.fixed(float(v), decimals),) for v in s])
+        ]
         for name, distance in self.distances.items():
-            found.append(
-                Column(name, (heading,), [(signed(f"{float(d) / across.factor:.4g}"),) for d in distance])
-            )
+            cells = [(signed(f"{float(d) / across.factor:.4g}"),) for d in distance]
+            found.append(Column(name, (heading,), cells))
         return found
 
     def _save(self) -> str:
-        rows = [
-            [short(float(s)), *(short(float(d[i])) for d in self.distances.values())]
-            for i, s in enumerate(arc(self.known.points))
-        ]
-        header = ["s [m]", *(f"{plain(name)} [m]" for name in self.distances)]
+        columns = [arc(self.known.points), *self.distances.values()]
+        rows = [[short(float(v)) for v in row] for row in zip(*columns, strict=True)]
+        header = ["s [m]", *(f"{name} [m]" for name in self.distances)]
         return csv_link(f"{self.probe}-error-against-{self.reference}", header, rows)

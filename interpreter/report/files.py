@@ -11,7 +11,7 @@ from softmark.interpreter.results import Report
 
 
 def write(report: Report, folder: str | Path) -> list[Path]:
-    """Write report.json and report.html into a folder, made if need be; the paths. Raises OSError as it comes."""
+    """Write report.json and report.html into a folder, made if need be; their paths. Raises OSError."""
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     contents = {"report.json": report.dumps(), "report.html": render(report)}

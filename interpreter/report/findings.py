@@ -1,4 +1,4 @@
-"""What the results come to: which metrics are errors, who is closest to what, and the one sentence at the top."""
+"""What the results come to: which metrics are errors, who is closest to what, and the sentence at the top."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Result = ModelResult | ReferenceResult
 
 @dataclass(frozen=True)
 class Metric:
-    """A column of the table. `against` is the reference that an error is measured from, None for a measurement."""
+    """A column of the table. `against` is the reference an error is measured from, None for a measurement."""
 
     name: str
     unit: str
@@ -50,6 +50,11 @@ class Findings:
         """Declarations of the scene's text by name; what cannot be read is left out."""
         scene, _ = parse(Source("report", str(self.report.scene.get("text", ""))))
         return {d.name: d for d in scene.declarations if isinstance(d, tree.Declare)}
+
+    @cached_property
+    def lines(self) -> range:
+        """Numbers of the lines of the scene's text."""
+        return range(1, len(str(self.report.scene.get("text", "")).splitlines()) + 1)
 
     def line(self, name: str) -> int | None:
         """Where a name is declared."""
@@ -110,23 +115,16 @@ class Findings:
 
     @property
     def conclusion(self) -> str:
-        """One sentence: how many, who is closest to the first reference and by how much, and what was expected."""
+        """One sentence: how many, who is closest to the first reference, and what became of expectations."""
         parts = [self._crowd(), *self._fates(), *self.closest()[:1], self._expected()]
         return "; ".join(part for part in parts if part) + "."
 
     def _crowd(self) -> str:
-        models, references = (
-            count(len(self.report.models), "model"),
-            count(len(self.report.references), "reference"),
-        )
+        references = count(len(self.report.references), "reference")
         if not self.report.models:
-            return f"No model was run, beside {references}" if self.report.references else "No model was run"
-        so_far = " so far" if self.report.partial else ""
-        return (
-            f"{models}{so_far} against {references}"
-            if self.report.references
-            else f"{models}{so_far}, no reference"
-        )
+            return "No model was run" + (f", beside {references}" if self.report.references else "")
+        models = count(len(self.report.models), "model") + (" so far" if self.report.partial else "")
+        return models + (f" against {references}" if self.report.references else ", no reference")
 
     def _fates(self) -> Iterator[str]:
         """`2 of 4 models gave no solution (`a`, `b`)`, and the same for references."""
@@ -138,18 +136,15 @@ class Findings:
                 yield f"{len(lost)} of {whole} gave no solution ({listed(shown)})"
 
     def closest(self) -> list[str]:
-        """For each reference, by its first metric that has a value: `the closest to `theory` is `rod`: 5.9 % (`eta`)`."""
+        """By reference, from its first metric with a value: `the closest to theory is rod: 5.9 % (eta)`."""
         said: dict[str, str] = {}
         for metric in self.errors:
             if metric.against in said or not (best := self.best(metric)):
                 continue
             value = value_of(self.report.models[best[0]], metric.name)
             amount = quantity(value or 0.0, metric.unit, digits=2, percent=True)
-            verb = "is" if len(best) == 1 else "are"
-            names = listed([f"`{n}`" for n in best])
-            said[str(metric.against)] = (
-                f"the closest to `{metric.against}` {verb} {names}: {amount} (`{metric.name}`)"
-            )
+            who = ("is " if len(best) == 1 else "are ") + listed([f"`{n}`" for n in best])
+            said[str(metric.against)] = f"the closest to `{metric.against}` {who}: {amount} (`{metric.name}`)"
         return list(said.values())
 
     def _expected(self) -> str:
@@ -157,9 +152,8 @@ class Findings:
         if not judged:
             return "expectations are not judged yet" if self.report.partial else "nothing was expected"
         met, open_ = sum(e.passed is True for e in judged), sum(e.passed is None for e in judged)
-        return f"{met} of {count(len(judged), 'expectation')} met" + (
-            f", {open_} not judged" if open_ else ""
-        )
+        rest = f", {open_} not judged" if open_ else ""
+        return f"{met} of {count(len(judged), 'expectation')} met{rest}"
 
     @property
     def status(self) -> tuple[str, str]:

@@ -13,18 +13,12 @@ SIGNS = {"good": "✓", "bad": "✗", "warn": "…"}
 def header(findings: Findings) -> str:
     """The page's header."""
     mood, words = findings.status
-    status = tag(
-        "p",
-        tag("span", SIGNS[mood], class_="sign", aria_hidden="true"),
-        " ",
-        prose(words + "."),
-        class_=f"callout {mood}",
-        role="status",
-    )
-    return tag(
-        "header", tag("p", "softmark report", class_="eyebrow"), tag("h1", text(title(findings))),
-        tag("p", prose(findings.conclusion), class_="conclusion"), status, tag("p", _where(findings), class_="where"),
-    )  # fmt: skip
+    sign = tag("span", SIGNS[mood], class_="sign", aria_hidden="true")
+    status = tag("p", sign, " ", prose(words + "."), class_=f"callout {mood}")
+    above = tag("p", "softmark report", class_="eyebrow")
+    conclusion = tag("p", prose(findings.conclusion), class_="conclusion")
+    where = tag("p", _where(findings), class_="where")
+    return tag("header", above, tag("h1", text(title(findings))), conclusion, status, where)
 
 
 def title(findings: Findings) -> str:
@@ -34,18 +28,13 @@ def title(findings: Findings) -> str:
 
 
 def _where(findings: Findings) -> str:
-    """`21 November 2026, 08:33 UTC · silicone-beam.scene · AMD EPYC, 2 threads · Linux`."""
+    """`21 November 2026, 08:33 UTC · silicone-beam.scene · AMD EPYC, 2 threads`."""
     env, scene = findings.report.environment, findings.report.scene
     threads = env.get("threads")
     machine = [str(env["cpu"])] if env.get("cpu") else []
     machine += [f"{threads} thread" + ("" if threads == 1 else "s")] if threads else []
     file = str(scene.get("file", "")).replace("\\", "/").rpartition("/")[2]
-    pieces = [
-        _when(str(env.get("started", ""))),
-        text(file),
-        text(", ".join(machine)),
-        text(env.get("platform", "")),
-    ]
+    pieces = [_when(str(env.get("started", ""))), text(file), text(", ".join(machine))]
     return " · ".join(tag("span", piece) for piece in pieces if piece)
 
 

@@ -32,11 +32,14 @@ SECTIONS: tuple[tuple[str, str, Callable[[Findings], str]], ...] = (
     ("scene", "Scene", listing.section_of),
     ("provenance", "Provenance", provenance.section_of),
 )
+FOOTER = (
+    "Made by softmark. Colours after Okabe and Ito (2008). All numbers in full, in SI, are in report.json."
+)
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
 
 
 def render(report: Report) -> str:
-    """A complete HTML5 document: no network, no other file; without JavaScript only the coordinates of points are missing."""
+    """A complete HTML5 document: no network, no other file; without JavaScript it lacks only tooltips."""
     findings = Findings(report)
     made = [(key, name, make(findings)) for key, name, make in SECTIONS]
     main = tag("main", *(f"\n{markup}\n" for _, _, markup in made), id="content")
@@ -61,8 +64,7 @@ def _head(findings: Findings) -> str:
 
 
 def _footer() -> str:
-    said = "Made by softmark. Colours after Okabe and Ito (2008). The numbers of this page, in SI and in full, are in report.json."
-    return tag("footer", tag("p", text(said)))
+    return tag("footer", tag("p", text(FOOTER)))
 
 
 @lru_cache(maxsize=2)

@@ -10,7 +10,7 @@ from softmark.interpreter.report.findings import Findings
 from softmark.interpreter.report.markup import section, tag, text
 from softmark.interpreter.report.quantities import quantity
 
-# comment | string | quantity | word before an opening bracket | word at the start of a line | any word | the rest
+# comment | string | quantity | word before an opening bracket | any other word | the rest
 _PIECE = re.compile(
     r"(?P<c>#.*)"
     r'|(?P<s>"(?:[^"\\]|\\.)*"?)'
@@ -20,7 +20,27 @@ _PIECE = re.compile(
     r"|[^\w#\".]+|."
 )
 KINDS = frozenset(
-    ["softmark", "scene", "use", "as", "param", "in", "expect", "material", "body", "support", "load", "analysis", "model", "reference", "probe", "metric", "and", "or", "not"]
+    [
+        "softmark",
+        "scene",
+        "use",
+        "as",
+        "param",
+        "in",
+        "expect",
+        "material",
+        "body",
+        "support",
+        "load",
+        "analysis",
+        "model",
+        "reference",
+        "probe",
+        "metric",
+        "and",
+        "or",
+        "not",
+    ]
 )
 _UNIT_WORDS = re.compile(r"^(.*\d\.?)([ \t])(in|and|or|not|as)$")
 

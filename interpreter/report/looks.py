@@ -1,7 +1,7 @@
 """How curves are told apart: colour and dash and marker, so that no one of them is needed.
 
-Colours are those of Okabe and Ito (2008), as classes `c0` to `c5` that `report.css` defines for light and dark
-paper. Models differ in all three; references are heavy and neutral and differ by their dash.
+Colours are those of Okabe and Ito (2008), as classes `c0` to `c5` that `report.css` defines for light and
+dark paper. Models differ in all three; references are heavy and neutral and differ by their dash.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-Role = Literal["model", "reference", "rest"]
+Role = Literal["model", "reference", "rest", "phase"]
 
 
 @dataclass(frozen=True)
@@ -70,6 +70,7 @@ MARKERS: Mapping[str, Callable[[float, float], str]] = {
     "cross": _cross,
 }
 
+PHASE_DASHES = ("", "3 2", "8 3", "9 3 2 3")
 REST = Look("rest", dash="1 4")
 
 
@@ -83,3 +84,8 @@ def reference_look(index: int) -> Look:
     """The look of the reference with this place among the references; from the seventh on, with markers."""
     marker = "" if index < len(REFERENCE_DASHES) else tuple(MARKERS)[index % len(MARKERS)]
     return Look("reference", 0, REFERENCE_DASHES[index % len(REFERENCE_DASHES)], marker)
+
+
+def phase_look(index: int) -> Look:
+    """The look of a phase of a solution: marker and dash only, the colour is the model's."""
+    return Look("phase", 0, PHASE_DASHES[index % len(PHASE_DASHES)], tuple(MARKERS)[index % len(MARKERS)])

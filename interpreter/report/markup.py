@@ -1,4 +1,4 @@
-"""HTML as text: every attribute and every piece of text goes through `text`, and only what comes from here is markup."""
+"""HTML as text: attributes and pieces of text go through `text`; what comes from here is markup."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ VOID = frozenset({"meta", "input", "br", "img", "link"})
 
 
 def text(value: object) -> str:
-    """Any value as HTML text: `<`, `>`, `&` and quotes escaped, control characters shown as their pictures."""
+    """Any value as HTML text: `<`, `>`, `&` and quotes escaped, control characters as their pictures."""
     visible = _CONTROL.sub(lambda match: _picture(match[0]), str(value))
     return html.escape(visible, quote=True)
 
@@ -24,7 +24,7 @@ def _picture(character: str) -> str:
 
 
 def tag(name: str, /, *content: str, **attributes: object) -> str:
-    """An element; content is markup. Attributes: `class_`, `data_x` for `data-x`; None or False leaves one out."""
+    """An element; content is markup. Attributes: `class_`, `data_x` for `data-x`; None leaves one out."""
     opening = "".join(_attribute(key, value) for key, value in attributes.items())
     if name in VOID:
         return f"<{name}{opening}>"
@@ -50,11 +50,6 @@ def prose(message: str) -> str:
 def plain(message: str) -> str:
     """A message without its backticks, for titles and for `desc`."""
     return _CODE.sub(r"\1", message)
-
-
-def line_link(line: int | None) -> str:
-    """A link to a line of the scene's text, an en dash where there is no line."""
-    return tag("a", f"line {line}", href=f"#L{line}") if line else "–"
 
 
 def section(name: str, heading: str, *content: str) -> str:

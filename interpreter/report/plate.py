@@ -1,6 +1,7 @@
-"""A plate: a chart with its caption, a legend that shows and hides curves, and its numbers as a table and as CSV.
+"""A plate: a chart with its caption, a legend that shows and hides curves, and its numbers as table and CSV.
 
-The legend's boxes work by style sheet alone; `report.js` adds the coordinates of points, which it takes from the table.
+The legend's boxes work by style sheet alone; `report.js` adds the coordinates of points, which it takes from
+the table.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ SHOWN = 12  # curves of models that are drawn at first; the legend has the other
 
 @dataclass(frozen=True)
 class Column:
-    """Cells of a data table under one name: symbols with units (`x / mm`), and one text for each row and symbol."""
+    """Cells of a data table under one name: symbols with units (`x / mm`), a text for each row and symbol."""
 
     name: str
     symbols: tuple[str, ...]
@@ -36,14 +37,15 @@ def plate(
     side = _legend(chart, open_) if legend else ""
     numbers = details("Data of this figure", data_table(f"Data: {chart.title}", columns), save)
     body = tag("div", drawing, side, class_="beside" if side else "alone")
-    return tag("figure", body, tag("figcaption", caption), numbers, class_="plate", id=chart.identity)
+    below = tag("figcaption", tag("p", caption), numbers)
+    return tag("figure", body, below, class_="plate", id=chart.identity)
 
 
 def _legend(chart: Chart, open_: Sequence[str] | None) -> str:
     rows = []
     for index, curve in enumerate(chart.curves):
         checked = open_ is None or curve.name in open_ or curve.look.role != "model"
-        box = tag("input", type="checkbox", value=f"k{index}", checked=checked, autocomplete="off")
+        box = tag("input", type="checkbox", value=f"k{index}", checked=checked)
         rows.append(
             tag("label", box, sample(curve.look), tag("span", text(curve.name)), class_=curve.look.role)
         )
@@ -63,14 +65,14 @@ def details(summary: str, *content: str) -> str:
 
 
 def data_table(caption: str, columns: Sequence[Column]) -> str:
-    """Rows of numbers; the first column heads the rows. Two rows of headings where a name has symbols of its own."""
+    """Rows of numbers; the first column heads the rows. A name stands over the symbols of its columns."""
     first, *rest = columns
     names = [tag("th", text(first.name), rowspan=2, scope="col", data_q=first.symbols[0])]
     names += [tag("th", text(c.name), colspan=len(c.symbols), scope="colgroup") for c in rest]
     symbols = [tag("th", text(s), scope="col") for c in rest for s in c.symbols]
     head = tag("thead", tag("tr", *names), tag("tr", *symbols))
     body = tag("tbody", *(_row(i, columns) for i in range(max((len(c.cells) for c in columns), default=0))))
-    table = tag("table", tag("caption", prose(caption)), head, body, class_="data")
+    table = tag("table", tag("caption", tag("span", prose(caption))), head, body, class_="data")
     return tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=caption.replace("`", ""))
 
 

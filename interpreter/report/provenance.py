@@ -9,46 +9,42 @@ from softmark.interpreter.report.findings import Findings
 from softmark.interpreter.report.markup import section, tag, text
 
 WORDS = {
-    "softmark": "softmark", "python": "Python", "numpy": "NumPy", "scipy": "SciPy", "numba": "Numba", "platform": "Platform",
-    "cpu": "Processor", "threads": "Threads", "started": "Started (UTC)",
+    "softmark": "softmark", "python": "Python", "numpy": "NumPy", "scipy": "SciPy", "numba": "Numba",
+    "platform": "Platform", "cpu": "Processor", "threads": "Threads", "started": "Started (UTC)",
 }  # fmt: skip
 
 
 def section_of(findings: Findings) -> str:
     """The command, the digest and the environment."""
-    scene = findings.report.scene
-    known = [(WORDS.get(k, k), str(v)) for k, v in findings.report.environment.items()]
-    solvers = sorted({str(s) for m in findings.report.models.values() if (s := m.solve.get("linear_solver"))})
-    facts = [
-        ("Scene", str(scene.get("file", "–"))), ("SHA-256 of its text", str(scene.get("sha256", "–"))), *known,
-        *([("Linear solver", ", ".join(solvers))] if solvers else []),
-    ]  # fmt: skip
-    rows = [tag("tr", tag("th", text(name), scope="row"), tag("td", text(value))) for name, value in facts]
+    rows = [tag("tr", tag("th", text(n), scope="row"), tag("td", text(v))) for n, v in _facts(findings)]
     table = tag("table", tag("caption", "Environment"), tag("tbody", *rows), class_="facts")
-    lead = tag("p", "To repeat this run:")
-    return section(
-        "provenance",
-        "Provenance",
-        lead,
-        tag("pre", tag("code", text(command(findings))), class_="command"),
-        tag("div", table, class_="scroll"),
-    )
+    repeat = tag("pre", tag("code", text(command(findings))), class_="command")
+    box = tag("div", table, class_="scroll")
+    return section("provenance", "Provenance", tag("p", "To repeat this run:"), repeat, box)
+
+
+def _facts(findings: Findings) -> list[tuple[str, str]]:
+    scene, report = findings.report.scene, findings.report
+    facts = [("Scene", scene.get("file", "–")), ("SHA-256 of its text", scene.get("sha256", "–"))]
+    facts += [(WORDS.get(key, key), value) for key, value in report.environment.items()]
+    solvers = sorted({str(s) for m in report.models.values() if (s := m.solve.get("linear_solver"))})
+    facts += [("Linear solver", ", ".join(solvers))] if solvers else []
+    return [(name, str(value)) for name, value in facts]
 
 
 def command(findings: Findings) -> str:
-    """`dsl run FILE -p h=3mm --model rod`, quoted for a shell. A scene without a file is read from standard input."""
-    scene = findings.report.scene
-    file = str(scene.get("file", "-"))
+    """`dsl run FILE -p h=3mm --model rod`, quoted for a shell; a scene without a file comes by stdin."""
+    file = str(findings.report.scene.get("file", "-"))
     parts = ["dsl", "run", "-" if file.startswith("<") else file]
-    for override in _overrides(findings):
-        parts += ["-p", override]
-    for name in _only(findings):
-        parts += ["--model", name]
-    return shlex.join(parts)
+    parts += [part for override in _overrides(findings) for part in ("-p", override)]
+    parts += [part for name in _only(findings) for part in ("--model", name)]
+    times = [timing for m in findings.report.models.values() if (timing := m.time.get("solve_s"))]
+    runs = max((len(timing.seconds) for timing in times), default=1)
+    return shlex.join([*parts, "--repeat", str(runs)] if runs > 1 else parts)
 
 
 def _overrides(findings: Findings) -> list[str]:
-    """As given on the command line where the report has that, else the parameters that it says were overridden."""
+    """As given on the command line where the report has that, else the parameters that were overridden."""
     scene = findings.report.scene
     given = scene.get("overrides")
     if given is not None:

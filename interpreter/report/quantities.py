@@ -25,6 +25,8 @@ def quantity(value: float, unit: str, digits: int = 6, percent: bool = False) ->
         shown = units.show(near, units.parse(unit).dimension)
     except units.UnitError:
         shown = f"{near:.6g} {unit}".strip()
+    if "e-" in shown:  # smaller than the smallest unit that people use
+        shown = f"{near:.6g} {unit}"
     return signed(shown)
 
 
@@ -34,7 +36,7 @@ def is_ratio(unit: str) -> bool:
 
 
 def signed(number: str) -> str:
-    """The minus sign in place of the hyphen, and powers of ten as such: `−2.3·10⁻⁸ mm`; spaces do not break."""
+    """The minus sign for the hyphen, and powers of ten as such: `−2.3·10⁻⁸ mm`; spaces do not break."""
     head, _, rest = number.partition(" ")
     mantissa, _, exponent = head.partition("e")
     if exponent:
@@ -58,8 +60,15 @@ class Scale:
     def text(self, value: float, decimals: int) -> str:
         """The value with the column's decimals, or with three digits where these would leave fewer."""
         own = value / self.factor
-        few = own != 0 and abs(own) < 10.0 ** (2 - decimals)
+        if own == 0:
+            return "0"
+        few = abs(own) < 10.0 ** (2 - decimals)
         return signed(f"{own:.3g}" if few and abs(own) < 10 else f"{own:.{decimals}f}")
+
+    def fixed(self, value: float, decimals: int) -> str:
+        """The value with so many decimals and no more: for coordinates, where less than that is nothing."""
+        shown = f"{value / self.factor:.{decimals}f}"
+        return signed(shown if float(shown) else shown.removeprefix("-"))
 
     def heading(self, name: str) -> str:
         """`drop / mm`, the way an axis or a column is labelled."""

@@ -33,7 +33,7 @@ def _field(cell: Cell) -> str:
 def csv_link(name: str, header: Sequence[str], rows: Iterable[Sequence[Cell]], label: str = "CSV") -> str:
     """A link that saves the rows as `name`.csv."""
     body = csv_text(header, rows).encode("utf-8", "replace")
-    address = "data:text/csv;charset=utf-8," + quote(body, safe=",;!*()?@$'+=[]")
+    address = "data:text/csv;charset=utf-8," + quote(body, safe=",;!*()?@$'+=")
     return tag("a", text(label), class_="save", href=address, download=f"{name}.csv")
 
 

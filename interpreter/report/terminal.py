@@ -60,7 +60,7 @@ def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
 
 
 def _metric_names(report: Report) -> list[str]:
-    every = (n for part in (*report.models.values(), *report.references.values()) for n in part.metrics)
+    every = (n for part in report.outcomes for n in part.metrics)
     return list(dict.fromkeys(every))
 
 
@@ -90,8 +90,8 @@ def _value(metric: MetricResult | None) -> str:
 
 
 def _reasons(report: Report) -> list[str]:
-    lines = [f"{m.name}: {m.message}" for m in (*report.models.values(), *report.references.values()) if m.message]
-    for part in (*report.models.values(), *report.references.values()):
+    lines = [f"{m.name}: {m.message}" for m in report.outcomes if m.message]
+    for part in report.outcomes:
         lines += [f"{part.name}.{n}: {v.reason}" for n, v in part.metrics.items() if v.value is None and not part.message]
     return lines
 

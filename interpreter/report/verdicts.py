@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from softmark.interpreter.report.findings import Findings
-from softmark.interpreter.report.markup import count, line_link, prose, section, tag, text
+from softmark.interpreter.report.markup import count, prose, section, tag, text
 from softmark.interpreter.report.quantities import quantity
 from softmark.interpreter.results import ExpectationResult, Warned
 
+HEADS = ("Verdict", "Expectation", "Value", "Line")
 VERDICTS = {True: ("✓", "good", "met"), False: ("✗", "bad", "not met"), None: ("?", "quiet", "not judged")}
 
 
@@ -18,13 +19,20 @@ def expectations(findings: Findings) -> str:
         return section(
             "expectations", "Expectations", tag("p", f"No expectation was judged{later}.", class_="quiet")
         )
-    head = tag("tr", *(tag("th", word, scope="col") for word in ("Verdict", "Expectation", "Value", "Place")))
+    head = tag(
+        "tr",
+        *(tag("th", word, scope="col", class_="n" if word in ("Value", "Line") else None) for word in HEADS),
+    )
     met = sum(e.passed is True for e in judged)
     caption = tag(
         "caption", f"{met} of {count(len(judged), 'expectation')} met. The value is that of the left side."
     )
     table = tag(
-        "table", caption, tag("thead", head), tag("tbody", *(_row(e) for e in judged)), class_="verdicts"
+        "table",
+        caption,
+        tag("thead", head),
+        tag("tbody", *(_row(e, findings) for e in judged)),
+        class_="verdicts",
     )
     return section(
         "expectations",
@@ -33,12 +41,24 @@ def expectations(findings: Findings) -> str:
     )
 
 
-def _row(e: ExpectationResult) -> str:
+def _row(e: ExpectationResult, findings: Findings) -> str:
     symbol, mood, words = VERDICTS[e.passed]
     verdict = tag("span", tag("span", symbol, aria_hidden="true"), f" {words}", class_=f"status {mood}")
     why = tag("small", prose(e.reason)) if e.reason else ""
     said = tag("th", tag("code", text(e.text)), why, scope="row")
-    return tag("tr", tag("td", verdict), said, tag("td", _value(e), class_="n"), tag("td", line_link(e.line)))
+    return tag(
+        "tr",
+        tag("td", verdict),
+        said,
+        tag("td", _value(e), class_="n"),
+        tag("td", _place(e.line, findings), class_="n"),
+    )
+
+
+def _place(line: int, findings: Findings) -> str:
+    """The number of a line, as a link where the page has that line."""
+    known = line in findings.lines
+    return tag("a", str(line), href=f"#L{line}", aria_label=f"line {line}") if known else str(line)
 
 
 def _value(e: ExpectationResult) -> str:
@@ -48,16 +68,17 @@ def _value(e: ExpectationResult) -> str:
 
 
 def warnings(findings: Findings) -> str:
-    """A list of warnings; empty where there are none."""
-    doubts = findings.report.warnings
-    if not doubts:
-        return ""
-    return section("warnings", "Warnings", tag("ul", *(_warning(w) for w in doubts), class_="warnings"))
+    """A list of warnings, those that say the same together; empty where there are none."""
+    same: dict[tuple[str, str, str], list[Warned]] = {}
+    for warned in findings.report.warnings:
+        same.setdefault((warned.code, warned.message, warned.help), []).append(warned)
+    items = [_warning(group, findings) for group in same.values()]
+    return section("warnings", "Warnings", tag("ul", *items, class_="warnings")) if items else ""
 
 
-def _warning(w: Warned) -> str:
-    help_ = tag("p", prose(w.help), class_="quiet") if w.help else ""
-    place = tag("span", line_link(w.line), class_="place") if w.line else ""
-    return tag(
-        "li", tag("p", tag("span", text(w.code), class_="code"), " ", prose(w.message), " ", place), help_
-    )
+def _warning(group: list[Warned], findings: Findings) -> str:
+    first = group[0]
+    places = ", ".join(f"line {_place(w.line, findings)}" for w in group if w.line)
+    said = [tag("span", text(first.code), class_="code"), " ", prose(first.message)]
+    help_ = tag("p", prose(first.help), class_="quiet") if first.help else ""
+    return tag("li", tag("p", *said, tag("span", f" ({places})", class_="place") if places else ""), help_)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from softmark.solvers.mesh.mesh import Mesh
+
+UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
 
 
 class Unreadable(Exception):
@@ -15,20 +20,35 @@ class Unreadable(Exception):
 
 def read(path: str, unit: float) -> Mesh:
     """The tetrahedra of `path` in m, cells turned to positive volume. Raises Unreadable."""
-    import meshio
-
     if not Path(path).is_file():
         raise Unreadable(f"there is no file {path}")
-    try:
-        data = meshio.read(path)
-    except (Exception, SystemExit) as error:  # meshio's readers raise what they like, and exit
-        raise Unreadable(f"meshio cannot read it ({error or type(error).__name__})") from error
+    data = _parsed(Path(path))
     cells = [block.data for block in data.cells if block.type == "tetra"]
     if not cells:
         kinds = ", ".join(sorted({block.type for block in data.cells})) or "none"
         raise Unreadable(f"it has no four-node tetrahedra (its cells: {kinds})")
     points = unit * np.asarray(data.points, dtype=np.float64)[:, :3]
     return _checked(points, np.concatenate(cells).astype(np.int64))
+
+
+def _parsed(path: Path) -> Any:
+    """What meshio makes of the file in one of the formats of its name."""
+    import meshio
+
+    kinds = meshio.extension_to_filetypes.get(path.suffix.lower(), [None])  # None: let meshio say it
+    reasons = []
+    for kind in (k for k in kinds if k not in UNENDING):
+        said = StringIO()  # meshio prints why it fails, and exits
+        try:
+            with redirect_stdout(said), redirect_stderr(said):
+                return meshio.read(path, kind)
+        except SystemExit:
+            reasons.append(
+                " ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file"
+            )
+        except Exception as error:  # its readers raise what they like
+            reasons.append(str(error) or type(error).__name__)
+    raise Unreadable(f"meshio cannot read it ({'; '.join(reasons) or 'in this format it may never finish'})")
 
 
 def _checked(points: np.ndarray, cells: np.ndarray) -> Mesh:
@@ -41,7 +61,8 @@ def _checked(points: np.ndarray, cells: np.ndarray) -> Mesh:
     volumes = Mesh(points, cells).volumes
     flat = np.abs(volumes) <= 1e-14 * np.ptp(points, axis=0).max() ** 3
     if np.any(flat):
-        raise Unreadable(f"{int(flat.sum())} of its {len(cells)} tetrahedra are flat, the first is cell {int(np.argmax(flat))}")
+        which = f"{int(flat.sum())} of its {len(cells)} tetrahedra are flat"
+        raise Unreadable(f"{which}, the first is cell {int(np.argmax(flat))}")
     turned = volumes < 0
     cells[turned, 2:] = cells[turned, :1:-1]
     return Mesh(points, cells)

@@ -73,7 +73,8 @@ def disc(radius: float, size: float, corner: float = 0.73, bulge: float = 0.4) -
 def _rim(n: int) -> Ints:
     """Outline of an (n + 1) x (n + 1) grid, counter-clockwise from its lower left corner (4n,)."""
     index = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
-    return np.concatenate([index[:-1, 0], index[-1, :-1], index[:0:-1, -1], index[0, :0:-1]])
+    rim: Ints = np.concatenate([index[:-1, 0], index[-1, :-1], index[:0:-1, -1], index[0, :0:-1]])
+    return rim
 
 
 def _coons(outline: Floats, n: int) -> Floats:
@@ -85,7 +86,8 @@ def _coons(outline: Floats, n: int) -> Floats:
     u, v = s[:, None, None], s[None, :, None]
     sides = (1 - v) * low[:, None] + v * top[:, None] + (1 - u) * left[None] + u * right[None]
     corners = (1 - u) * ((1 - v) * low[0] + v * top[0]) + u * ((1 - v) * low[-1] + v * top[-1])
-    return (sides - corners).reshape(-1, 2)
+    grid: Floats = (sides - corners).reshape(-1, 2)
+    return grid
 
 
 def extrude(section: Section, length: float, size: float) -> tuple[Floats, Ints, Ints]:

@@ -1,0 +1,90 @@
+"""Overrides from the command line: `-p L=120mm` and `-p silicone.young=30kPa`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.parse import parse_expression
+from softmark.grammar.suggest import nearest
+from softmark.interpreter import schema
+from softmark.interpreter.expressions import Place
+from softmark.interpreter.modules import Table
+
+
+@dataclass(frozen=True)
+class Override:
+    """`-p NAME=VALUE`: the expression takes the place of a parameter's or a field's."""
+
+    name: str
+    node: tree.Expression
+    place: Place
+    name_span: tree.Span
+
+
+def read(texts: Sequence[str], diagnostics: list[Diagnostic]) -> list[Override]:
+    """The overrides of a command line; what cannot be read is reported and left out."""
+    read_one = (_read(text, diagnostics) for text in texts)
+    return [override for override in read_one if override is not None]
+
+
+def _read(text: str, diagnostics: list[Diagnostic]) -> Override | None:
+    shown = Source(f"-p {text}", text)
+    place = Place(shown, diagnostics)
+    name, equals, value = text.partition("=")
+    span = tree.Span(0, len(name), 1, 1, 1, 1 + len(name))
+    if not equals or not name.strip():
+        missing = "`=` and a value are missing" if not equals else "the name is missing"
+        place.fail("E220", span, "an override reads `NAME=VALUE`", missing, "for example `-p L=120mm`")
+        return None
+    if not value.strip():
+        after = tree.Span(len(text), len(text), 1, 1 + len(text), 1, 1 + len(text))
+        place.fail("E220", after, "an override reads `NAME=VALUE`", "the value is missing", f"for example `-p {name.strip()}=120mm`")
+        return None
+    # blanks instead of `NAME=`, so that spans count from the start of the argument
+    node, problems = parse_expression(Source(shown.name, " " * (len(name) + 1) + value))
+    diagnostics.extend(Diagnostic(p.code, p.message, shown, p.span, p.label, p.help, p.notes) for p in problems)
+    return None if node is None else Override(name.strip(), node, place, span)
+
+
+def assigned(overrides: Sequence[Override], table: Table) -> dict[str, Override]:
+    """Overrides by the parameter, or the field `declared.field`, that they replace; the last one counts."""
+    found = {}
+    for override in overrides:
+        owner = override.name.rpartition(".")[0]
+        symbol, declared = table.symbols.get(override.name), table.symbols.get(owner)
+        if table.is_broken(override.name):
+            continue  # its own declaration is reported already
+        if symbol is not None and isinstance(symbol.node, tree.Param):
+            found[override.name] = override
+        elif declared is not None and isinstance(declared.node, tree.Declare):
+            if isinstance(declared.node.value, tree.Name):
+                _alias(override, owner, declared.node.value)
+            found[override.name] = override
+        else:
+            _unknown(override, table)
+    return found
+
+
+def _alias(override: Override, owner: str, original: tree.Name) -> None:
+    field = override.name.rpartition(".")[2]
+    override.place.fail(
+        "E205", override.name_span, f"`{owner}` is another name for `{original.text}` and has no fields of its own", "not a field",
+        f"replace the field of the original: `-p {original.text}.{field}=...`",
+    )  # fmt: skip
+
+
+def _unknown(override: Override, table: Table) -> None:
+    parameters = [n for n, s in table.symbols.items() if isinstance(s.node, tree.Param)]
+    known = table.symbols.get(override.name)
+    if known is not None and isinstance(known.node, tree.Declare):
+        kind = f"{schema.article(known.node.kind)} {known.node.kind}"
+        override.place.fail("E213", override.name_span, f"`{override.name}` is {kind}, not a parameter", kind,
+                            f"replace one of its fields: `-p {override.name}.FIELD=VALUE`")  # fmt: skip
+        return
+    close = nearest(override.name, parameters) or nearest(override.name, table.symbols)
+    listed = ", ".join(parameters) or "none"
+    hint = f"did you mean `{close}`?" if close else f"parameters of the scene: {listed}"
+    override.place.fail("E201", override.name_span, f"`{override.name}` is not a parameter of the scene", "not found", hint)

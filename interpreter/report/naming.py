@@ -1,0 +1,149 @@
+"""Where the names of curves stand: by their ends if there is room, further off with a thin line, or nowhere.
+
+Of the places that fit, the one is taken whose line is short and crosses least; a legend has the names that
+fit nowhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+Point = tuple[float, float]
+Path = Sequence[Point | None]
+Box = tuple[float, float, float, float]  # left, top, right, bottom
+
+CLOSE = 16.0  # pixels; two ends nearer than this need lines to tell their names apart
+LED = 9  # with more curves than this, lines to names would be a tangle
+LETTER = 7.4  # width of a letter, pixels
+ANGLES = (-20, 25, -50, 55, 160, -160, 90, 125, -125, -90)  # degrees, clockwise from the right
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a name stands; `line` leads to it from the end of its curve."""
+
+    x: float
+    y: float
+    anchor: str
+    line: tuple[Point, Point] | None = None
+
+    def box(self, name: str) -> Box:
+        """What the name covers."""
+        width = LETTER * len(name)
+        left = self.x - {"start": 0.0, "middle": 0.5, "end": 1.0}[self.anchor] * width
+        return left - 3, self.y - 12, left + width + 3, self.y + 5
+
+
+def places(paths: Sequence[Path], names: Sequence[str | None], area: Box) -> dict[int, Place]:
+    """A place for each name that fits into the area, on no curve and on no other name; None is not named."""
+    named = [i for i, path in enumerate(paths) if names[i] is not None and any(path)]
+    ends = {i: [p for p in paths[i] if p][-1] for i in named}
+    room = _Room(area, {i: [p for p in dense(paths[i]) if _in(p, area)] for i in named}, ends)
+    found = {}
+    for i in named:
+        crowd = any(math.dist(ends[i], ends[j]) < CLOSE for j in named if j != i)
+        place = room.best(i, names[i] or "", _candidates(ends[i], crowd, len(named) <= LED))
+        if place is not None:
+            found[i] = place
+    return found
+
+
+@dataclass
+class _Room:
+    """What is drawn already: curves, their ends, names and the lines to them."""
+
+    area: Box
+    curves: dict[int, list[Point]]
+    ends: dict[int, Point]
+    taken: list[Box] = field(default_factory=list)
+    lines: list[Point] = field(default_factory=list)
+
+    def best(self, index: int, name: str, candidates: Iterable[Place]) -> Place | None:
+        """The cheapest place for the name of a curve, which is then taken; None if there is none."""
+        fitting = [place for place in candidates if self.fits(place.box(name))]
+        chosen = min(fitting, key=lambda place: self.cost(index, place), default=None)
+        if chosen is not None:
+            self.taken.append(chosen.box(name))
+            self.lines += _between(*chosen.line, 3.0) if chosen.line else []
+        return chosen
+
+    def fits(self, box: Box) -> bool:
+        """Whether a box lies within the area and covers nothing."""
+        area = self.area
+        inside = box[0] >= area[0] and box[1] >= area[1] and box[2] <= area[2] and box[3] <= area[3]
+        apart = not any(
+            box[0] < o[2] and o[0] < box[2] and box[1] < o[3] and o[1] < box[3] for o in self.taken
+        )
+        points = (*self.lines, *(p for curve in self.curves.values() for p in curve))
+        return inside and apart and not any(_in(p, box) for p in points)
+
+    def cost(self, index: int, place: Place) -> float:
+        """How far a name is from its end, in pixels, with a fine for everything that its line goes across."""
+        if place.line is None:
+            return 0.0
+        steps = _between(*place.line, 3.0)
+        others = [curve for i, curve in self.curves.items() if i != index]
+        crossed = sum(any(math.dist(p, q) < 4 for p in curve for q in steps) for curve in others)
+        wrong = sum(any(math.dist(end, q) < 9 for q in steps) for i, end in self.ends.items() if i != index)
+        covered = sum(any(_in(q, box) for q in steps) for box in self.taken)
+        tangled = any(math.dist(p, q) < 5 for p in self.lines for q in steps)
+        return math.dist(*place.line) + 12 * crossed + 40 * wrong + 200 * covered + 60 * tangled
+
+
+def _in(point: Point, box: Box) -> bool:
+    return box[0] < point[0] < box[2] and box[1] < point[1] < box[3]
+
+
+def _candidates(end: Point, crowd: bool, led: bool) -> Iterator[Place]:
+    """Beside the end unless others end there; with `led`, further off too."""
+    x, y = end
+    if not crowd:
+        yield Place(x + 9, y + 4, "start")
+        yield Place(x, y + 20, "middle")
+        yield Place(x, y - 12, "middle")
+        yield Place(x - 9, y + 4, "end")
+    if not led:
+        return
+    for dy in (0, -15, 15, -30, 30, -45, 45):  # one above the other, where curves end at the right edge
+        yield Place(x + 22, y + dy + 4, "start", ((x + 6, y + dy / 4), (x + 19, y + dy)))
+    for radius in (28.0, 46.0, 68.0, 96.0):
+        for angle in ANGLES:
+            yield _led(end, radius, math.radians(angle))
+
+
+def _led(end: Point, radius: float, angle: float) -> Place:
+    """A name some way off, with a line to it."""
+    c, s = math.cos(angle), math.sin(angle)
+    stop = end[0] + radius * c, end[1] + radius * s
+    line = (end[0] + 6 * c, end[1] + 6 * s), stop
+    if abs(c) < 0.3:
+        return Place(stop[0], stop[1] + (13 if s > 0 else -4), "middle", line)
+    return Place(stop[0] + math.copysign(4, c), stop[1] + 4, "start" if c > 0 else "end", line)
+
+
+def runs(path: Path) -> Iterator[list[Point]]:
+    """The stretches of a path between its gaps."""
+    run: list[Point] = []
+    for point in (*path, None):
+        if point is not None:
+            run.append(point)
+        elif run:
+            yield run
+            run = []
+
+
+def dense(path: Path) -> Iterator[Point]:
+    """The points of a path and points between them, about 6 pixels apart."""
+    for run in runs(path):
+        yield run[0]
+        for a, b in pairwise(run):
+            yield from _between(a, b, 6.0)
+
+
+def _between(a: Point, b: Point, step: float) -> list[Point]:
+    """Points from a (left out) to b, about `step` pixels apart."""
+    n = max(1, min(200, round(math.dist(a, b) / step)))
+    return [(a[0] + (b[0] - a[0]) * i / n, a[1] + (b[1] - a[1]) * i / n) for i in range(1, n + 1)]

@@ -1,0 +1,220 @@
+"""The rows and columns of the comparison: status, metrics, size and effort of models and references."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import groupby
+
+from softmark.interpreter.report.findings import Findings, Metric, Result, value_of
+from softmark.interpreter.report.markup import count, prose, tag, text
+from softmark.interpreter.report.quantities import Scale, decimals_of, grouped, quantity, scale_of
+from softmark.interpreter.results import ModelResult
+
+SYMBOLS = {
+    "converged": ("✓", "good", "converged"),
+    "skipped": ("–", "quiet", "skipped"),
+    "not_converged": ("✗", "bad", "not converged"),
+    "diverged": ("✗", "bad", "diverged"),
+    "failed": ("✗", "bad", "failed"),
+}
+TIMES = {"setup_s": "Setup", "solve_s": "Solve", "step_s": "Step"}
+NO_MESH = "a reference is not discretised: it has no mesh, no iterations and no time"
+CAPTION = (
+    "Times are wall time, the median and [least–largest] of the runs, compilation excluded; "
+    "processor time (CPU) is added where it differs by more than a quarter."
+)
+BEST = " The least error of a column is in bold and marked best."
+
+
+@dataclass
+class Notes:
+    """Footnotes: one letter for each reason why there is no value."""
+
+    reasons: list[str] = field(default_factory=list)
+
+    def dash(self, reason: str) -> str:
+        """An en dash with the letter of its reason."""
+        if reason not in self.reasons:
+            self.reasons.append(reason)
+        mark = letter(self.reasons.index(reason))
+        return "–" + tag("sup", tag("a", text(mark), href=f"#note-{mark}", aria_label=f"note {mark}"))
+
+    def list(self) -> str:
+        """The footnotes themselves."""
+        letters = [letter(i) for i in range(len(self.reasons))]
+        pairs = zip(letters, self.reasons, strict=True)
+        items = [tag("li", tag("b", a), " ", prose(reason), id=f"note-{a}") for a, reason in pairs]
+        return tag("ul", *items, class_="notes") if items else ""
+
+
+def letter(n: int) -> str:
+    """a, b, …, z, aa, ab, …"""
+    return (letter(n // 26 - 1) if n >= 26 else "") + chr(97 + n % 26)
+
+
+@dataclass
+class ResultsTable:
+    """One pass over the results; footnotes gather on the way."""
+
+    findings: Findings
+    notes: Notes = field(default_factory=Notes)
+
+    @cached_property
+    def groups(self) -> list[tuple[str, list[Metric]]]:
+        """Metrics under headings: errors by reference, then measurements."""
+        against = [m.against for m in self.findings.metrics]
+        ordered = sorted(self.findings.metrics, key=lambda m: (m.against is None, against.index(m.against)))
+        named = groupby(ordered, key=lambda m: f"Error against `{m.against}`" if m.against else "Measured")
+        return [(heading, list(metrics)) for heading, metrics in named]
+
+    @cached_property
+    def columns(self) -> list[Metric]:
+        """Metrics in the order of the table."""
+        return [m for _, metrics in self.groups for m in metrics]
+
+    @cached_property
+    def scales(self) -> Mapping[str, tuple[Scale, int]]:
+        """Unit and decimals of every column."""
+        found = {}
+        for metric in self.columns:
+            values = [value_of(r, metric.name) for r in self.findings.everyone.values()]
+            scale = scale_of(values, metric.unit, metric.percent)
+            found[metric.name] = scale, decimals_of(values, scale, 4 if metric.is_error else 6)
+        return found
+
+    @cached_property
+    def times(self) -> list[str]:
+        """The kinds of time that somebody has."""
+        return [k for k in TIMES if any(m.time.get(k) for m in self.findings.report.models.values())]
+
+    def html(self) -> str:
+        """The table in its scrolling box."""
+        report = self.findings.report
+        bodies = [self._body("Models", report.models), self._body("References", report.references)]
+        best = any(self.findings.best(m) for m in self.columns)
+        caption = tag("caption", tag("span", CAPTION + (BEST if best else "")))
+        table = tag("table", caption, self._head(), *bodies, class_="results")
+        label = "Comparison of models and references"
+        return tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=label)
+
+    def _head(self) -> str:
+        top = [tag("th", word, rowspan=2, scope="col") for word in ("Name", "Status")]
+        top += [tag("th", prose(name), colspan=len(own), scope="colgroup") for name, own in self.groups]
+        top += [tag("th", "Size", rowspan=2, scope="col", class_="n")]
+        top += [tag("th", "Effort", colspan=1 + len(self.times), scope="colgroup")]
+        low = [self._metric_head(m) for m in self.columns]
+        low += [tag("th", word, scope="col") for word in ("Iterations", *(TIMES[k] for k in self.times))]
+        return tag("thead", tag("tr", *top), tag("tr", *low))
+
+    def _metric_head(self, metric: Metric) -> str:
+        scale, _ = self.scales[metric.name]
+        name = tag("a", text(metric.name), href=f"#L{metric.line}") if metric.line else text(metric.name)
+        unit = tag("span", text(f" / {scale.unit}"), class_="unit") if scale.unit else ""
+        return tag("th", name, unit, scope="col")
+
+    def _body(self, heading: str, results: Mapping[str, Result]) -> str:
+        if not results:
+            return ""
+        width = 4 + len(self.columns) + len(self.times)
+        title = tag("tr", tag("th", heading, colspan=width, scope="rowgroup"), class_="group")
+        return tag("tbody", title, *(self._row(n, r) for n, r in results.items()))
+
+    def _row(self, name: str, result: Result) -> str:
+        cells = [self._name(name, result), tag("td", status_of(result))]
+        cells += [tag("td", self._metric(name, result, m), class_="n") for m in self.columns]
+        effort = self._effort(result) if isinstance(result, ModelResult) else self._no_effort()
+        return tag("tr", *cells, *(tag("td", cell, class_="n") for cell in effort))
+
+    def _name(self, name: str, result: Result) -> str:
+        line, own = self.findings.line(name), tag("code", text(name))
+        below = result.outline if isinstance(result, ModelResult) else result.kind
+        return tag("th", tag("a", own, href=f"#L{line}") if line else own, _small(text(below)), scope="row")
+
+    def _metric(self, name: str, result: Result, metric: Metric) -> str:
+        value = value_of(result, metric.name)
+        if value is None:
+            return self.notes.dash(self._reason(name, result, metric))
+        scale, decimals = self.scales[metric.name]
+        shown = tag("data", text(scale.text(value, decimals)), value=repr(value))
+        if isinstance(result, ModelResult) and name in self.findings.best(metric):
+            return tag("strong", shown) + tag("small", "best", class_="best")
+        return shown
+
+    def _reason(self, name: str, result: Result, metric: Metric) -> str:
+        found = result.metrics.get(metric.name)
+        if found is not None:
+            return found.reason or "no reason was given"
+        if name == metric.against:
+            return "the error is measured from this reference itself"
+        if self.findings.report.partial:
+            return "not computed yet: the report is unfinished"
+        return result.message or "this metric looks at another body"
+
+    def _effort(self, model: ModelResult) -> list[str]:
+        rounds = model.solve.get("iterations")
+        none = model.message or "the method does not iterate"
+        iterations = number(rounds) if isinstance(rounds, int) else self.notes.dash(none)
+        return [self._size(model), iterations, *(self._time(model, kind) for kind in self.times)]
+
+    def _no_effort(self) -> list[str]:
+        return [self.notes.dash(NO_MESH)] * (2 + len(self.times))
+
+    def _size(self, model: ModelResult) -> str:
+        if "dofs" not in model.size:
+            return self.notes.dash(model.message or "the size is not known")
+        rest = [number(model.size[k]) + f" {k}" for k in ("nodes", "elements") if k in model.size]
+        return number(model.size["dofs"]) + " dofs" + _small("<br>".join(rest))
+
+    def _time(self, model: ModelResult, kind: str) -> str:
+        timing = model.time.get(kind)
+        if timing is None:
+            return self.notes.dash("a static analysis has no time steps" if kind == "step_s" else "not timed")
+        wall, cpu, below = timing.to_json(), model.time.get(kind.replace("_s", "_cpu_s")), []
+        if wall["runs"] > 1:
+            below.append(_range(wall["min"], wall["max"]))
+        if kind != "setup_s":
+            below.append(count(int(wall["runs"]), "run"))
+        if cpu and kind != "setup_s" and _differ(used := cpu.to_json()["median"], wall["median"]):
+            below.append(f"CPU {seconds(used)}")
+        return seconds(wall["median"]) + _small("<br>".join(below))
+
+
+def _differ(cpu: float, wall: float) -> bool:
+    """Whether processor time tells more than wall time: of another program's load, or of several threads."""
+    return abs(cpu - wall) > 0.25 * wall
+
+
+def _range(low: float, high: float) -> str:
+    """`[14.2–15.9 ms]`: the unit once if it is the same."""
+    first, last = quantity(low, "s", 3), quantity(high, "s", 3)
+    if first.split("\u00a0")[1:] == last.split("\u00a0")[1:]:
+        first = first.split("\u00a0")[0]
+    return (
+        "["
+        + tag("data", text(first), value=repr(low))
+        + "–"
+        + tag("data", text(last), value=repr(high))
+        + "]"
+    )
+
+
+def status_of(result: Result) -> str:
+    """A symbol and words."""
+    symbol, mood, words = SYMBOLS.get(result.status, ("?", "quiet", result.status))
+    return tag("span", tag("span", symbol, aria_hidden="true"), f" {text(words)}", class_=f"status {mood}")
+
+
+def number(n: int) -> str:
+    """A whole number, with its value for machines."""
+    return tag("data", grouped(n), value=str(n))
+
+
+def seconds(value: float) -> str:
+    """A time with three digits, with its value for machines."""
+    return tag("data", text(quantity(value, "s", 3)), value=repr(float(value)))
+
+
+def _small(markup: str) -> str:
+    return tag("small", markup) if markup else ""

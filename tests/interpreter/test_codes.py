@@ -1,0 +1,79 @@
+"""The pages of the codes: each has a wrong example that gives its code and nothing worse, and a right one that does not."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+import softmark
+
+from softmark.grammar.codes import CODES
+from softmark.grammar.diagnostic import Source
+from softmark.grammar.print import CannotFormat
+from softmark.interpreter.cli import main
+from softmark.interpreter.codes import Page, pages
+
+PACKAGE = Path(softmark.__file__).parents[2]
+PARTS = Path(__file__).parents[1] / "errors" / "parts"
+SHOWN = re.compile(r"(?:error|warning)\[([EW]\d{3})\]: |\"code\": \"([EW]\d{3})\"")
+COMMAND = re.compile(r"# \$ dsl (.+)")
+
+
+def codes_of(text: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, list[str]]:
+    """The exit status of an example's command (a check if its first line has none), and the codes that it gives."""
+    Path("my.scene").write_text(text, encoding="utf-8")
+    command = COMMAND.match(text)
+    arguments = shlex.split(command[1]) if command else ["check", "FILE"]
+    status = main(["my.scene" if a == "FILE" else a for a in arguments])
+    said = capsys.readouterr().err
+    if "--json" in arguments:
+        said += Path("report.json").read_text(encoding="utf-8")
+    return status, [a or b for a, b in SHOWN.findall(said)]
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every example is `my.scene` in a folder with the files that examples name."""
+    shutil.copytree(PARTS, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.parametrize("page", pages().values(), ids=lambda p: p.code)
+def test_examples(page: Page, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    if page.code == "E405":
+        monkeypatch.setattr("softmark.grammar.print.format_source", _refuse)
+    status, found = codes_of(page.example("wrong"), capsys)
+    assert page.code in found
+    errors = {code for code in found if code.startswith("E")}
+    assert errors <= {page.code, "E106"} if page.code == "E199" else errors <= {page.code}
+    assert (status != 0) == bool(errors)
+    status, found = codes_of(page.example("right"), capsys)
+    assert (status, found) == (0, [])
+
+
+def _refuse(source: Source) -> str:
+    raise CannotFormat("its canonical form would lose a comment")
+
+
+def test_every_code_has_a_page_and_every_page_a_code() -> None:
+    texts = [
+        file.read_text(encoding="utf-8")
+        for folder in ("grammar", "interpreter") for file in (PACKAGE / folder).rglob("*.py")
+    ]  # fmt: skip
+    emitted = {code for text in texts for code in re.findall(r"\"([EW]\d{3})\"|\[([EW]\d{3})\]", text) for code in code if code}
+    assert emitted == set(pages())
+
+
+@pytest.mark.parametrize("page", pages().values(), ids=lambda p: p.code)
+def test_form(page: Page) -> None:
+    lines = page.text.split("\n")
+    assert lines[0] == f"# {page.code}: {page.title}"
+    assert page.title == CODES.get(page.code, page.title)
+    assert page.text.count("```wrong\n") == page.text.count("```right\n") == 1
+    explanation = page.text.split("```")[0].strip().split("\n")[2:]
+    assert 1 <= len(explanation) <= 5
+    assert page.text.rsplit("```", 1)[1].strip(), "what to do"
+    assert all(len(line) <= 130 for line in lines if "param a" not in line and 'scene "beam' not in line)
