@@ -79,6 +79,10 @@ class Assembly:
             energy.add_gradient(x, g, scale)
         return g
 
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N."""
+        return sum(e.rounding(x) for e in (*self.internal, *self.loads))
+
     def tangent(self, x: Floats, load: float, projected: bool = False) -> sparse.csr_matrix:
         """Tangent stiffness over the free degrees of freedom."""
         data = np.zeros(len(self.pattern.indices))

@@ -24,7 +24,7 @@ from softmark.solvers.linear import Factor, Singular, factor
 
 MEMORY = 10  # energies back that a step must stay below: bends are long curved valleys
 RIGID = 1e-6  # least scale of a residual, of the force if the body stayed behind while its supports move
-TINY = 1e-4  # of the motion so far: whole Newton steps below it that do not lower the residual are rounding
+TINY = 1e-4  # of the motion so far: what a Newton step must stay below where rounding limits the residual
 
 Watch = Callable[["Iteration"], None]
 Merit = Callable[[Floats, float], float]
@@ -80,8 +80,9 @@ class Statics:
     Converged means: the out-of-balance force is at most `tolerance` times the larger of load and reactions.
     In a stiff body or under a tiny load rounding alone can exceed that, since a strain of 1e-16 times a large
     stiffness is a force; when a Newton step no longer lowers it, one of two decides. Either the error in the
-    energy norm, sqrt(r . K^-1 r / 2E), is at most `tolerance`, E the strain energy; or two whole steps in a
-    row, with a definite tangent, are below TINY times the motion so far.
+    energy norm, sqrt(r . K^-1 r / 2E), is at most `tolerance`, E the strain energy; or the force is within four
+    times what rounding leaves in it, and the last Newton step, with a definite tangent, was below TINY times the
+    motion so far: there is no better state in this arithmetic, and it is good to that part.
     """
 
     assembly: Assembly
@@ -166,7 +167,7 @@ class _Newton:
         self.moved = 0.0  # length of all steps so far
         self.towed = 0.0  # force that the motion of the supports causes while the body stays behind
         self._close = self._tiny = False  # what the last step was
-        self._before, self._stalls = np.inf, 0
+        self._before = np.inf
 
     def residual(self, x: Floats, load: float) -> tuple[Floats, float]:
         """Gradient (dofs,) and the norm of its free part, relative to the larger of load and reactions."""
@@ -203,7 +204,7 @@ class _Newton:
         self._close = self._tiny = False
         for number in range(cap + 1):
             g, residual = self.residual(x, 1.0)
-            if self._done(g, residual):
+            if self._done(x, g, residual):
                 return x
             if number == cap or not np.isfinite(residual):
                 break
@@ -232,7 +233,7 @@ class _Newton:
         recent = deque([value], MEMORY)
         for number in range(self.problem.max_iterations + 1):
             g, residual = self.residual(x, load)
-            if self._done(g, residual):
+            if self._done(x, g, residual):
                 return x
             if number == self.problem.max_iterations or not np.isfinite(residual):
                 break
@@ -242,15 +243,13 @@ class _Newton:
         reason = f"no equilibrium within {number} iterations at {100 * load:.4g} % of the load"
         raise NotConverged(f"{reason}, residual {residual:.1e}", tuple(self.history))
 
-    def _done(self, g: Floats, residual: float) -> bool:
+    def _done(self, x: Floats, g: Floats, residual: float) -> bool:
         """The tolerance is met, or rounding is all that is left (see Statics)."""
         if residual <= self.problem.tolerance:
             return True
         size = float(np.linalg.norm(g[self.assembly.free]))
-        stalled = (self._close or self._tiny) and size > 0.3 * self._before
+        rounded = (self._close or (self._tiny and size <= 4.0 * self.assembly.rounding(x))) and size > 0.3 * self._before
         self._before = size
-        self._stalls = self._stalls + 1 if stalled else 0
-        rounded = stalled and (self._close or self._stalls > 1)
         self.rounded |= rounded
         return rounded
 
@@ -334,11 +333,12 @@ class _Newton:
         self._solve(x, 1.0, np.zeros(len(free)), projected=False)
         if not self._indefinite():
             return None
-        K, definite = self.assembly.tangent(x, 1.0), factor(self.assembly.tangent(x, 1.0, projected=True))
+        K = self.assembly.tangent(x, 1.0)
+        self._solve(x, 1.0, np.zeros(len(free)), projected=True)
         d = np.zeros(self.space.dofs)
         d[free] = np.random.default_rng(0).standard_normal(len(free))
         for _ in range(50):
-            d[free] -= definite.solve(K @ d[free])
+            d[free] -= self.last.solve(K @ d[free])
             d[free] *= 0.1 * self.moved / np.linalg.norm(d[free])
         value = self._energy(x, 1.0)
         for length in 0.5 ** np.arange(20):

@@ -41,7 +41,7 @@ class _Paint:
 
 def _rows(report: Report, paint: _Paint) -> str:
     names = _metric_names(report)
-    head = ["", *names, "unknowns", "steps", "time", ""]
+    head = ["", *names, "unknowns", "newton", "time", ""]
     rows = [_model_row(m, names) for m in report.models.values()]
     rows += [[f"({r.name})", *(_value(r.metrics.get(n)) for n in names), "", "", "", "reference" if r.status == "converged" else r.status]
              for r in report.references.values()]  # fmt: skip

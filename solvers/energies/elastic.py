@@ -52,6 +52,19 @@ class Elastic:
         kernels.deformation_gradient(x.reshape(-1, 3), self.cells, self.dNdX, F)
         return F.reshape(-1, 3, 3)
 
+    @cached_property
+    def _noise(self) -> float:
+        """eps times the force that a strain of one would cause: F is near one, so its last digit is that strain."""
+        largest = np.linalg.norm(self.law.dPdF(np.eye(3)[None]).reshape(9, 9), 2)
+        forces = np.zeros(int(self.cells.max()) + 1)
+        share = np.einsum("mq,mqa->ma", self.w, np.linalg.norm(self.dNdX, axis=3))
+        np.add.at(forces, self.cells, largest * share)
+        return float(np.finfo(np.float64).eps * np.linalg.norm(forces))
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N."""
+        return self._noise
+
     def value(self, x: Floats) -> float:
         """Strain energy, J."""
         return float(self.law.psi(self.F(x)) @ self.w.ravel())

@@ -37,6 +37,9 @@ class Energy(Protocol):
         `projected` makes every local block positive semi-definite first.
         """
 
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N: no state can be told from equilibrium below it."""
+
 
 class Space(Protocol):
     """How a state moves by an increment of its degrees of freedom."""

@@ -34,6 +34,10 @@ class DeadForces:
     ) -> None:
         """Nothing: the forces are constant."""
 
+    def rounding(self, x: Floats) -> float:
+        """None: the forces are constant."""
+        return 0.0
+
 
 @dataclass(frozen=True)
 class FollowerPressure:
@@ -81,6 +85,10 @@ class FollowerPressure:
         block = np.tile(row, (1, 3, 1))
         keep = slots >= 0
         np.add.at(data, slots[keep], block[keep])
+
+    def rounding(self, x: Floats) -> float:
+        """Far below that of the body that carries it."""
+        return 0.0
 
 
 def _cross_matrix(a: Floats) -> Floats:

@@ -173,3 +173,7 @@ class RodLoad:
         self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
     ) -> None:
         """Nothing: the forces are constant."""
+
+    def rounding(self, x: Floats) -> float:
+        """None: the forces are constant."""
+        return 0.0

@@ -321,10 +321,10 @@ def generated(lines: int) -> str:
 
 
 def test_ten_thousand_lines() -> None:
-    """Nothing grows with the square of the length: see tests/benchmarks for what it costs (2 s of CPU)."""
+    """Nothing grows with the square of the length: a check takes some 2 s of CPU, two thirds of it for parsing."""
     text = generated(10_000)
     assert text.count("\n") > 9_980
     scene, found = compiled(text)
-    assert found == []
-    assert scene is not None
-    assert len(scene.declared) == 7 * (len(scene.expectations)) and len(scene.expectations) > 800
+    assert [d.code for d in found] == []
+    sizes = (len(scene.declared), len(scene.expectations)) if scene else (0, 0)  # numbers: a failure must not print the scene
+    assert sizes == (8 * 833, 833)

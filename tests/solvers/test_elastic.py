@@ -129,7 +129,7 @@ def test_patch_of_macneal_and_harder(law: Maker, elastic: Energies, problem: Pro
     energy = elastic(mesh, law("small", 1e6, 0.25))
     F = np.eye(3) + 0.5e-3 * (np.ones((3, 3)) + np.eye(3))
     error = on_the_patch(energy, mesh, F, problem)
-    np.testing.assert_allclose(error, 0.0, atol=1e-17)
+    np.testing.assert_allclose(error, 0.0, atol=1e-15)  # F holds grad u next to 1
     to = mesh.points @ (F - np.eye(3)).T
     stress = energy.law.P(energy.F((to + error).ravel()))
     # strains of 1e-3 keep 13 digits next to the 1 of F
@@ -199,7 +199,7 @@ def test_a_mirrored_cube_returns(
 
 
 def test_scrambled_cubes_return(law: Maker, elastic: Energies, problem: Problems) -> None:
-    """50 cubes whose free points start anywhere in the cube, about half of the cells inside out: all return."""
+    """50 cubes whose free points start anywhere in the cube, half of the cells inside out: all return."""
     mesh = UNIT.mesh(0.5)
     for seed in range(50):
         u = np.random.default_rng(seed).uniform(size=mesh.points.shape) - mesh.points

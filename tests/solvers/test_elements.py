@@ -114,7 +114,7 @@ def test_a_mesh_point_gets_its_own_value() -> None:
 
 @pytest.mark.parametrize("distance", [1e-6, 1e-3, 0.1])
 def test_a_point_beyond_a_face_is_outside_by_about_its_distance(distance: float) -> None:
-    """By the planes of one cell, which may touch the face with an edge only; the linear field goes on beyond."""
+    """By the planes of one cell, which may touch the face with an edge only; linear fields go on beyond."""
     X = np.array([[0.1, 0.02, 0.06 + distance], [0.1, -distance, 0.03], [0.2 + distance, 0.02, 0.03]])
     place = locate(BAR, X)
     assert np.all((place.outside > 0.3 * distance) & (place.outside < 1.001 * distance))

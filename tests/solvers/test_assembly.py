@@ -1,0 +1,137 @@
+"""Assembly into a prepared pattern, and factorisation, against dense matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from softmark.solvers import linear
+from softmark.solvers.assembly import Assembly
+from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.loads import DeadForces, FollowerPressure
+from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.shapes import Box
+
+MESH = Box((1.0, 0.6, 0.5)).mesh(0.4)
+FIXED = np.flatnonzero(np.repeat(MESH.points[:, 0] < 1e-9, 3))
+X = np.random.default_rng(1).uniform(-0.05, 0.05, MESH.points.size)
+NONE = np.zeros(0, dtype=np.int64)
+
+
+@pytest.fixture
+def energies(
+    law: Callable[..., object], elastic: Callable[..., Elastic]
+) -> tuple[Elastic, FollowerPressure, DeadForces]:
+    f = np.random.default_rng(2).normal(size=X.size)
+    return (
+        elastic(MESH, law("neo_hookean")),
+        FollowerPressure(MESH.points, MESH.faces[:9], 0.3),
+        DeadForces(f),
+    )
+
+
+def dense(assembly: Assembly, x: np.ndarray, load: float) -> np.ndarray:
+    """d gradient/dx by central differences: 1e-5^2 of the third derivative and 1e-16/1e-5 of round-off."""
+    steps = 1e-5 * np.eye(x.size)
+    return np.array([assembly.gradient(x + d, load) - assembly.gradient(x - d, load) for d in steps]).T / 2e-5
+
+
+@pytest.mark.parametrize(
+    "fixed", [NONE, FIXED, FIXED[:1], np.arange(X.size - 1)], ids=["none", "face", "one", "most"]
+)
+def test_tangent_is_the_free_part_of_the_derivative(fixed: np.ndarray, energies: tuple) -> None:
+    solid, pressure, dead = energies
+    assembly = Assembly(X.size, fixed, [solid], [pressure, dead])
+    K, free = assembly.tangent(X, 0.7), np.setdiff1d(np.arange(X.size), fixed)
+    np.testing.assert_allclose(K.toarray(), dense(assembly, X, 0.7)[np.ix_(free, free)], atol=1e-8)
+    assert K.has_canonical_format  # sorted, without duplicates: factorisation relies on it
+
+
+def test_value_and_gradient_scale_loads_only(energies: tuple) -> None:
+    solid, _, dead = energies
+    assembly = Assembly(X.size, FIXED, [solid], [dead])
+    assert assembly.value(X, 0.25) == pytest.approx(solid.value(X) + 0.25 * dead.value(X), rel=1e-14)
+    g = np.zeros(X.size)
+    solid.add_gradient(X, g)
+    np.testing.assert_allclose(assembly.gradient(X, 0.25), g - 0.25 * dead.f, atol=1e-15)
+    assert assembly.conservative
+
+
+def test_follower_loads_are_never_asked_for_energy_without_load(energies: tuple) -> None:
+    solid, pressure, _ = energies
+    assembly = Assembly(X.size, FIXED, [solid], [pressure])
+    assert not assembly.conservative
+    assert assembly.value(X, 0.0) == solid.value(X)
+
+
+def test_other_energies_on_the_same_stencils_share_the_pattern(
+    energies: tuple, law: Callable[..., object], elastic: Callable[..., Elastic]
+) -> None:
+    solid, _, dead = energies
+    assembly = Assembly(X.size, FIXED, [solid], [dead])
+    twin = assembly.with_internal([elastic(MESH, law("corotational"))])
+    assert twin.pattern is assembly.pattern
+    fresh = Assembly(X.size, FIXED, twin.internal, [dead])
+    np.testing.assert_array_equal(twin.tangent(X, 1.0).toarray(), fresh.tangent(X, 1.0).toarray())
+    assert assembly.internal == (solid,)
+
+
+def test_a_point_without_energy_leaves_an_empty_row(
+    law: Callable[..., object], elastic: Callable[..., Elastic]
+) -> None:
+    """Its tangent is zero, which the factorisation then refuses by name rather than by numbers."""
+    mesh = Mesh(np.concatenate((MESH.points, [[9.0, 9, 9]])), MESH.cells)
+    assembly = Assembly(mesh.points.size, FIXED, [elastic(mesh, law("small"))], [])
+    K = assembly.tangent(np.zeros(mesh.points.size), 1.0)
+    assert K.shape == (mesh.points.size - len(FIXED),) * 2
+    with pytest.raises(linear.Singular):
+        linear.factor(K)
+
+
+# ------------------------------------------------------------------ factorisation
+
+
+def symmetric(seed: int, n: int = 40, negative: int = 0) -> np.ndarray:
+    """A full symmetric matrix with that many negative eigenvalues, well away from zero."""
+    rng = np.random.default_rng(seed)
+    Q = np.linalg.qr(rng.normal(size=(n, n)))[0]
+    return np.asarray((Q * np.where(np.arange(n) < negative, -1, 1) * rng.uniform(1, 10, n)) @ Q.T)
+
+
+@pytest.mark.parametrize("negative", [0, 1, 2, 7, 39, 40])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_negative_pivots_are_negative_eigenvalues(negative: int, seed: int) -> None:
+    """Sylvester's law of inertia; pivots on the diagonal, so solutions lose a few digits."""
+    K, b = symmetric(seed, negative=negative), np.arange(40.0)
+    factor = linear.factor(sparse.csr_matrix(K))
+    assert factor.negative_pivots == negative
+    np.testing.assert_allclose(K @ factor.solve(b), b, atol=1e-9)
+
+
+def test_negative_pivots_of_a_stiffness(energies: tuple) -> None:
+    """A neo-Hookean box squeezed until it buckles: as many as its dense matrix has negative eigenvalues."""
+    assembly = Assembly(X.size, FIXED, [energies[0]], [])
+    x = (MESH.points * [-0.55, 0.2, 0.2]).ravel()
+    K = assembly.tangent(x, 1.0)
+    negative = int(np.sum(np.linalg.eigvalsh(K.toarray()) < 0))
+    assert negative > 0
+    assert linear.factor(K).negative_pivots == negative
+
+
+def test_a_matrix_that_is_not_symmetric_is_solved(energies: tuple) -> None:
+    solid, pressure, _ = energies
+    K = Assembly(X.size, FIXED, [solid], [pressure]).tangent(X, 1.0)
+    b = np.arange(float(K.shape[0]))
+    assert np.abs(K - K.T).max() > 1e-3
+    np.testing.assert_allclose(K @ linear.factor(K, symmetric=False).solve(b), b, atol=1e-10)
+
+
+@pytest.mark.parametrize("bad", [0.0, np.nan, np.inf])
+def test_what_cannot_be_factorised_is_singular(bad: float) -> None:
+    K = np.eye(5)
+    K[2, 2] = bad
+    with pytest.raises(linear.Singular):
+        linear.factor(sparse.csr_matrix(K))
