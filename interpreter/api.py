@@ -50,9 +50,10 @@ class LoadedScene:
 
 
 def load(file: str | Path, /, **parameters: str) -> LoadedScene:
-    """The scene of a file, or of the standard library by name, with parameters replaced: `load("beam.scene", L="120 mm")`.
+    """The scene of a file, or of the standard library by name: `load("beam.scene", L="120 mm")`.
 
-    Raises SceneError with every diagnostic if something is wrong, FileNotFoundError if there is no such scene.
+    `parameters` replace those of the scene. Raises SceneError with every diagnostic if something is wrong,
+    FileNotFoundError if there is no such scene.
     """
     try:
         path = locate(str(file))

@@ -37,7 +37,9 @@ class Binder:
         """The module's text."""
         return self.module.place
 
-    def call(self, kind: str, node: tree.Call, outermost: bool = True) -> tuple[Constructor, Any, dict[str, Location]]:
+    def call(
+        self, kind: str, node: tree.Call, outermost: bool = True
+    ) -> tuple[Constructor, Any, dict[str, Location]]:
         """The constructor, the object that the call makes, and where its fields stand. Raises Bad."""
         constructor = self._constructor(kind, node)
         self._decimal_comma(constructor, node)
@@ -78,7 +80,9 @@ class Binder:
 
     # ------------------------------------------------------------------ arguments to fields
 
-    def _match(self, constructor: Constructor, node: tree.Call, outermost: bool) -> tuple[dict[str, Bound], bool]:
+    def _match(
+        self, constructor: Constructor, node: tree.Call, outermost: bool
+    ) -> tuple[dict[str, Bound], bool]:
         bound: dict[str, Bound] = {}
         broken = False
         for position, argument in enumerate(node.arguments):
@@ -86,7 +90,8 @@ class Binder:
             if field is None:
                 broken = True
             elif field.name in bound:
-                self.place.fail("E211", argument.span, f"`{field.name}` is given twice", "the second value", "keep one of them")
+                self.place.fail("E211", argument.span, f"`{field.name}` is given twice", "the second value",
+                                "keep one of them")
                 broken = True
             else:
                 bound[field.name] = (argument.value, self.place)
@@ -98,10 +103,12 @@ class Binder:
         """Refuse `gravity(9,81 m/s^2)`, which reads as two arguments, the first without its unit."""
         arguments = [a.value for a in node.arguments if a.name is None]
         for field, a, b in zip(constructor.fields, arguments[:-1], arguments[1:], strict=False):
-            if not isinstance(a, tree.Number) or not isinstance(b, tree.Number) or a.unit is not None or not b.text.isdigit():
+            if not isinstance(a, tree.Number) or not isinstance(b, tree.Number) or a.unit is not None:
                 continue
-            if b.span.start == a.span.end + 1 and field.dimension not in (None, units.NONE):
-                raise self.place.fail("E113", tree.between(a.span, b.span), "the decimal sign is a point", "a comma separates arguments",
+            adjacent = b.span.start == a.span.end + 1 and b.text.isdigit()
+            if adjacent and field.dimension not in (None, units.NONE):
+                raise self.place.fail("E113", tree.between(a.span, b.span), "the decimal sign is a point",
+                                      "a comma separates arguments",
                                 f"write `{a.text}.{self._text_of(b)}`")  # fmt: skip
 
     def _text_of(self, node: tree.Expression) -> str:
@@ -131,13 +138,15 @@ class Binder:
                 return constructor.fields[position]
             count = len(constructor.fields)
             fields = f"{count} field" + ("s" if count != 1 else "")
-            self.place.fail("E211", argument.span, f"`{constructor.name}` has {fields}, this is one more", "too many",
+            self.place.fail("E211", argument.span, f"`{constructor.name}` has {fields}, this is one more",
+                            "too many",
                             self._listing(constructor))  # fmt: skip
             return None
         field = constructor.field(argument.name)
         if field is None:
             span = argument.name_span or argument.span
-            self.place.fail("E205", span, f"`{constructor.name}` has no field `{argument.name}`", "not a field",
+            self.place.fail("E205", span, f"`{constructor.name}` has no field `{argument.name}`",
+                            "not a field",
                             self._field_hint(constructor, argument.name))  # fmt: skip
         return field
 
@@ -159,7 +168,7 @@ class Binder:
         return f"fields of `{constructor.name}`: " + ", ".join(f.name for f in constructor.fields)
 
     def _missing(self, constructor: Constructor, bound: dict[str, Bound], node: tree.Call) -> bool:
-        """Report required fields that are not given; a misspelt one is reported already, and not again as missing."""
+        """Report required fields that are not given, except those that a misspelt one stands for."""
         unknown = [a.name for a in node.arguments if a.name and constructor.field(a.name) is None]
         meant = [self._meant(constructor, name) for name in unknown]
         missing = [f for f in constructor.fields if f.required and f.name not in bound]
@@ -168,7 +177,8 @@ class Binder:
             return bool(missing)
         names = " and ".join(f"`{f.name}`" for f in unexplained)
         meanings = "; ".join(f.meaning + self._unit_hint(f) for f in unexplained)
-        self.place.fail("E206", node.function.span, f"`{constructor.name}` needs {names}", "incomplete", meanings)
+        self.place.fail("E206", node.function.span, f"`{constructor.name}` needs {names}", "incomplete",
+                        meanings)
         return True
 
     @staticmethod
@@ -181,7 +191,7 @@ class Binder:
     @staticmethod
     def _unit_hint(field: Field) -> str:
         if field.form in ("quantity", "vector") and field.dimension not in (None, units.NONE):
-            return f", in {units.usual(field.dimension)}"  # type: ignore[arg-type]
+            return f", in {units.usual(field.dimension or units.NONE)}"
         return ""
 
     # ------------------------------------------------------------------ values by form
@@ -208,7 +218,8 @@ class Binder:
         self._range(field, node, place, value.value)
         return value.value
 
-    def _dimension(self, field: Field, node: tree.Expression, place: Place, value: Quantity | VectorValue) -> None:
+    def _dimension(self, field: Field, node: tree.Expression, place: Place,
+                   value: Quantity | VectorValue) -> None:
         due = field.dimension or units.NONE
         if value.dimension == due:
             return
@@ -227,20 +238,22 @@ class Binder:
         shown = units.show(value, field.dimension or units.NONE)
         help = schema.ADVICE.get((field.name, value >= field.interval.high)) or field.meaning
         literal = isinstance(node, tree.Number) or isinstance(getattr(node, "operand", None), tree.Number)
-        raise place.fail("E301", node.span, f"`{field.name}` must be {limits}", "out of range" if literal else f"this is {shown}", help)
+        raise place.fail("E301", node.span, f"`{field.name}` must be {limits}",
+                         "out of range" if literal else f"this is {shown}", help)
 
     def _vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+        unit = units.si(field.dimension or units.NONE)
         if isinstance(node, tree.List):
-            raise place.fail("E207", node.span, f"expected {field.expected}, found a list", "a list",
-                             f"a vector has round brackets: `(0, 0, 1) {units.si(field.dimension or units.NONE)}`")  # fmt: skip
+            help = f"a vector has round brackets: `(0, 0, 1) {unit}`"
+            raise place.fail("E207", node.span, f"expected {field.expected}, found a list", "a list", help)
         if isinstance(node, tree.String | tree.Compare):
             raise self._wrong(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if isinstance(value, Quantity) or len(value.values) != 3:
-            raise place.fail(
-                "E207", node.span, "expected three components, found " + (describe(node) if isinstance(value, Quantity) else f"{len(value.values)}"),
-                "not a vector of three", f"{field.meaning}; write it as `(0, 0, 1) {units.si(field.dimension or units.NONE)}`",
-            )  # fmt: skip
+            found = describe(node) if isinstance(value, Quantity) else str(len(value.values))
+            raise place.fail("E207", node.span, f"expected three components, found {found}",
+                             "not a vector of three",
+                             f"{field.meaning}; write it as `(0, 0, 1) {unit}`")  # fmt: skip
         self._dimension(field, node, place, value)
         for component in value.values:
             self._range(field, node, place, component)
@@ -251,7 +264,8 @@ class Binder:
             raise self._wrong(field, node, place)
         q = self.compiler.scope.evaluator(self.module, place).quantity(node)
         if q.dimension != units.NONE or q.value != int(q.value):
-            raise place.fail("E204", node.span, f"expected a whole number, found {units.show(q.value, q.dimension)}",
+            raise place.fail("E204", node.span,
+                             f"expected a whole number, found {units.show(q.value, q.dimension)}",
                              "not a whole number", field.meaning)  # fmt: skip
         self._range(field, node, place, q.value)
         return int(q.value)
@@ -261,22 +275,24 @@ class Binder:
             return node.text == "yes"
         if isinstance(node, tree.Name) and node.text.lower() in ("true", "false", "on", "off"):
             word = "yes" if node.text.lower() in ("true", "on") else "no"
-            raise place.fail("E212", node.span, f"`{node.text}` is not yes or no", "unknown word", f"write `{word}`")
+            raise place.fail("E212", node.span, f"`{node.text}` is not yes or no", "unknown word",
+                             f"write `{word}`")
         raise self._wrong(field, node, place)
 
     def _choice(self, field: Field, node: tree.Expression, place: Place) -> str:
-        word = node.text if isinstance(node, tree.Name) else node.value if isinstance(node, tree.String) else None
-        if word is None:
+        if not isinstance(node, tree.Name | tree.String):
             raise self._wrong(field, node, place)
+        word = node.text if isinstance(node, tree.Name) else node.value
         if word in field.options and isinstance(node, tree.Name):
             return word
         if word in field.options:
-            raise place.fail("E212", node.span, f"a choice for `{field.name}` stands without quotes", "a text", f"write `{word}`")
+            raise place.fail("E212", node.span, f"a choice for `{field.name}` stands without quotes",
+                             "a text", f"write `{word}`")
         meant = schema.CHOICES.get(word)
         close = meant if meant in field.options else nearest(word, field.options)
-        listed = ", ".join(field.options)
-        hint = f"did you mean `{close}`? `{field.name}` is one of {listed}" if close else f"`{field.name}` is one of {listed}"
-        raise place.fail("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint)
+        hint = (f"did you mean `{close}`? " if close else "") + f"`{field.name}` is {field.expected}"
+        raise place.fail("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice",
+                         hint)
 
     def _text(self, field: Field, node: tree.Expression, place: Place) -> str:
         if not isinstance(node, tree.String):
@@ -292,18 +308,22 @@ class Binder:
         close = nearest(path.name, os.listdir(folder)) if os.path.isdir(folder) else None
         if os.path.isdir(path):
             raise place.fail("E401", node.span, f"`{name}` is a folder", "not a file", "name a file in it")
-        hint = f"did you mean `{Path(name).with_name(close).as_posix()}`?" if close else "paths are relative to the scene's own folder"
+        hint = "paths are relative to the scene's own folder"
+        if close:
+            hint = f"did you mean `{Path(name).with_name(close).as_posix()}`?"
         raise place.fail("E401", node.span, f"there is no file `{name}`", "not found", hint)
 
     def _direction(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         match node:
             case tree.Name(parts=(("x" | "y" | "z") as axis,)):
                 return _unit(axis, 1.0)
-            case tree.Unary(operator="+" | "-" as sign, operand=tree.Name(parts=(("x" | "y" | "z") as axis,))):
+            case tree.Unary(operator="+" | "-" as sign,
+                            operand=tree.Name(parts=(("x" | "y" | "z") as axis,))):
                 return _unit(axis, -1.0 if sign == "-" else 1.0)
             case tree.Name() if node.text in schema.DIRECTIONS:
-                raise place.fail("E207", node.span, f"expected {field.expected}, found the name `{node.text}`", "not a direction",
-                                 f"directions are named by coordinates: {schema.DIRECTIONS[node.text]}")  # fmt: skip
+                hint = f"directions are named by coordinates: {schema.DIRECTIONS[node.text]}"
+                found = f"the name `{node.text}`"
+                raise place.fail("E207", node.span, f"expected {field.expected}, found {found}", found, hint)
             case tree.Vector() | tree.Name() | tree.Unary() | tree.Binary():
                 return self._normalised(field, node, place)
         raise self._wrong(field, node, place)
@@ -316,7 +336,8 @@ class Binder:
                              field.meaning)  # fmt: skip
         if value.dimension != units.NONE:
             found = words(value)
-            raise place.fail("E204", node.span, f"expected a direction, found {found}", found, "a direction has no unit: `(0, 0, -1)`")
+            raise place.fail("E204", node.span, f"expected a direction, found {found}", found,
+                             "a direction has no unit: `(0, 0, -1)`")
         norm = math.hypot(*value.values)
         if norm == 0.0:
             raise place.fail("E301", node.span, "a direction cannot be zero", "no direction", field.meaning)
@@ -327,23 +348,26 @@ class Binder:
 
     def _components(self, field: Field, node: tree.Expression, place: Place) -> tuple[int, ...]:
         items = node.items if isinstance(node, tree.Vector | tree.List) else (node,)
-        help = f"write `{field.name} = z` or `{field.name} = (x, y)`; without `{field.name}` all three are taken"
+        name = field.name
+        help = f"write `{name} = z` or `{name} = (x, y)`; without `{name}` all three are taken"
         if not items:
             raise place.fail("E212", node.span, f"`{field.name}` names no component", "empty", help)
         found = []
         for item in items:
             if not isinstance(item, tree.Name) or item.text not in ("x", "y", "z"):
-                raise place.fail("E212", item.span, f"expected x, y or z, found {describe(item)}", "not a component", help)
+                raise place.fail("E212", item.span, f"expected x, y or z, found {describe(item)}",
+                                 "not a component", help)
             found.append("xyz".index(item.text))
         return tuple(sorted(set(found)))
 
     def _name(self, field: Field, node: tree.Expression, place: Place) -> str:
         if isinstance(node, tree.String) and self.module.prefix + node.value in self.compiler.table.symbols:
-            raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text", f"write `{node.value}`, without quotes")
+            raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text",
+                             f"write `{node.value}`, without quotes")
         if isinstance(node, tree.String):
             known = ", ".join(self.compiler.scope.names(self.module, [field.kind])) or "none"
-            raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text",
-                             f"names stand without quotes; declared {schema.plural(field.kind)}: {known}")  # fmt: skip
+            hint = f"names stand without quotes; declared {schema.plural(field.kind)}: {known}"
+            raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text", hint)
         if not isinstance(node, tree.Name):
             raise self._wrong(field, node, place)
         self.compiler.named(node, field.kind, self.module, place)
@@ -361,7 +385,8 @@ class Binder:
     def _element(self, field: Field, node: tree.Expression, place: Place) -> Any:
         elements = schema.words()
         if isinstance(node, tree.String) and node.value in elements:
-            raise place.fail("E207", node.span, "expected an element, found a text", "a text", f"write `{node.value}`, without quotes")
+            raise place.fail("E207", node.span, "expected an element, found a text", "a text",
+                             f"write `{node.value}`, without quotes")
         if not isinstance(node, tree.Name):
             raise self._wrong(field, node, place)
         if node.text in elements:

@@ -13,7 +13,7 @@ from softmark.solvers.mesh import shapes
 
 
 def cantilever_of(reference: Declared, case: Case) -> Cantilever:
-    """The beam that a reference is about. Raises Fault where the scene breaks an assumption of beam theory."""
+    """The beam that a reference is about. Raises Fault where an assumption of beam theory is broken."""
     shape = case.shape
     if not hasattr(shape, "section"):
         raise _refused(reference, f"`{case.body.name}` is not a straight body with a constant section",
@@ -31,7 +31,8 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
 
 
 def _refused(reference: Declared, reason: str, remedy: str) -> Fault:
-    return fault("E503", reference.at(), f"`{reference.name}` does not hold for this scene: {reason}", help=remedy)
+    return fault("E503", reference.at(), f"`{reference.name}` does not hold for this scene: {reason}",
+                 help=remedy)
 
 
 def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
@@ -40,7 +41,8 @@ def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
     clamped = []
     for support in case.supports:
         if not isinstance(support.thing, Fixed) or len(support.thing.components) < 3:
-            raise _refused(reference, f"the support `{support.name}` is not a clamp", "use `fixed(body, where = ...)` with all components")
+            raise _refused(reference, f"the support `{support.name}` is not a clamp",
+                           "use `fixed(body, where = ...)` with all components")
         ends = [coverage(support.thing.where, shape, s) for s in (0.0, shape.length)]
         inside = coverages(support.thing.where, shape, [shape.length * i / 200 for i in range(1, 200)])
         if sorted(ends) != ["all", "none"] or inside != {"none"}:
@@ -49,7 +51,8 @@ def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
         clamped.append(ends.index("all"))
     if len(set(clamped)) != 1:
         count = "no" if not clamped else "more than one"
-        raise _refused(reference, f"{count} end of `{case.body.name}` is clamped", "clamp one end: `fixed(body, where = x <= 0 mm)`")
+        raise _refused(reference, f"{count} end of `{case.body.name}` is clamped",
+                       "clamp one end: `fixed(body, where = x <= 0 mm)`")
     if clamped[0] == 0:
         return shape.root, shape.axis
     far = tuple(r + shape.length * a for r, a in zip(shape.root, shape.axis, strict=True))
@@ -65,7 +68,8 @@ def _section(case: Case) -> Disc | Rectangle:
     along_first = abs(sum(f * g for f, g in zip(first, case.gravity, strict=True)))
     total = sum(g * g for g in case.gravity) ** 0.5
     if 1e-9 * total < along_first < (1 - 1e-9) * total:
-        raise Refused("gravity is oblique to the sides of the section", "the beam would bend sideways; turn gravity")
+        raise Refused("gravity is oblique to the sides of the section",
+                      "the beam would bend sideways; turn gravity")
     if along_first > 0.5 * total:
         return Rectangle(height=section.width, width=section.height)
     return Rectangle(height=section.height, width=section.width)

@@ -52,7 +52,8 @@ class Case:
     def gravity(self) -> tuple[float, float, float]:
         """Sum of all accelerations of gravity, m/s^2."""
         pulls = [d.thing for d in self.loads if isinstance(d.thing, Gravity)]
-        return tuple(sum(p.magnitude * p.direction[i] for p in pulls) for i in range(3))  # type: ignore[return-value]
+        x, y, z = (sum(p.magnitude * p.direction[i] for p in pulls) for i in range(3))
+        return x, y, z
 
 
 def case_of(scene: Scene, body: str) -> Case:
@@ -77,13 +78,15 @@ def body_of(scene: Scene, declared: Declared) -> str:
     if not bodies:
         raise fault("E221", declared.at(), f"`{declared.name}` has no body to work on", "no body is declared",
                     "declare one: `body beam = solid(cylinder(...), material)`")  # fmt: skip
-    raise fault("E221", declared.at(), f"`{declared.name}` could mean any of {len(bodies)} bodies", "which body?",
+    raise fault("E221", declared.at(), f"`{declared.name}` could mean any of {len(bodies)} bodies",
+                "which body?",
                 f"say which: `body = {bodies[0]}`; bodies: {', '.join(bodies)}")  # fmt: skip
 
 
 def reach(low: Sequence[float], high: Sequence[float]) -> str:
     """What a body spans, in words: `x from 0 to 178 mm, y from -19 to 19 mm, ...`."""
-    return ", ".join(f"{n} from {units.show_range(a, b, units.LENGTH)}" for n, a, b in zip("xyz", low, high, strict=True))
+    return ", ".join(f"{n} from {units.show_range(a, b, units.LENGTH)}"
+                     for n, a, b in zip("xyz", low, high, strict=True))
 
 
 # ------------------------------------------------------------------ selections on a straight beam
@@ -97,7 +100,8 @@ def coverage(condition: Condition, shape: Any, station: float) -> str:
 def coverages(condition: Condition, shape: Any, stations: Sequence[float]) -> set[str]:
     """The coverage at each of some stations, in ascending order; stops at the first that is `some`.
 
-    Bounds over whole slabs of the body settle most stations at once, so that the work grows like the logarithm of their number.
+    Bounds over whole slabs of the body settle most stations at once, so that the work grows like the
+    logarithm of their number.
     """
     extent, found, pending = math.dist(*shape.bounds), set(), [(0, len(stations))]
     while pending and "some" not in found:

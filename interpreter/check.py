@@ -1,6 +1,6 @@
-"""What can be said of a compiled scene without building anything: what cannot be, and in lints.py what is doubtful.
+"""What cannot be in a compiled scene, as far as that is known without building anything; lints.py has doubts.
 
-To add a check: a function that yields diagnostics, a line in LOCAL, or in WHOLE if it needs all declarations to be sound.
+To add a check: a function that yields diagnostics, a line in LOCAL, or in WHOLE if it needs all declarations.
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import lints, units
 from softmark.interpreter.cantilever import cantilever_of
 from softmark.interpreter.case import Case, Fault, body_of, case_of, reach
+from softmark.interpreter.conditions import Point
 from softmark.interpreter.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.loads import PointForce
 from softmark.solvers.mesh.shapes import contains
 
 
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
-    """All errors and warnings about a scene; of one with errors (not `complete`) only what its sound parts tell."""
+    """All errors and warnings about a scene; of one that is not `complete`, what its sound parts tell."""
     found: list[Diagnostic] = []
     for test in LOCAL + (WHOLE if complete else ()):
         found += test(scene, found)
@@ -52,12 +53,13 @@ def _inside(diagnostic: Diagnostic, declared: Declared) -> bool:
 
 def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for extra in list(scene.of_kind("analysis").values())[1:]:
-        yield _diagnostic("E222", extra.at(), "a scene has one analysis, this is another", "the second analysis",
+        yield _diagnostic("E222", extra.at(), "a scene has one analysis, this is another",
+                          "the second analysis",
                           "keep one, and write another scene for the other")  # fmt: skip
 
 
 def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Conditions that select nothing, and supports that select everything, as far as the body's bounds tell."""
+    """Conditions that select nothing, and supports that select everything, as far as bounds tell."""
     for declared in (*scene.of_kind("support").values(), *scene.of_kind("load").values()):
         condition = getattr(declared.thing, "where", None)
         body = scene.declared.get(getattr(declared.thing, "body", ""))
@@ -66,10 +68,12 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         low, high = body.thing.shape.bounds
         false, true = condition.over(low, high)
         if not true:
-            yield _diagnostic("E302", declared.at("where"), f"`{declared.name}` selects no part of `{body.name}`", "selects nothing",
+            yield _diagnostic("E302", declared.at("where"),
+                              f"`{declared.name}` selects no part of `{body.name}`", "selects nothing",
                               f"the body spans {reach(low, high)}")  # fmt: skip
         elif not false and declared.kind == "support":
-            yield _diagnostic("E303", declared.at("where"), f"`{declared.name}` selects all of `{body.name}`", "selects everything",
+            yield _diagnostic("E303", declared.at("where"), f"`{declared.name}` selects all of `{body.name}`",
+                              "selects everything",
                               "nothing would be left to deform: select a part of the body")  # fmt: skip
 
 
@@ -81,16 +85,21 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             if not hasattr(body.thing.shape, "section") or contains(body.thing.shape, point):
                 continue
             does = "acts at" if declared.kind == "load" else "looks at"
-            yield _diagnostic("E504", declared.at(field), f"`{declared.name}` {does} {units.show_all(point, units.LENGTH)}, outside `{body.name}`",
-                              "not in the body", f"give coordinates of the undeformed body, which spans {reach(*body.thing.shape.bounds)}")  # fmt: skip
+            where = units.show_all(point, units.LENGTH)
+            spans = reach(*body.thing.shape.bounds)
+            problem = f"`{declared.name}` {does} {where}, outside `{body.name}`"
+            remedy = f"the body spans {spans}"
+            yield _diagnostic("E504", declared.at(field), problem, "not in the body", remedy)
 
 
-def _points(declared: Declared) -> list[tuple[str, tuple[float, float, float]]]:
-    """Points that lie in the body if all do, since bodies are convex, and the fields that give them."""
+def _points(declared: Declared) -> list[tuple[str, Point]]:
+    """The fields that give points, and those of the points that decide for all, since bodies are convex."""
     if isinstance(declared.thing, PointForce):
         return [("at", declared.thing.at)]
-    stations = getattr(declared.thing, "stations", ())
-    return [("at", stations[0])] if len(stations) == 1 else [("from", p) for p in stations[:1]] + [("to", p) for p in stations[-1:]]
+    stations: tuple[Point, ...] = getattr(declared.thing, "stations", ())
+    if len(stations) < 2:
+        return [("at", point) for point in stations]
+    return [("from", stations[0]), ("to", stations[-1])]
 
 
 # ------------------------------------------------------------------ what hangs together
@@ -122,8 +131,10 @@ def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
 def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     loose = {case.body.name: case for _, case in _cases(scene, "model") if not case.supports}
     for case in loose.values():
-        yield _diagnostic("E306", case.body.at(), f"nothing holds `{case.body.name}`: it is free to move and turn", "no support",
-                          f"hold a part of it: `support wall = fixed({case.body.name}, where = x <= 0 mm)`")  # fmt: skip
+        body = case.body.name
+        remedy = f"hold a part of it: `support wall = fixed({body}, where = x <= 0 mm)`"
+        problem = f"nothing holds `{body}`: it is free to move and turn"
+        yield _diagnostic("E306", case.body.at(), problem, "no support", remedy)
 
 
 def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -161,7 +172,8 @@ def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             continue
         looked, known = _looks_at(scene, metric.name), _body(scene, against)
         if None not in (looked, known) and looked != known:
-            yield _diagnostic("E505", metric.at("against"), f"`{metric.name}` compares points of `{looked}` with a solution for `{known}`",
+            yield _diagnostic("E505", metric.at("against"),
+                              f"`{metric.name}` compares points of `{looked}` with a solution for `{known}`",
                               "different bodies", "use a probe and a reference of the same body")  # fmt: skip
 
 
@@ -175,8 +187,9 @@ def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             looked, known = _looks_at(scene, metric), _body(scene, owner)
             if None not in (looked, known) and looked != known:
                 at = Location(expectation.location.source, name.span)
-                yield _diagnostic("E505", at, f"`{owner}` is about `{known}`, and `{metric}` looks at `{looked}`",
-                                  "different bodies", "use a metric whose probe is of the same body")  # fmt: skip
+                problem = f"`{owner}` is about `{known}`, and `{metric}` looks at `{looked}`"
+                remedy = "use a metric whose probe is of the same body"
+                yield _diagnostic("E505", at, problem, "different bodies", remedy)
 
 
 def _looks_at(scene: Scene, metric: str) -> str | None:

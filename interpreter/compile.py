@@ -1,6 +1,7 @@
 """From a syntax tree to a scene: names resolved, dimensions and ranges checked, everything in SI.
 
-Whatever is wrong is collected, and compiling goes on: one pass reports all errors that do not follow from another.
+Whatever is wrong is collected, and compiling goes on: one pass reports all errors that do not follow from
+another.
 """
 
 from __future__ import annotations
@@ -53,7 +54,8 @@ def compile_scene(
 def _title(module: Module) -> str:
     titles = [d for d in module.tree.declarations if isinstance(d, tree.Title)]
     for extra in titles[1:]:
-        module.place.fail("E208", extra.span, "the scene has two titles", "the second title", "keep one of them")
+        module.place.fail("E208", extra.span, "the scene has two titles", "the second title",
+                          "keep one of them")
     return titles[0].text if titles else (module.file.stem if module.file else "untitled scene")
 
 
@@ -126,7 +128,8 @@ class Compiler:
         symbol = self.table.symbols[full]
         if len(self._open) >= DEEPEST:
             raise symbol.module.place.fail(
-                "E210", symbol.node.name_span, f"more than {DEEPEST} declarations refer to one another in a row", "too deep",
+                "E210", symbol.node.name_span,
+                f"more than {DEEPEST} declarations refer to one another in a row", "too deep",
                 "declare what others refer to before them",
             )  # fmt: skip
         self.declared[full] = None
@@ -146,7 +149,8 @@ class Compiler:
         if not isinstance(node.value, tree.Call):
             found = describe(node.value)
             raise module.place.fail(
-                "E207", node.value.span, f"expected {schema.article(node.kind)} {node.kind}, found {found}", found,
+                "E207", node.value.span, f"expected {schema.article(node.kind)} {node.kind}, found {found}",
+                found,
                 f"constructors of {schema.plural(node.kind)}: " + ", ".join(schema.tables()[node.kind]),
             )  # fmt: skip
         constructor, thing, places = Binder(self, module, full).call(node.kind, node.value)
@@ -156,7 +160,8 @@ class Compiler:
     def _alias(self, full: str, node: tree.Declare, name: tree.Name, module: Module) -> Declared:
         """`material soft = tissue.liver`: another name for the same thing."""
         known = module.prefix + name.text in self.table.symbols
-        close = name.text if schema.constructor(node.kind, name.text) else nearest(name.text, schema.tables()[node.kind])
+        known_words = schema.tables()[node.kind]
+        close = name.text if name.text in known_words else nearest(name.text, known_words)
         if not known and close and not nearest(name.text, self.scope.names(module, [node.kind])):
             raise module.place.fail(
                 "E207", name.span, f"expected a call, found the name `{name.text}`", "no parentheses",
@@ -172,7 +177,9 @@ class Compiler:
         found = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "parameter"
         if found != kind:
             others = self.scope.names(module, [kind])
-            hint = f"declared {schema.plural(kind)}: {', '.join(others)}" if others else f"declare one: `{kind} NAME = ...`"
+            hint = f"declare one: `{kind} NAME = ...`"
+            if others:
+                hint = f"declared {schema.plural(kind)}: {schema.listed(others)}"
             raise place.fail(
                 "E213", name.span, f"expected {schema.article(kind)} {kind}, found the {found} `{name.text}`",
                 f"{schema.article(found)} {found}", hint,

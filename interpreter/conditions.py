@@ -1,6 +1,7 @@
 """Conditions on coordinates: evaluated at points, or bounded over a box without any point.
 
-Comparisons allow for round-off: coordinates that differ by less than 1e-9 of the body's extent count as equal.
+Comparisons allow for round-off: coordinates that differ by less than 1e-9 of the body's extent count as
+equal.
 """
 
 from __future__ import annotations

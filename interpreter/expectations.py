@@ -1,4 +1,4 @@
-"""Expectations: conditions on metrics, checked for their dimensions before a run and for their truth after it."""
+"""Expectations: conditions on metrics, their dimensions checked before a run and their truth after it."""
 
 from __future__ import annotations
 
@@ -52,6 +52,9 @@ class Expectations:
     def _own(self, *kinds: str) -> list[str]:
         return [n for n, k in self._kinds.items() if k in kinds and "." not in n]
 
+    def _known(self, *kinds: str) -> str:
+        return schema.listed(self._own(*kinds)) or "none is declared"
+
     def _lookup(self, name: tree.Name) -> Value:
         """The dimension of `model.metric` (its value is not known yet), or a parameter."""
         table = self.compiler.table
@@ -65,16 +68,18 @@ class Expectations:
         if owner in OWNERS:
             return self._metric(name)
         if owner:
-            raise self.place.fail(
-                "E216", name.span, f"`{name.parts[0]}` is {schema.article(owner)} {owner}, which has no metrics", "not a model",
-                f"models and references have them: {', '.join(self._own(*OWNERS)) or 'none is declared'}",
-            )  # fmt: skip
+            problem = f"`{name.parts[0]}` is {schema.article(owner)} {owner}, which has no metrics"
+            raise self.place.fail("E216", name.span, problem, "not a model",
+                                  f"models and references have them: {self._known(*OWNERS)}")  # fmt: skip
         if name.parts[0] in table.aliases:
-            raise self.place.fail("E216", name.span, "a scene that is used lends its declarations, not its results", "not computed here",
+            raise self.place.fail("E216", name.span,
+                                  "a scene that is used lends its declarations, not its results",
+                                  "not computed here",
                                   "declare the model in this scene")  # fmt: skip
         close = nearest(name.parts[0], self._own(*OWNERS))
-        known = ", ".join(self._own(*OWNERS)) or "none is declared"
-        hint = f"did you mean `{'.'.join((close, *name.parts[1:]))}`?" if close else f"models and references: {known}"
+        hint = f"models and references: {self._known(*OWNERS)}"
+        if close:
+            hint = f"did you mean `{'.'.join((close, *name.parts[1:]))}`?"
         raise self.place.fail("E201", name.span, f"`{name.parts[0]}` is not declared", "not found", hint)
 
     def _alone(self, name: tree.Name, kind: str) -> Bad:
@@ -83,11 +88,13 @@ class Expectations:
         example = f"{owners[0] if owners else 'model'}.{metrics[0] if metrics else 'metric'}"
         if kind == "metric":
             example = f"{owners[0] if owners else 'model'}.{name.text}"
-            return self.place.fail("E216", name.span, f"the metric `{name.text}` stands alone, without a model",
+            return self.place.fail("E216", name.span,
+                                   f"the metric `{name.text}` stands alone, without a model",
                                    "of which model?", f"for example `{example}`")  # fmt: skip
         if kind:
-            return self.place.fail("E213", name.span, f"expected a number, found the {kind} `{name.text}`",
-                                   f"{schema.article(kind)} {kind}", f"expect something of a metric of a model, such as `{example}`")  # fmt: skip
+            problem = f"expected a number, found the {kind} `{name.text}`"
+            remedy = f"expect something of a metric of a model, such as `{example}`"
+            return self.place.fail("E213", name.span, problem, f"{schema.article(kind)} {kind}", remedy)
         try:
             self.compiler.scope.lookup(name, self.module, self.place)
         except Bad as bad:
@@ -109,11 +116,11 @@ class Expectations:
     def _no_metric(self, name: tree.Name, owner: str, metric: str) -> Bad:
         if self.compiler.table.is_broken(metric):
             return Bad()
-        known = self._own("metric")
-        close = nearest(metric, known)
-        hint = f"did you mean `{owner}.{close}`?" if close else f"metrics: {', '.join(known) or 'none is declared'}"
-        found = self._kinds.get(metric)
-        problem = f"`{metric}` is {schema.article(found)} {found}, not a metric" if found else f"there is no metric `{metric}`"
+        close = nearest(metric, self._own("metric"))
+        hint = f"did you mean `{owner}.{close}`?" if close else f"metrics: {self._known('metric')}"
+        found, problem = self._kinds.get(metric), f"there is no metric `{metric}`"
+        if found:
+            problem = f"`{metric}` is {schema.article(found)} {found}, not a metric"
         return self.place.fail("E216", name.span, problem, "not a metric", hint)
 
 
@@ -163,7 +170,9 @@ def _compare(node: tree.Compare, evaluator: Evaluator) -> bool:
     for value, operand in zip(values[1:], node.operands[1:], strict=True):
         if value.dimension != values[0].dimension:
             due, found = units.named(values[0].dimension), units.named(value.dimension)
-            given = f"{due} in {units.usual(values[0].dimension)}" if values[0].dimension != units.NONE else "one, or with a percentage"
+            given = f"{due} in {units.usual(values[0].dimension)}"
+            if values[0].dimension == units.NONE:
+                given = "one, or with a percentage"
             raise evaluator.place.fail(
                 "E204", operand.span, f"expected {due}, found {found}", found,
                 f"`{_text(evaluator, node.operands[0])}` is {due}; compare it with {given}",

@@ -1,6 +1,7 @@
-"""Evaluating expressions: numbers with dimensions, and vectors. Conditions on coordinates are in selections.py.
+"""Evaluating expressions: numbers with dimensions, and vectors; selections.py has conditions on coordinates.
 
-Whatever cannot be evaluated puts one diagnostic into the list and raises Bad; the caller goes on with the next field.
+Whatever cannot be evaluated puts one diagnostic into the list and raises Bad; the caller goes on with the
+next field.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ class Place:
         return Bad(message)
 
 
-# name: (function, dimension of its argument or None for any, dimension of its value or None for the argument's)
+# name: (function, dimension of its argument, None for any, and of its value, None for the argument's)
 FUNCTIONS: dict[str, tuple[Callable[[float], float], Dimension | None, Dimension | None]] = {
     "abs": (abs, None, None),
     "sin": (math.sin, ANGLE, NONE),
@@ -107,17 +108,20 @@ class Evaluator:
             case tree.Call():
                 return self._call(node)
         help = "a number may have a unit: `178 mm`, `2 * L + 5 mm`"
-        raise self.place.fail("E207", node.span, f"expected a number, found {describe(node)}", "not a number", help)
+        raise self.place.fail("E207", node.span, f"expected a number, found {describe(node)}", "not a number",
+                              help)
 
     def _name(self, node: tree.Name) -> Value:
         if node.text in CONSTANTS:
             return Quantity(CONSTANTS[node.text], NONE)
         if node.text in COORDINATES:
-            raise self.place.fail("E213", node.span, f"the coordinate `{node.text}` has no value here", "a coordinate",
-                                  "coordinates stand in conditions, such as `where = x <= 0 mm`, and in directions")  # fmt: skip
+            help = "coordinates stand in conditions, such as `where = x <= 0 mm`, and in directions"
+            problem = f"the coordinate `{node.text}` has no value here"
+            raise self.place.fail("E213", node.span, problem, "a coordinate", help)
         if node.text in ("yes", "no"):
-            raise self.place.fail("E207", node.span, f"expected a number, found `{node.text}`", "not a number",
-                                  "`yes` and `no` are the values of switches, such as `shear = no`")  # fmt: skip
+            help = "`yes` and `no` are the values of switches, such as `shear = no`"
+            problem = f"expected a number, found `{node.text}`"
+            raise self.place.fail("E207", node.span, problem, "not a number", help)
         return self.lookup(node)
 
     def measure(self, unit: tree.Unit) -> units.Measure:
@@ -145,15 +149,15 @@ class Evaluator:
             measure = self.measure(node.unit)
             # the unit belongs to the items that are plain numbers
             items = [
-                Quantity(q.value * measure.factor, measure.dimension) if q.dimension == NONE else q for q in items
+                Quantity(q.value * measure.factor, measure.dimension) if q.dimension == NONE else q
+                for q in items
             ]
         for q, item in zip(items, node.items, strict=True):
             if q.dimension != items[0].dimension:
                 first, other = units.named(items[0].dimension), units.named(q.dimension)
-                raise self.place.fail(
-                    "E218", item.span, f"the components of a vector differ in dimension: {first} and {other}", other,
-                    "give every component a unit, `(L, 0 mm, 0 mm)`, or one unit after the vector, `(0, 0, 1) mm`",
-                )  # fmt: skip
+                problem = f"the components of a vector differ in dimension: {first} and {other}"
+                help = "give each component a unit, `(L, 0 mm, 0 mm)`, or the vector one, `(0, 0, 1) mm`"
+                raise self.place.fail("E218", item.span, problem, other, help)
         return VectorValue(tuple(q.value for q in items), items[0].dimension)
 
     def _binary(self, node: tree.Binary) -> Value:
@@ -184,20 +188,22 @@ class Evaluator:
     def unlike(self, node: tree.Binary, left: Value, right: Value) -> Bad:
         """Record operands that do not go together."""
         a, b = words(left), words(right)
+        sides = "both sides have the same dimension; a number without a unit is a plain number"
         problem, help = {
-            "+": (f"cannot add {a} and {b}", "both sides of a sum have the same dimension; a number without a unit is a plain number"),
-            "-": (f"cannot subtract {b} from {a}", "both sides of a difference have the same dimension; a number without a unit is a plain number"),
+            "+": (f"cannot add {a} and {b}", sides),
+            "-": (f"cannot subtract {b} from {a}", sides),
             "*": (f"cannot multiply {a} by {b}", "one of the two must be a single number"),
             "/": (f"cannot divide {a} by {b}", "divide by a single number"),
             "^": (f"cannot raise {a} to the power of {b}", "an exponent is a plain number"),
-        }[node.operator]  # fmt: skip
+        }[node.operator]
         return self.place.fail("E218", node.span, problem, help=help)
 
     def _power(self, node: tree.Binary, base: Quantity, exponent: Quantity) -> Quantity:
         n = exponent.value
         if base.dimension != NONE and n != int(n):
             raise self.place.fail(
-                "E218", node.span, "a quantity with a unit can be raised to whole powers only", "its unit would have no name",
+                "E218", node.span, "a quantity with a unit can be raised to whole powers only",
+                "its unit would have no name",
                 "take a square root with `sqrt(...)`, or divide by a unit first: `(L / 1 mm)^0.5`",
             )  # fmt: skip
         if abs(n) > 99 and base.dimension != NONE:
@@ -213,13 +219,15 @@ class Evaluator:
         if name not in FUNCTIONS and name not in SPECIAL:
             raise self._unknown_function(node)
         if any(a.name for a in node.arguments) or not node.arguments:
-            raise self.place.fail("E211", node.span, f"`{name}` takes plain values, without names", "no value to take",
+            raise self.place.fail("E211", node.span, f"`{name}` takes plain values, without names",
+                                  "no value to take",
                                   f"write `{name}(a)`")  # fmt: skip
         arguments = [self.quantity(a.value) for a in node.arguments]
         if name in ("min", "max"):
             return self._extreme(node, arguments)
         if len(arguments) != 1:
-            raise self.place.fail("E211", node.span, f"`{name}` takes one value, found {len(arguments)}", "too many values",
+            raise self.place.fail("E211", node.span, f"`{name}` takes one value, found {len(arguments)}",
+                                  "too many values",
                                   f"write `{name}(a)`")  # fmt: skip
         return self._finite(self._apply(node, name, arguments[0]), node.span)
 
@@ -238,7 +246,8 @@ class Evaluator:
         for q, argument in zip(arguments, node.arguments, strict=True):
             if q.dimension != due:
                 one, other = units.named(due), units.named(q.dimension)
-                raise self.place.fail("E218", argument.span, f"`{name}` cannot compare {one} with {other}", other,
+                raise self.place.fail("E218", argument.span, f"`{name}` cannot compare {one} with {other}",
+                                      other,
                                       "give all values of one dimension")  # fmt: skip
         choose = min if name == "min" else max
         return choose(arguments, key=lambda q: q.value)
@@ -251,11 +260,13 @@ class Evaluator:
             function, takes, gives = FUNCTIONS[name]
             if takes is not None and q.dimension != takes:
                 found, due = units.named(q.dimension), units.named(takes)
-                help = f"`{name}` takes {due}: give it in {units.usual(takes)}" if takes != NONE else f"`{name}` takes {due}: divide by a unit"
+                remedy = f"give it in {units.usual(takes)}" if takes != NONE else "divide by a unit"
+                help = f"`{name}` takes {due}: {remedy}"
                 raise self.place.fail("E204", span, f"expected {due}, found {found}", found, help)
             return Quantity(function(q.value), q.dimension if gives is None else gives)
         except (ValueError, OverflowError):
-            raise self.place.fail("E219", node.span, f"`{name}` has no finite value for {units.show(q.value, q.dimension)}") from None
+            shown = units.show(q.value, q.dimension)
+            raise self.place.fail("E219", node.span, f"`{name}` has no finite value for {shown}") from None
 
     def _square_root(self, q: Quantity, span: Span) -> Quantity:
         return Quantity(math.sqrt(q.value), self.halved(q.dimension, span))
@@ -313,4 +324,5 @@ def _map(f: Callable[[float], float], value: Value, dimension: Dimension) -> Val
 def _zip(a: Value, b: Value, sign: int) -> Value:
     if isinstance(a, Quantity) and isinstance(b, Quantity):
         return Quantity(a.value + sign * b.value, a.dimension)
-    return VectorValue(tuple(x + sign * y for x, y in zip(components(a), components(b), strict=True)), a.dimension)
+    return VectorValue(tuple(x + sign * y for x, y in zip(components(a), components(b), strict=True)),
+                       a.dimension)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter import schema, units
+from softmark.interpreter import units
 from softmark.interpreter.plan import named_in, plan_of
 from softmark.interpreter.scene import Location, Scene
 from softmark.interpreter.vocabulary.loads import Gravity
@@ -25,7 +25,7 @@ def _warning(code: str, at: Location, message: str, label: str, help: str) -> Di
 
 
 def _materials(scene: Scene) -> Iterator[tuple[Any, Callable[[str], Location]]]:
-    """Each material of the scene itself, and where its fields stand; one inside a body stands where the body says so."""
+    """Each material of the scene itself, and where its fields stand: for one inside a body, its field."""
     declared = {id(d.thing) for d in scene.declared.values() if d.kind == "material"}
     for material in scene.of_kind("material").values():
         yield material.thing, material.at
@@ -41,21 +41,23 @@ def _densities(scene: Scene) -> Iterator[Diagnostic]:
             factor = 1000.0 if density < LIGHTEST else 1e-3
             meant = units.show(density * factor, DENSITY)
             likely = LIGHTEST <= density * factor <= HEAVIEST
-            yield _warning("W303", at("density"), f"a density of {units.show(density, DENSITY)} is unlikely for a solid",
-                           "a thousand times off?" if likely else "off by far",
-                           f"water has 1000 kg/m^3, or 1 g/cm^3{f'; did you mean {meant}?' if likely else ''}")  # fmt: skip
+            help = "water has 1000 kg/m^3, or 1 g/cm^3" + (f"; did you mean {meant}?" if likely else "")
+            yield _warning("W303", at("density"),
+                           f"a density of {units.show(density, DENSITY)} is unlikely for a solid",
+                           "a thousand times off?" if likely else "off by far", help)  # fmt: skip
 
 
 def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
     for material, at in _materials(scene):
         young = getattr(material, "young", SOFTEST)
         if young < SOFTEST:
-            help = "soft gels have some 100 Pa, rubber some MPa; `mPa` is a thousandth of a pascal, `MPa` a million"
+            help = "soft gels have some 100 Pa; `mPa` is a thousandth of a pascal, `MPa` a million"
         elif young > STIFFEST:
             help = "steel has 210 GPa, diamond 1.1 TPa"
         else:
             continue
-        yield _warning("W310", at("young"), f"a Young's modulus of {_pascals(young)} is unlikely for a solid", "off by far", help)
+        yield _warning("W310", at("young"), f"a Young's modulus of {_pascals(young)} is unlikely for a solid",
+                       "off by far", help)
 
 
 def _pascals(young: float) -> str:
@@ -66,7 +68,8 @@ def _gravities(scene: Scene) -> Iterator[Diagnostic]:
     for declared in scene.of_kind("load").values():
         pull = declared.thing.magnitude if isinstance(declared.thing, Gravity) else 0.0
         if pull > STRONGEST_PULL:
-            yield _warning("W307", declared.at("magnitude"), f"gravity of {pull:g} m/s^2 is {pull / 9.81:.0f} times that of Earth",
+            yield _warning("W307", declared.at("magnitude"),
+                           f"gravity of {pull:g} m/s^2 is {pull / 9.81:.0f} times that of Earth",
                            "very strong", "on Earth it is 9.81 m/s^2")  # fmt: skip
 
 
@@ -75,7 +78,8 @@ def _settled(scene: Scene) -> Iterator[Diagnostic]:
     owners = {*scene.of_kind("model"), *scene.of_kind("reference")}
     for expectation in scene.expectations:
         if owners.isdisjoint(named_in(expectation.node)):
-            yield _warning("W311", expectation.location, "nothing that is computed enters this expectation", "the same in every run",
+            yield _warning("W311", expectation.location, "nothing that is computed enters this expectation",
+                           "the same in every run",
                            "compare a metric of a model or reference, such as `rod.eta`")  # fmt: skip
 
 
@@ -84,16 +88,19 @@ def idle(scene: Scene) -> Iterator[Diagnostic]:
     plan = plan_of(scene)
     for name, model in scene.of_kind("model").items():
         if name not in plan.models:
-            yield _warning("W308", model.at(), f"nothing asks for `{name}`, so it is not computed", "not asked for",
+            yield _warning("W308", model.at(), f"nothing asks for `{name}`, so it is not computed",
+                           "not asked for",
                            "add a probe, a metric or an expectation of its body")  # fmt: skip
 
 
 def unused(scene: Scene) -> Iterator[Diagnostic]:
-    """Names that nothing refers to, in a scene that asks for something; one that does not is a library of names."""
+    """Names that nothing refers to, in a scene that asks for something; another is a library of names."""
     if not any(scene.of_kind(kind) for kind in ("model", "reference")):
         return
     for name, at in scene.unused.items():
-        kind = scene.declared[name].kind if name in scene.declared else "parameter" if name in scene.parameters else "scene"
+        kind = "parameter" if name in scene.parameters else "scene"
+        if name in scene.declared:
+            kind = scene.declared[name].kind
         if kind in ("parameter", "material", "shape", "body", "scene"):
             remedy = "refer to it, or remove it"
             yield _warning("W309", at, f"nothing uses the {kind} `{name}`", "not used", remedy)

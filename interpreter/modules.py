@@ -66,7 +66,7 @@ class Missing(Exception):
 
 
 def standard_scenes() -> dict[str, Path]:
-    """Scenes of the standard library by name (`silicone-beam`), libraries of names (`std/...`) not among them."""
+    """Scenes of the standard library by name (`silicone-beam`), without libraries of names (`std/...`)."""
     files = sorted(ROOT.rglob(f"*{SUFFIX}"))
     return {f.stem: f for f in files if "materials" not in f.relative_to(ROOT).parts}
 
@@ -83,7 +83,7 @@ def locate(name: str) -> Path:
     if os.path.exists(name):
         raise Missing(f"{name} is not a regular file", "use `-` to read from standard input")
     close = nearest(Path(name).stem, list(standard))
-    hint = f"did you mean `{close}`?" if close else "`dsl list scenes` shows the scenes that come with softmark"
+    hint = f"did you mean `{close}`?" if close else "`dsl list scenes` shows those that come with softmark"
     raise Missing(f"there is no file {name}, and no standard scene of that name", hint)
 
 
@@ -98,7 +98,8 @@ def read(path: Path, shown: str | None = None) -> Source:
         reason = getattr(error, "strerror", None) or str(error)
         raise Missing(f"cannot read {name}: {reason[:1].lower()}{reason[1:]}") from error
     if data is None:
-        raise Missing(f"{name} is larger than {LARGEST // 1_000_000} MB", "scenes are small texts; meshes stay in files of their own")
+        raise Missing(f"{name} is larger than {LARGEST // 1_000_000} MB",
+                      "scenes are small texts; meshes stay in files of their own")
     return Source(name, _text(data, name))
 
 
@@ -112,7 +113,8 @@ def _text(data: bytes, name: str) -> str:
         if b"\0" in data:
             return data.decode("utf-8", errors="replace")
         line = data.count(b"\n", 0, error.start) + 1
-        raise Missing(f"{name} is not a text in UTF-8: byte 0x{data[error.start]:02x} in line {line}", "save it as UTF-8") from error
+        raise Missing(f"{name} is not a text in UTF-8: byte 0x{data[error.start]:02x} in line {line}",
+                      "save it as UTF-8") from error
 
 
 # ------------------------------------------------------------------ the table of names
@@ -125,7 +127,8 @@ def load(source: Source, folder: Path, file: Path | None, diagnostics: list[Diag
     main = table.modules[0]
     if all(isinstance(d, tree.Version | tree.Title) for d in main.tree.declarations) and not diagnostics:
         start = Span(0, 0, 1, 1, 1, 1)
-        main.place.fail("E223", start, "the scene declares nothing", help="`dsl new` prints a scene to start from")
+        main.place.fail("E223", start, "the scene declares nothing",
+                        help="`dsl new` prints a scene to start from")
     return table
 
 
@@ -195,9 +198,11 @@ def _use(table: Table, module: Module, node: tree.Use, chain: tuple[Path, ...]) 
 def _used(node: tree.Use, path: Path, shown: str) -> Source:
     """The text of a scene that is used, under a name that messages can give it. Raises Missing."""
     if path.suffix != SUFFIX:
-        raise Missing(f"`{node.path}` is not a scene: its name does not end in `{SUFFIX}`", "`use` reads scenes and nothing else")
+        raise Missing(f"`{node.path}` is not a scene: its name does not end in `{SUFFIX}`",
+                      "`use` reads scenes and nothing else")
     if node.path.startswith("std/") and not path.resolve().is_relative_to(ROOT.resolve()):
-        raise Missing(f"{node.path} is not in the standard library", "`std/` leads nowhere else; give a path from the scene's own folder")
+        raise Missing(f"{node.path} is not in the standard library",
+                      "`std/` leads nowhere else; give a path from the scene's own folder")
     return read(path, shown)
 
 
@@ -208,7 +213,9 @@ def _remedy(node: tree.Use, path: Path, missing: Missing) -> str:
     if path.parent.is_dir() and not node.path.startswith("std/"):
         known += [str(Path(node.path).with_name(p.name)) for p in sorted(path.parent.glob(f"*{SUFFIX}"))]
     close = nearest(node.path, known)
-    return f"did you mean `{close}`?" if close else "paths are relative to the scene's own folder; `std/` is the standard library"
+    if close:
+        return f"did you mean `{close}`?"
+    return "paths are relative to the scene's own folder; `std/` is the standard library"
 
 
 def _endless(table: Table, path: Path, chain: tuple[Path, ...]) -> tuple[str, str, str] | None:
@@ -216,7 +223,8 @@ def _endless(table: Table, path: Path, chain: tuple[Path, ...]) -> tuple[str, st
     here = path.resolve()
     if here in chain:
         cycle = " -> ".join(p.name for p in (*chain[chain.index(here) :], path))
-        return f"scenes use each other in a circle: {cycle}", "closes the circle", "move what both need into a scene of its own"
+        remedy = "move what both need into a scene of its own"
+        return f"scenes use each other in a circle: {cycle}", "closes the circle", remedy
     if len(chain) >= DEEPEST or len(table.modules) >= MOST:
         help = f"at most {DEEPEST} scenes may use one another in a row, and {MOST} in all"
         return "too many scenes use each other", "one too many", help

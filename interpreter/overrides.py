@@ -41,11 +41,13 @@ def _read(text: str, diagnostics: list[Diagnostic]) -> Override | None:
         return None
     if not value.strip():
         after = tree.Span(len(text), len(text), 1, 1 + len(text), 1, 1 + len(text))
-        place.fail("E220", after, "an override reads `NAME=VALUE`", "the value is missing", f"for example `-p {name.strip()}=120mm`")
+        place.fail("E220", after, "an override reads `NAME=VALUE`", "the value is missing",
+                   f"for example `-p {name.strip()}=120mm`")
         return None
     # blanks instead of `NAME=`, so that spans count from the start of the argument
     node, problems = parse_expression(Source(shown.name, " " * (len(name) + 1) + value))
-    diagnostics.extend(Diagnostic(p.code, p.message, shown, p.span, p.label, p.help, p.notes) for p in problems)
+    diagnostics.extend(Diagnostic(p.code, p.message, shown, p.span, p.label, p.help, p.notes)
+                       for p in problems)
     return None if node is None else Override(name.strip(), node, place, span)
 
 
@@ -70,10 +72,9 @@ def assigned(overrides: Sequence[Override], table: Table) -> dict[str, Override]
 
 def _alias(override: Override, owner: str, original: tree.Name) -> None:
     field = override.name.rpartition(".")[2]
-    override.place.fail(
-        "E205", override.name_span, f"`{owner}` is another name for `{original.text}` and has no fields of its own", "not a field",
-        f"replace the field of the original: `-p {original.text}.{field}=...`",
-    )  # fmt: skip
+    problem = f"`{owner}` has no fields of its own, it is another name for `{original.text}`"
+    override.place.fail("E205", override.name_span, problem, "not a field",
+                        f"replace the field of the original: `-p {original.text}.{field}=...`")  # fmt: skip
 
 
 def _unknown(override: Override, table: Table) -> None:
@@ -87,4 +88,5 @@ def _unknown(override: Override, table: Table) -> None:
     close = nearest(override.name, parameters) or nearest(override.name, table.symbols)
     listed = ", ".join(parameters) or "none"
     hint = f"did you mean `{close}`?" if close else f"parameters of the scene: {listed}"
-    override.place.fail("E201", override.name_span, f"`{override.name}` is not a parameter of the scene", "not found", hint)
+    override.place.fail("E201", override.name_span, f"`{override.name}` is not a parameter of the scene",
+                        "not found", hint)

@@ -74,11 +74,14 @@ class _Order:
     def _report(self, path: list[str], need: _Need) -> None:
         members = path[path.index(need.full) :]
         if self.circular.isdisjoint(members):
-            shown = [*members, need.full] if len(members) < 8 else [*members[:3], "...", members[-1], need.full]
+            shown = [*members, need.full]
+            if len(shown) > 8:
+                shown[3:-2] = ["..."]
             problem = f"parameters depend on each other in a circle: {' -> '.join(shown)}"
             if len(members) == 1:
                 problem = f"the parameter `{need.full}` depends on itself"
-            need.place.fail("E210", need.span, problem, "closes the circle", "give one of them a value of its own")
+            need.place.fail("E210", need.span, problem, "closes the circle",
+                            "give one of them a value of its own")
         self.circular.update(members)
 
 
@@ -130,12 +133,11 @@ class _Evaluation:
             return
         found, due = words(new), words(value)
         if found == due:
-            found, due = (f"{w} with {len(components(v))} components" for w, v in ((found, new), (due, value)))
-        raise place.fail(
-            "E204", node.span, f"expected {due}, found {found}", found,
-            f"the scene declares `{self.full} = {Location(self.symbol.module.source, self.node.value.span).text}`; "
-            f"give it in {units.usual(value.dimension)}",
-        )  # fmt: skip
+            found, due = (f"{w} with {len(components(v))} components"
+                          for w, v in ((found, new), (due, value)))
+        own = Location(self.symbol.module.source, self.node.value.span).text
+        help = f"the scene declares `{self.full} = {own}`; give it in {units.usual(value.dimension)}"
+        raise place.fail("E204", node.span, f"expected {due}, found {found}", found, help)
 
     def _interval(self, value: Value) -> schema.Interval | None:
         low, high, place = self.node.low, self.node.high, self.symbol.module.place
@@ -146,20 +148,21 @@ class _Evaluation:
             q = self.scope.evaluator(self.symbol.module).quantity(end)
             if q.dimension != value.dimension:
                 found, due = units.named(q.dimension), units.named(value.dimension)
-                raise place.fail(
-                    "E204", end.span, f"expected {due}, found {found}", found,
-                    f"the range of `{self.node.name}` has the dimension of its value; give {due} in {units.usual(value.dimension)}",
-                )  # fmt: skip
+                help = f"a range has the dimension of its value: give {due} in {units.usual(value.dimension)}"
+                raise place.fail("E204", end.span, f"expected {due}, found {found}", found, help)
             ends.append(q.value)
         if ends[0] > ends[1]:
-            raise place.fail("E214", tree.between(low.span, high.span), "the range is empty: its lower end is above its upper end",
+            raise place.fail("E214", tree.between(low.span, high.span),
+                             "the range is empty: its lower end is above its upper end",
                              "the larger one first", "write `in LOW .. HIGH`")  # fmt: skip
         return schema.Interval(ends[0], ends[1], False, False)
 
-    def _in_range(self, value: Value, interval: schema.Interval | None, node: tree.Expression, place: Place) -> None:
+    def _in_range(self, value: Value, interval: schema.Interval | None, node: tree.Expression,
+                  place: Place) -> None:
         outside = [v for v in components(value) if interval is not None and v not in interval]
         if interval is None or not outside:
             return
         where = f" that line {self.node.name_span.line} of the scene declares" if self.override else ""
         raise place.fail("E214", node.span, f"`{self.full}` must be {interval.words(value.dimension)}",
-                         f"this is {units.show(outside[0], value.dimension)}", f"give a value in the range{where}, or widen the range")  # fmt: skip
+                         f"this is {units.show(outside[0], value.dimension)}",
+                         f"give a value in the range{where}, or widen the range")  # fmt: skip

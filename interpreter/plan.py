@@ -1,7 +1,7 @@
 """From a scene to what its questions need, and no more.
 
-Questions are probes, metrics and expectations. A model or reference is worked on because a question is about it, a mesh
-because a model is, and each task keeps the place in the scene that asks for it.
+Questions are probes, metrics and expectations. A model or reference is worked on because a question is about
+it, a mesh because a model is, and each task keeps the place in the scene that asks for it.
 """
 
 from __future__ import annotations
@@ -38,7 +38,8 @@ class Plan:
 def plan_of(scene: Scene, only: tuple[str, ...] = ()) -> Plan:
     """The plan of a scene; `only` restricts the models. Raises Fault for a model of an unclear body."""
     askers = _askers(scene)
-    places = {n: askers.get(("body", body_of(scene, d))) or askers.get(("name", n)) for n, d in _workers(scene).items()}
+    places = {n: askers.get(("body", body_of(scene, d))) or askers.get(("name", n))
+              for n, d in _workers(scene).items()}
     asked = {n: place for n, place in places.items() if place is not None}
     models = tuple(n for n in scene.of_kind("model") if n in asked and (not only or n in only))
     references = tuple(n for n in scene.of_kind("reference") if n in asked)
@@ -56,7 +57,7 @@ def _workers(scene: Scene) -> dict[str, Declared]:
 
 
 def _askers(scene: Scene) -> dict[tuple[str, str], Location]:
-    """The first question, in the order of the text, that is about a `body`, or about a model or reference by `name`."""
+    """The first question in the text about a `body`, or about a model or reference by its `name`."""
     found: dict[tuple[str, str], Location] = {}
     for question in (*scene.of_kind("probe").values(), *scene.of_kind("metric").values()):
         found.setdefault(("body", _body(scene, question)), question.location)
@@ -83,7 +84,8 @@ def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -
     for name in models:
         model = scene.declared[name].thing
         if hasattr(model, "size"):
-            wanted.setdefault((body_of(scene, scene.declared[name]), model.element, model.size), []).append(name)
+            key = (body_of(scene, scene.declared[name]), model.element, model.size)
+            wanted.setdefault(key, []).append(name)
     found = []
     for (body, _, _), names in wanted.items():
         model = scene.declared[names[0]].thing
@@ -107,10 +109,12 @@ def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...
         owners = workers[probe.thing.body]
         count = len(probe.thing.stations)
         points = f"{count} point" + ("s" if count > 1 else "")
-        found.append(Task("probe", probe.name, f"{points} in {', '.join(owners) or 'nothing'}", probe.location, tuple(owners)))
+        found.append(Task("probe", probe.name, f"{points} in {', '.join(owners) or 'nothing'}",
+                          probe.location, tuple(owners)))
     for metric in scene.of_kind("metric").values():
         against = getattr(metric.thing, "against", None)
-        detail = metric.constructor.name + (f" against {against}" if against else "") + f" over {metric.thing.probe}"
+        compared = f" against {against}" if against else ""
+        detail = f"{metric.constructor.name}{compared} over {metric.thing.probe}"
         needs = (metric.thing.probe, *((against,) if against else ()))
         found.append(Task("metric", metric.name, detail, metric.location, needs))
     for expectation in scene.expectations:

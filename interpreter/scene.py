@@ -94,8 +94,9 @@ class Scene:
         return found
 
     def acting(self, kind: str, body: str) -> tuple[Declared, ...]:
-        """Supports or loads that act on a body, in the order of the text: those that name it, and those that name none."""
-        return tuple(d for _, d in sorted(self._acting.get((kind, body), []) + self._acting.get((kind, None), []), key=itemgetter(0)))
+        """Supports or loads that act on a body, in the order of the text: its own, and those of no body."""
+        found = self._acting.get((kind, body), []) + self._acting.get((kind, None), [])
+        return tuple(declared for _, declared in sorted(found, key=itemgetter(0)))
 
     @cached_property
     def _acting(self) -> dict[tuple[str, str | None], list[tuple[int, Declared]]]:

@@ -1,24 +1,25 @@
 """The vocabulary: what each constructor of the language is called, and what its fields may hold.
 
 Nothing is written twice: a constructor is a frozen dataclass, registered in one of the tables below, whose
-annotations `Annotated[type, "UNIT in RANGE" or "KIND", "meaning"]` say all that checking, `dsl explain`, completion
-and the report need. To add a constructor: one class, one line in the table of its package.
+annotations `Annotated[type, "UNIT in RANGE" or "KIND", "meaning"]` say all that checking, `dsl explain`,
+completion and the report need. To add a constructor: one class, one line in the table of its package.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from softmark.interpreter import units
 from softmark.interpreter.units import Dimension
 
 Form = Literal[
-    "quantity", "vector", "integer", "flag", "choice", "text", "file", "direction", "condition", "components", "name", "value"
+    "quantity", "vector", "integer", "flag", "choice", "text", "file", "direction", "condition", "components",
+    "name", "value"
 ]
 
 
@@ -73,7 +74,8 @@ class Field:
             one = units.named(self.dimension)
             return one if self.form == "quantity" else f"three components, each {one}"
         if self.form == "choice":
-            return " or ".join((", ".join(self.options[:-1]), self.options[-1])) if len(self.options) > 1 else self.options[0]
+            *others, last = self.options
+            return f"{', '.join(others)} or {last}" if others else last
         return _EXPECTED.get(self.form) or f"{article(self.kind)} {self.kind}"
 
     @property
@@ -105,6 +107,12 @@ def plural(kind: str) -> str:
 
 
 _PLURALS = {"body": "bodies", "analysis": "analyses"}
+
+
+def listed(names: Sequence[str], most: int = 12) -> str:
+    """Names for a message, which says how many more there are."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
 
 
 @dataclass(frozen=True)
@@ -158,7 +166,7 @@ def words() -> dict[str, type[Any]]:
     return dict(ELEMENTS)
 
 
-@lru_cache(maxsize=None)
+@cache
 def constructor(kind: str, name: str) -> Constructor | None:
     """The constructor `name` of a kind, or None."""
     cls = tables().get(kind, {}).get(name)
@@ -173,7 +181,8 @@ def find(name: str) -> list[Constructor]:
 
 def _fields(cls: type[Any]) -> tuple[Field, ...]:
     hints = get_type_hints(cls, include_extras=True)
-    return tuple(_field(f, hints[f.name]) for f in dataclasses.fields(cls) if get_origin(hints[f.name]) is not None)
+    described = (f for f in dataclasses.fields(cls) if get_origin(hints[f.name]) is not None)
+    return tuple(_field(f, hints[f.name]) for f in described)
 
 
 def _field(f: dataclasses.Field[Any], hint: Any) -> Field:
@@ -181,7 +190,8 @@ def _field(f: dataclasses.Field[Any], hint: Any) -> Field:
     spec, doc = facts if len(facts) == 2 else ("", facts[0])
     required = f.default is dataclasses.MISSING
     made = _shape(base, spec)
-    return Field(f.name.rstrip("_"), f.name, doc=doc, required=required, default=None if required else f.default, **made)
+    return Field(f.name.rstrip("_"), f.name, doc=doc, required=required,
+                 default=None if required else f.default, **made)
 
 
 def _shape(base: Any, spec: str) -> dict[str, Any]:
@@ -219,8 +229,10 @@ def _interval(spec: str) -> Interval | None:
 SYNONYMS = {
     "E": "young", "youngs_modulus": "young", "young_modulus": "young", "youngModulus": "young",
     "youngs": "young", "modulus": "young", "stiffness": "young", "elastic_modulus": "young",
-    "nu": "poisson", "poissons_ratio": "poisson", "poisson_ratio": "poisson", "poissonRatio": "poisson", "v": "poisson",
-    "rho": "density", "mass_density": "density", "totalMass": "density", "total_mass": "density", "mass": "density",
+    "nu": "poisson", "poissons_ratio": "poisson", "poisson_ratio": "poisson", "poissonRatio": "poisson",
+    "v": "poisson",
+    "rho": "density", "mass_density": "density", "totalMass": "density", "total_mass": "density",
+    "mass": "density",
     "L": "length", "len": "length", "height": "length", "r": "radius", "R": "radius", "diameter": "radius",
     "h": "size", "mesh_size": "size", "resolution": "size", "element_size": "size", "lc": "size",
     "elements": "segments", "n": "segments", "nb": "segments", "divisions": "segments", "nodes": "segments",
@@ -229,7 +241,8 @@ SYNONYMS = {
     "on": "where", "region": "where", "indices": "where", "box": "where", "selection": "where", "at_": "at",
     "position": "at", "force": "vector", "value": "vector", "g": "magnitude", "acceleration": "magnitude",
     "dir": "direction", "start": "from", "end": "to", "begin": "from", "samples": "points", "count": "points",
-    "reference": "against", "ref": "against", "method": "strain", "formulation": "strain", "kinematics": "strain",
+    "reference": "against", "ref": "against", "method": "strain", "formulation": "strain",
+    "kinematics": "strain",
     "fixed": "components", "dofs": "components", "filename": "path", "file": "path", "scale": "unit",
     "extents": "size", "dimensions": "size", "center": "origin", "centre": "origin",
 }  # fmt: skip
@@ -237,14 +250,16 @@ SYNONYMS = {
 # What other programs call the choices of a field.
 CHOICES = {
     "linear": "small", "infinitesimal": "small", "small_strain": "small", "engineering": "small",
-    "corotated": "corotational", "co_rotational": "corotational", "polar": "corotational", "large": "corotational",
+    "corotated": "corotational", "co_rotational": "corotational", "polar": "corotational",
+    "large": "corotational",
     "svd": "corotational", "qr": "corotational", "nonlinear": "finite", "green_lagrange": "finite",
     "total_lagrangian": "finite", "hyperelastic": "finite", "finite_strain": "finite",
 }  # fmt: skip
 
 # Words for directions, which depend on how one looks at a scene.
 DIRECTIONS = {
-    "down": "gravity usually pulls along `-z`", "up": "often `+z`", "left": "such as `-x`", "right": "such as `+x`",
+    "down": "gravity usually pulls along `-z`", "up": "often `+z`", "left": "such as `-x`",
+    "right": "such as `+x`",
     "forward": "such as `+y`", "back": "such as `-y`", "X": "write `x`", "Y": "write `y`", "Z": "write `z`",
 }  # fmt: skip
 
@@ -259,32 +274,41 @@ MODULI = {
 
 # Functions of other languages.
 FUNCTIONS = {
-    "pow": "write `a^b`", "power": "write `a^b`", "ln": "`log` is the natural logarithm", "log10": "write `log(a) / log(10)`",
-    "cbrt": "write `a^(1 / 3)`", "square": "write `a^2`", "fabs": "write `abs(a)`", "norm": "take the root of a sum of squares",
-    "asin": "", "acos": "", "atan": "", "atan2": "", "sinh": "", "cosh": "", "tanh": "", "floor": "", "ceil": "", "round": "",
-    "rad": "write `30 deg`: angles have units", "radians": "write `30 deg`: angles have units", "degrees": "write `30 deg`: angles have units",
+    "pow": "write `a^b`", "power": "write `a^b`", "ln": "`log` is the natural logarithm",
+    "log10": "write `log(a) / log(10)`",
+    "cbrt": "write `a^(1 / 3)`", "square": "write `a^2`", "fabs": "write `abs(a)`",
+    "norm": "take the root of a sum of squares",
+    "asin": "", "acos": "", "atan": "", "atan2": "", "sinh": "", "cosh": "", "tanh": "", "floor": "",
+    "ceil": "", "round": "",
+    "rad": "write `30 deg`: angles have units", "radians": "write `30 deg`: angles have units",
+    "degrees": "write `30 deg`: angles have units",
 }  # fmt: skip
 
 # What helps where a field is out of its range: (field, whether it is too large).
 ADVICE = {
     ("magnitude", False): "a magnitude is not negative; `direction` says where it pulls",
-    ("poisson", True): "an incompressible solid has 0.5, which has no volume to change: take 0.49 or 0.499 instead",
+    ("poisson", True): "at 0.5 a solid is incompressible, its bulk modulus infinite: take 0.49 or 0.499",
     ("poisson", False): "Poisson's ratio is above -1, and between 0 and 0.5 for almost every solid",
 }
 
 # What other programs call our constructors and kinds.
 WORDS = {
-    "neohookean": "neo_hookean", "NeoHookean": "neo_hookean", "neohooke": "neo_hookean", "StVK": "st_venant_kirchhoff",
-    "stvk": "st_venant_kirchhoff", "svk": "st_venant_kirchhoff", "saint_venant_kirchhoff": "st_venant_kirchhoff",
-    "hooke": "linear_elastic", "elastic": "linear_elastic", "linear": "linear_elastic", "isotropic": "linear_elastic",
+    "neohookean": "neo_hookean", "NeoHookean": "neo_hookean", "neohooke": "neo_hookean",
+    "StVK": "st_venant_kirchhoff",
+    "stvk": "st_venant_kirchhoff", "svk": "st_venant_kirchhoff",
+    "saint_venant_kirchhoff": "st_venant_kirchhoff",
+    "hooke": "linear_elastic", "elastic": "linear_elastic", "linear": "linear_elastic",
+    "isotropic": "linear_elastic",
     "beam": "beam6dof", "rod": "beam6dof", "cosserat": "beam6dof", "tetrahedron": "tet4", "tetra": "tet4",
     "tet": "tet4", "C3D4": "tet4", "P1": "tet4", "T4": "tet4", "cube": "box", "brick": "box", "block": "box",
     "rod_shape": "cylinder", "tube": "cylinder", "clamp": "fixed", "fix": "fixed", "dirichlet": "displaced",
-    "encastre": "fixed", "body_force": "gravity", "weight": "gravity", "neumann": "traction", "force": "point_force",
+    "encastre": "fixed", "body_force": "gravity", "weight": "gravity", "neumann": "traction",
+    "force": "point_force",
     "prescribed": "displaced", "displacement_bc": "displaced", "l2": "energy_norm", "l2_norm": "energy_norm",
     "timoshenko": "simo_reissner", "reissner": "simo_reissner", "euler_bernoulli": "small_deflection",
     "object": "body", "solid": "body", "boundary": "support", "constraint": "support", "bc": "support",
     "force_": "load", "solver": "analysis", "simulation": "analysis", "method": "model", "measure": "metric",
-    "error": "metric", "geometry": "shape", "let": "param", "parameter": "param", "const": "param", "var": "param",
+    "error": "metric", "geometry": "shape", "let": "param", "parameter": "param", "const": "param",
+    "var": "param",
     "import": "use", "include": "use", "assert": "expect", "check": "expect", "observable": "probe",
 }  # fmt: skip

@@ -1,4 +1,4 @@
-"""What names stand for: parameters with their values, declarations, and what to say of a name that is neither."""
+"""What names stand for: parameters with their values, declarations, and what is said of all other names."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from softmark.interpreter import schema, units
 from softmark.interpreter.expressions import COORDINATES, Bad, Evaluator, Place, Value
 from softmark.interpreter.modules import Module, Symbol, Table
 from softmark.interpreter.scene import Parameter
-
 
 MOST_HINTS = 50  # unknown names of a scene that are looked into
 
@@ -36,7 +35,8 @@ class Scope:
         if isinstance(symbol.node, tree.Declare):
             kind = symbol.node.kind
             raise place.fail(
-                "E213", name.span, f"expected a number, found the {kind} `{name.text}`", f"{schema.article(kind)} {kind}",
+                "E213", name.span, f"expected a number, found the {kind} `{name.text}`",
+                f"{schema.article(kind)} {kind}",
                 "only parameters have values: `param L = 178 mm`",
             )  # fmt: skip
         parameter = self.parameters.get(module.prefix + name.text)
@@ -45,7 +45,7 @@ class Scope:
         return parameter.value
 
     def resolve(self, name: tree.Name, module: Module, place: Place, kind: str = "") -> Symbol:
-        """What a name stands for in the module where it is written; `kind` is what it should be. Raises Bad."""
+        """What a name stands for in the module it is written in; `kind` is what is due. Raises Bad."""
         full = module.prefix + name.text
         symbol = self.table.symbols.get(full)
         if symbol is not None:
@@ -53,10 +53,11 @@ class Scope:
             return symbol
         if self.table.is_broken(full):
             raise Bad  # its own declaration is reported already
-        raise place.fail("E201", name.span, f"`{name.text}` is not declared", "not found", self._hint(name, module, kind))
+        raise place.fail("E201", name.span, f"`{name.text}` is not declared", "not found",
+                         self._hint(name, module, kind))
 
     def names(self, module: Module, kinds: Iterable[str]) -> list[str]:
-        """The names of declarations of some kinds, as a module writes them; the kind of a parameter is `param`."""
+        """Names of declarations of some kinds, `param` among them, as a module writes them."""
         wanted = frozenset(kinds)
         return [
             n.removeprefix(module.prefix) for n, s in self.table.symbols.items()
@@ -79,10 +80,12 @@ class Scope:
         if len(name.parts) < 2:
             return ""
         if symbol is not None:
-            return f"`{first}` is {_phrase(_kind(symbol))}, whose fields cannot be read; give the value a `param` of its own"
+            owner = f"`{first}` is {_phrase(_kind(symbol))}, whose fields cannot be read"
+            return f"{owner}; give the value a `param` of its own"
         if module.prefix + first in self.table.aliases:
-            own = [n.removeprefix(first + ".") for n in self.names(module, ["param", *schema.tables()]) if n.startswith(first + ".")]
-            return f"`{first}` declares " + (", ".join(own) or "nothing")
+            own = [n.removeprefix(first + ".")
+                   for n in self.names(module, ["param", *schema.tables()]) if n.startswith(first + ".")]
+            return f"`{first}` declares " + (schema.listed(own) or "nothing")
         return f"nothing is called `{first}` here; `use \"file.scene\" as {first}` would give it a meaning"
 
 
@@ -105,7 +108,7 @@ def _word(text: str, kind: str) -> str:
     if text in schema.words():
         return f"`{text}` is an element, which models take"
     if kind == "" and _is_unit(text):
-        return f"`{text}` is a unit: it stands right after its number, without blanks inside, as in `9.81 m/s^2`"
+        return f"`{text}` is a unit: it stands right after its number, without blanks, as in `9.81 m/s^2`"
     return ""
 
 
@@ -119,8 +122,7 @@ def _is_unit(text: str) -> bool:
 
 def _advice(name: tree.Name, kind: str, fitting: list[str]) -> str:
     if kind and fitting:
-        more = f" and {len(fitting) - 12} more" if len(fitting) > 12 else ""
-        return f"declared {schema.plural(kind)}: {', '.join(fitting[:12])}{more}"
+        return f"declared {schema.plural(kind)}: {schema.listed(fitting)}"
     if kind:
         return f"declare it: `{kind} {name.parts[-1]} = ...`"
     return f"declare it, for example `param {name.parts[-1]} = 5 mm`"

@@ -24,7 +24,8 @@ def selection(node: tree.Expression, evaluator: Evaluator) -> Condition:
     if isinstance(node, tree.Name) and node.text in COORDINATES:
         help = f"compare it with a length: `{node.text} <= 0 mm`"
     found = describe(node)
-    raise evaluator.place.fail("E207", node.span, f"expected a condition on the coordinates, found {found}", found, help)
+    raise evaluator.place.fail("E207", node.span, f"expected a condition on the coordinates, found {found}",
+                               found, help)
 
 
 def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
@@ -69,7 +70,8 @@ def _term(node: tree.Expression, evaluator: Evaluator) -> tuple[Term, Dimension]
             return term.function(name), halved
         case tree.Call():
             raise evaluator.place.fail(
-                "E203", node.function.span, f"`{node.function.text}` does not apply to coordinates", "not in a condition",
+                "E203", node.function.span, f"`{node.function.text}` does not apply to coordinates",
+                "not in a condition",
                 "coordinates take + - * / ^, `sqrt` and `abs`",
             )  # fmt: skip
     raise evaluator.place.fail(
@@ -83,7 +85,8 @@ def _combined(node: tree.Binary, evaluator: Evaluator) -> tuple[Term, Dimension]
     match node.operator:
         case "^" if db != NONE or b.varies or b.value not in EXPONENTS:
             raise evaluator.place.fail(
-                "E218", node.right.span, "a coordinate can be raised to the power of 2, 3 or 4 only", "another exponent",
+                "E218", node.right.span, "a coordinate can be raised to the power of 2, 3 or 4 only",
+                "another exponent",
                 "take a root with `sqrt(...)`",
             )  # fmt: skip
         case "^":

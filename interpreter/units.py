@@ -1,7 +1,8 @@
 """Units of measure: a table, a parser of unit expressions, and dimensions with names that people use.
 
-To add a unit: one line in UNITS. Everything is SI after reading. An own table, because the well-known library costs
-0.4 s of start-up. Angles have a dimension of their own, so that `30` is never read as degrees or radians.
+To add a unit: one line in UNITS. Everything is SI after reading. An own table, because the well-known library
+costs 0.4 s of start-up. Angles have a dimension of their own, so that `30` is never read as degrees or as
+radians.
 """
 
 from __future__ import annotations
@@ -143,7 +144,8 @@ def _power(symbol: str, exponent: int) -> str:
 
 def times(a: Dimension, b: Dimension, sign: int = 1) -> Dimension:
     """Dimension of a product (sign 1) or of a quotient (sign -1)."""
-    return (a[0] + sign * b[0], a[1] + sign * b[1], a[2] + sign * b[2], a[3] + sign * b[3], a[4] + sign * b[4])
+    return (a[0] + sign * b[0], a[1] + sign * b[1], a[2] + sign * b[2], a[3] + sign * b[3],
+            a[4] + sign * b[4])
 
 
 def power(a: Dimension, n: int) -> Dimension:
@@ -190,7 +192,8 @@ _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 def _unreadable(whole: str, part: str = "") -> UnitError:
     """`m3` and `m²` for `m^3` and `m^2`, a power that is not whole, and what cannot be guessed."""
     if re.search(r"\^[+-]?\d+\.", part):
-        return UnitError(f"the power in `{whole}` is not a whole number", "units have whole powers: take a root with `sqrt(...)`")
+        return UnitError(f"the power in `{whole}` is not a whole number",
+                         "units have whole powers: take a root with `sqrt(...)`")
     meant = re.sub(r"([^\W\d_])(-?\d+)(?=$|[*/)])", r"\1^\2", whole.translate(_RAISED))
     if meant != whole and _known(meant):
         return UnitError(f"`{whole}` is not a unit", f"write `{meant}`")
@@ -219,7 +222,8 @@ def _simple(symbol: str, whole: str) -> Measure:
 
 # what people write instead, and what is meant
 _MEANT = {
-    "kpa": "kPa", "mpa": "MPa", "gpa": "GPa", "pa": "Pa", "PA": "Pa", "KPa": "kPa", "Mpa": "MPa", "kPA": "kPa",
+    "kpa": "kPa", "mpa": "MPa", "gpa": "GPa", "pa": "Pa", "PA": "Pa", "KPa": "kPa", "Mpa": "MPa",
+    "kPA": "kPa",
     "MM": "mm", "CM": "cm", "meter": "m", "metre": "m", "meters": "m", "metres": "m", "in": "inch",
     "inches": "inch", "feet": "ft", "foot": "ft", "lbs": "lb", "pound": "lb", "pounds": "lb",
     "KG": "kg", "Kg": "kg", "gram": "g", "grams": "g", "kilogram": "kg", "kilograms": "kg",
@@ -229,7 +233,8 @@ _MEANT = {
     "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad", "percent": "%", "pct": "%",
     "kelvin": "K", "micron": "um", "microns": "um", "millimeter": "mm",
     "millimeters": "mm", "millimetre": "mm", "millimetres": "mm", "centimeter": "cm", "centimetre": "cm",
-    "pascal": "Pa", "pascals": "Pa", "Pascal": "Pa", "kilopascal": "kPa", "kilopascals": "kPa", "megapascal": "MPa",
+    "pascal": "Pa", "pascals": "Pa", "Pascal": "Pa", "kilopascal": "kPa", "kilopascals": "kPa",
+    "megapascal": "MPa",
     "torr": "mmHg", "Torr": "mmHg", "mmhg": "mmHg",
 }  # fmt: skip
 
@@ -251,7 +256,8 @@ def _hint(symbol: str) -> str:
 @lru_cache(maxsize=1)
 def _common() -> tuple[str, ...]:
     """Every unit with every prefix that it takes."""
-    return tuple(p + u for u, (_, _, prefixed) in UNITS.items() for p in ("", *(PREFIXES if prefixed else ())))
+    return tuple(p + u for u, (_, _, prefixed) in UNITS.items()
+                 for p in ("", *(PREFIXES if prefixed else ())))
 
 
 def show(value: float, dimension: Dimension) -> str:

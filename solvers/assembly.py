@@ -31,22 +31,28 @@ def prepare(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
     number = np.full(dofs, -1, dtype=np.int64)
     free = np.setdiff1d(np.arange(dofs), fixed)
     number[free] = np.arange(len(free))
-    size = len(free)
-    keys = [_keys(number[s], size) for s in stencils]
-    used = np.concatenate([k[k >= 0] for k in keys] or [np.zeros(0, dtype=np.int64)])
-    structure = sparse.coo_matrix((np.ones(len(used)), (used // size, used % size)), shape=(size, size)).tocsr()
+    local = [number[s] for s in stencils]
+    structure = sum((_touched(s, len(free)) for s in local), sparse.csr_matrix((len(free), len(free))))
     structure.sort_indices()
-    rows = np.repeat(np.arange(size, dtype=np.int64), np.diff(structure.indptr))
-    place = rows * size + structure.indices
-    slots = tuple(np.where(k >= 0, np.searchsorted(place, k), -1) for k in keys)
-    return Pattern(size, structure.indptr, structure.indices, slots)
+    place = sparse.csr_matrix((np.arange(structure.nnz), structure.indices, structure.indptr), structure.shape)
+    return Pattern(len(free), structure.indptr, structure.indices, tuple(_slots(s, place) for s in local))
 
 
-def _keys(stencil: Ints, size: int) -> Ints:
-    """row * size + column of every local entry (n, k, k), -1 where either is constrained."""
-    rows, columns = stencil[:, :, None], stencil[:, None, :]
-    keys: Ints = np.where((rows >= 0) & (columns >= 0), rows * size + columns, -1)
-    return keys
+def _touched(stencil: Ints, size: int) -> sparse.csr_matrix:
+    """Non-zero where two degrees of freedom share a stencil: B B^T, B their incidence with the stencils."""
+    which, column = np.nonzero(stencil >= 0)
+    rows = stencil[which, column]
+    B = sparse.csr_matrix((np.ones(len(rows)), (rows, which)), shape=(size, len(stencil)))
+    return B @ B.T
+
+
+def _slots(stencil: Ints, place: sparse.csr_matrix) -> Ints:
+    """Where every local entry goes (n, k, k), -1 where its row or its column is constrained."""
+    rows, columns = np.broadcast_arrays(stencil[:, :, None], stencil[:, None, :])
+    keep = (rows >= 0) & (columns >= 0)
+    slots = np.full(keep.shape, -1, dtype=np.int64)
+    slots[keep] = np.asarray(place[rows[keep], columns[keep]]).ravel()
+    return slots
 
 
 class Assembly:

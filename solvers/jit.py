@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable, Iterable
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 
@@ -27,10 +27,12 @@ def sources() -> list[Path]:
 
 
 def digest(files: Iterable[Path], *facts: str) -> str:
-    """SHA-256 over the texts of `files` and over `facts`, as 16 hexadecimal digits."""
+    """SHA-256 over the names and texts of `files` and over `facts`, as 16 hexadecimal digits."""
     h = hashlib.sha256("\0".join(facts).encode())
     for file in files:
-        h.update(file.read_bytes())
+        text = file.read_bytes()
+        h.update(f"\0{file.name}\0{len(text)}\0".encode())
+        h.update(text)
     return h.hexdigest()[:16]
 
 
@@ -52,6 +54,8 @@ def cache_folder() -> Path:
 
 def _writable(folder: Path) -> bool:
     """Whether kernels can be kept in the folder, made if need be; without it they live in memory."""
+    if not folder.is_absolute():  # there is no home, and "~" would be a folder right here
+        return False
     try:
         folder.mkdir(parents=True, exist_ok=True)
         return os.access(folder, os.W_OK)
@@ -68,13 +72,14 @@ def kernel(function: Kernel) -> Kernel:
 
     numba takes the folder of its cache when it decorates; whoever else uses numba in this process keeps theirs.
     """
-    theirs = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(FOLDER)
+    config: Any = numba.config
+    theirs = config.CACHE_DIR
+    config.CACHE_DIR = str(FOLDER)
     try:
-        compiled_later: Kernel = numba.njit(cache=CACHED, nogil=True, error_model="numpy")(function)
+        compiled_later: Any = numba.njit(cache=CACHED, nogil=True, error_model="numpy")(function)
     finally:
-        numba.config.CACHE_DIR = theirs
-    return compiled_later
+        config.CACHE_DIR = theirs
+    return cast(Kernel, compiled_later)
 
 
 def compiled() -> bool:

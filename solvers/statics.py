@@ -80,9 +80,9 @@ class Statics:
     Converged means: the out-of-balance force is at most `tolerance` times the larger of load and reactions.
     In a stiff body or under a tiny load rounding alone can exceed that, since a strain of 1e-16 times a large
     stiffness is a force; when a Newton step no longer lowers it, one of two decides. Either the error in the
-    energy norm, sqrt(r . K^-1 r / 2E), is at most `tolerance`, E the strain energy; or the force is within four
-    times what rounding leaves in it, and the last Newton step, with a definite tangent, was below TINY times the
-    motion so far: there is no better state in this arithmetic, and it is good to that part.
+    energy norm, sqrt(r . K^-1 r / 2E), is at most `tolerance`, E the strain energy; or the force is within
+    four times what rounding leaves in it, and the last Newton step, with a definite tangent, was below TINY
+    times the motion so far: there is no better state in this arithmetic, and it is good to that part.
     """
 
     assembly: Assembly
@@ -248,7 +248,8 @@ class _Newton:
         if residual <= self.problem.tolerance:
             return True
         size = float(np.linalg.norm(g[self.assembly.free]))
-        rounded = (self._close or (self._tiny and size <= 4.0 * self.assembly.rounding(x))) and size > 0.3 * self._before
+        least = self._close or (self._tiny and size <= 4.0 * self.assembly.rounding(x))
+        rounded = least and size > 0.3 * self._before
         self._before = size
         self.rounded |= rounded
         return rounded
@@ -330,15 +331,14 @@ class _Newton:
         Power iteration on I - K+^-1 K, K+ the definite tangent: only negative eigenvalues of K grow in it.
         """
         free = self.assembly.free
-        self._solve(x, 1.0, np.zeros(len(free)), projected=False)
+        self._factor(x, 1.0, projected=False)
         if not self._indefinite():
             return None
-        K = self.assembly.tangent(x, 1.0)
-        self._solve(x, 1.0, np.zeros(len(free)), projected=True)
+        K, definite = self.assembly.tangent(x, 1.0), self._factor(x, 1.0, projected=True)
         d = np.zeros(self.space.dofs)
         d[free] = np.random.default_rng(0).standard_normal(len(free))
         for _ in range(50):
-            d[free] -= self.last.solve(K @ d[free])
+            d[free] -= definite.solve(K @ d[free])
             d[free] *= 0.1 * self.moved / np.linalg.norm(d[free])
         value = self._energy(x, 1.0)
         for length in 0.5 ** np.arange(20):
@@ -353,12 +353,15 @@ class _Newton:
         return d
 
     def _solve(self, x: Floats, load: float, b: Floats, projected: bool) -> Floats:
+        return self._factor(x, load, projected).solve(b)
+
+    def _factor(self, x: Floats, load: float, projected: bool) -> Factor:
         K = self.assembly.tangent(x, load, projected)
         try:
             self.last = factor(K, symmetric=projected or self.assembly.conservative)
         except Singular as error:
             raise NotConverged(f"the tangent is singular ({error})", tuple(self.history)) from error
-        return self.last.solve(b)
+        return self.last
 
     def _record(self, load: float, number: int, residual: float, length: float) -> None:
         iteration = Iteration(self.phase, load, number, residual, length)

@@ -11,9 +11,9 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.case import Case, coverage
 from softmark.interpreter.models import outcome
 from softmark.interpreter.models.beam6dof import Beam6Dof, station
+from softmark.interpreter.models.holding import conflict, must_be_held
 from softmark.interpreter.models.prepared import Solution
 from softmark.interpreter.models.rigid import point_rows
-from softmark.interpreter.models.holding import conflict, must_be_held
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
 from softmark.interpreter.vocabulary.supports import Displaced

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.case import coverage, coverages
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
-from softmark.interpreter.vocabulary.supports import Displaced
 
 if TYPE_CHECKING:
     from softmark.interpreter.case import Case
@@ -20,9 +19,10 @@ if TYPE_CHECKING:
 class Beam6Dof:
     """Geometrically exact beam with six degrees of freedom per node, for straight prismatic bodies.
 
-    Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, rotations are not limited.
-    Two-node elements with one integration point, second order, independent of the path. Shear and axial flexibility are on
-    unless they are switched off. Needs a cylinder or a box that is slender; supports must take whole cross-sections.
+    Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, rotations
+    are not limited. Two-node elements with one integration point, second order, independent of the path.
+    Shear and axial flexibility are on unless they are switched off. Needs a cylinder or a box that is
+    slender; supports must take whole cross-sections.
     Source: Simo (1985); Simo and Vu-Quoc (1986); Crisfield and Jelenic (1999).
     """
 
@@ -37,8 +37,9 @@ class Beam6Dof:
         if not hasattr(case.shape, "section"):
             return [
                 Diagnostic(
-                    "E501", f"`{declared.name}` needs a straight body with a constant section", at.source, at.span,
-                    f"`{case.body.name}` is not a cylinder or a box", "use `fem(...)` for this body",
+                    "E501", f"`{declared.name}` needs a straight body with a constant section",
+                    at.source, at.span, f"`{case.body.name}` is not a cylinder or a box",
+                    "use `fem(...)` for this body",
                 )
             ]  # fmt: skip
         return [*self._loads(declared, case), *self._supports(declared, case), *self._thick(declared, case)]
@@ -50,8 +51,9 @@ class Beam6Dof:
             if reason:
                 at = load.at("at" if isinstance(load.thing, PointForce) else "where")
                 found.append(Diagnostic(
-                    "E501", f"`{declared.name}` cannot represent the load `{load.name}`", at.source, at.span, reason,
-                    "a beam takes gravity, traction on an end face, and point forces on its axis; use `fem(...)` for the others",
+                    "E501", f"`{declared.name}` cannot represent the load `{load.name}`", at.source, at.span,
+                    reason,
+                    "beams take gravity, traction on an end face, forces on the axis; `fem(...)` takes all",
                 ))  # fmt: skip
         return found
 
@@ -60,18 +62,18 @@ class Beam6Dof:
         for support in case.supports:
             stations = [case.shape.length * i / self.segments for i in range(self.segments + 1)]
             cover = coverages(support.thing.where, case.shape, stations)
-            partial = len(support.thing.components) < 3 and not _aligned(case.shape.axis)
-            turning = isinstance(support.thing, Displaced) and len(support.thing.components) < 3
+            oblique = len(support.thing.components) < 3 and not _aligned(case.shape.axis)
             reason = (
                 "takes only part of a cross-section" if "some" in cover
                 else "selects no cross-section at a node" if cover == {"none"}
-                else "holds single components of an oblique beam" if partial or turning and not _aligned(case.shape.axis)
+                else "holds single components of an oblique beam" if oblique
                 else ""
             )  # fmt: skip
             if reason:
                 at = support.at("where")
                 found.append(Diagnostic(
-                    "E501", f"`{declared.name}` cannot represent the support `{support.name}`", at.source, at.span, reason,
+                    "E501", f"`{declared.name}` cannot represent the support `{support.name}`", at.source,
+                    at.span, reason,
                     "a beam is held at whole cross-sections, where the condition holds at a node of its axis",
                 ))  # fmt: skip
         return found
@@ -85,7 +87,8 @@ class Beam6Dof:
         ratio = case.shape.length / depth
         return [
             Diagnostic(
-                "W304", f"a beam {ratio:.1f} times as long as deep is not slender", at.source, at.span, "beam theory is crude here",
+                "W304", f"a beam {ratio:.1f} times as long as deep is not slender", at.source, at.span,
+                "beam theory is crude here",
                 "below about 3 the section warps; compare with `fem(...)`",
             )
         ]  # fmt: skip

@@ -23,9 +23,10 @@ LARGE_ANGLE = 0.1  # rad: a rotation that small strains misread by 0.5 % strain 
 class Fem:
     """Finite elements over the volume of a body: a choice of element and of how strain is measured.
 
-    `small`: strain is linear in the displacements; right for rotations of a few degrees, grows the body when it turns.
-    `corotational`: linear elasticity in the frame of the polar rotation of each integration point, with its exact
-    derivatives; right for large rotations and small strains. `finite`: the material's own law, right for both.
+    `small`: strain is linear in the displacements; right for rotations of a few degrees, grows the body when
+    it turns. `corotational`: linear elasticity in the frame of the polar rotation of each integration point,
+    with its exact derivatives; right for large rotations and small strains. `finite`: the material's own law,
+    right for both.
     The first two take the moduli that the material has at rest.
     """
 
@@ -36,7 +37,8 @@ class Fem:
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against this model of this case."""
-        found = [self._finite_law(declared, case), self._locking(declared, case), self._rotation(declared, case)]
+        found = [self._finite_law(declared, case), self._locking(declared, case),
+                 self._rotation(declared, case)]
         return [d for d in (*found, self._coarse(declared, case)) if d is not None]
 
     def _finite_law(self, declared: Declared, case: Case) -> Diagnostic | None:
@@ -44,8 +46,9 @@ class Fem:
             return None
         at, body = declared.at("strain"), case.body.name
         return Diagnostic(
-            "E502", f"the material of `{body}` has no law for finite strain", at.source, at.span, "needs such a law",
-            "declare the material as `neo_hookean(...)` or `st_venant_kirchhoff(...)`, or use `strain = corotational`",
+            "E502", f"the material of `{body}` has no law for finite strain", at.source, at.span,
+            "needs such a law",
+            "declare a `neo_hookean(...)` or `st_venant_kirchhoff(...)`, or use `strain = corotational`",
         )  # fmt: skip
 
     def _locking(self, declared: Declared, case: Case) -> Diagnostic | None:
@@ -54,8 +57,9 @@ class Fem:
             return None
         at = declared.at("element")
         return Diagnostic(
-            "W301", f"linear tetrahedra lock at a Poisson's ratio of {nu:g}", at.source, at.span, "too stiff here",
-            "the model bends too little, the more so the coarser its mesh: refine it and compare, or trust another model",
+            "W301", f"linear tetrahedra lock at a Poisson's ratio of {nu:g}", at.source, at.span,
+            "too stiff here",
+            "it bends too little, the more so the coarser its mesh: refine and compare, or use another model",
         )  # fmt: skip
 
     def _rotation(self, declared: Declared, case: Case) -> Diagnostic | None:
@@ -77,14 +81,18 @@ class Fem:
         at = declared.at("size")
         cells = 5 * shape.volume / self.size**3
         if cells > 2e7:
-            return Diagnostic("E304", f"a mesh of about {cells:.0e} tetrahedra does not fit in memory", at.source, at.span,
-                              f"{units.show(self.size, units.LENGTH)} for a body of {units.show(max(b - a for a, b in zip(low, high, strict=True)), units.LENGTH)}",
+            size = units.show(self.size, units.LENGTH)
+            extent = units.show(max(b - a for a, b in zip(low, high, strict=True)), units.LENGTH)
+            return Diagnostic("E304", f"a mesh of about {cells:.0e} tetrahedra does not fit in memory",
+                              at.source, at.span,
+                              f"{size} for a body of {extent}",
                               "use a larger size")  # fmt: skip
         return None
 
     def outline(self, case: Case) -> str:
         """One line for the plan."""
-        mesh = "of the file" if getattr(case.shape, "prebuilt", False) else f"of about {units.show(self.size, units.LENGTH)}"
+        mesh = "of the file" if getattr(case.shape, "prebuilt",
+                                        False) else f"of about {units.show(self.size, units.LENGTH)}"
         return f"{self.element} {mesh}, {self.strain} strain"
 
     def load(self) -> None:

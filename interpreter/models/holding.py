@@ -17,16 +17,18 @@ if TYPE_CHECKING:
 
 
 def selected(case: Case, owner: Declared, points: Floats, what: str) -> np.ndarray:
-    """Which of the points (n, 3) the condition of a support or load selects (n,). Raises Fault if none or all are."""
+    """Which of the points (n, 3) a support or load selects (n,). Raises Fault if none or all are."""
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     x, y, z = points.T
     held: np.ndarray = np.asarray(owner.thing.where.holds(x, y, z, extent))
     if not held.any():
         spans = reach(points.min(axis=0).tolist(), points.max(axis=0).tolist())
-        raise fault("E302", owner.at("where"), f"`{owner.name}` selects no {what} of the mesh of `{case.body.name}`", "selects nothing",
+        raise fault("E302", owner.at("where"),
+                    f"`{owner.name}` selects no {what} of the mesh of `{case.body.name}`", "selects nothing",
                     f"the mesh spans {spans}, and a thin selection may lie between its points")  # fmt: skip
     if held.all():
-        raise fault("E303", owner.at("where"), f"`{owner.name}` selects every {what} of `{case.body.name}`", "selects everything",
+        raise fault("E303", owner.at("where"), f"`{owner.name}` selects every {what} of `{case.body.name}`",
+                    "selects everything",
                     "nothing would be left to deform; select a part of the body")  # fmt: skip
     return held
 
@@ -50,7 +52,8 @@ def solid_supports(case: Case, mesh: Mesh) -> tuple[Ints, Floats]:
 
 def conflict(first: Declared, second: Declared) -> Fault:
     """Two supports that impose different values on one degree of freedom."""
-    return fault("E305", second.at("where"), f"`{first.name}` and `{second.name}` hold the same points to different values",
+    problem = f"`{first.name}` and `{second.name}` hold the same points to different values"
+    return fault("E305", second.at("where"), problem,
                  "contradicts the other", "select different points or different components")  # fmt: skip
 
 

@@ -12,8 +12,8 @@ from softmark.interpreter import units
 from softmark.interpreter.case import Case, fault
 from softmark.interpreter.models import outcome
 from softmark.interpreter.models.fem import LARGE_ANGLE, Fem, element_class
-from softmark.interpreter.models.prepared import Solution, Workshop
 from softmark.interpreter.models.holding import solid_supports
+from softmark.interpreter.models.prepared import Solution, Workshop
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
 from softmark.solvers.assembly import Assembly

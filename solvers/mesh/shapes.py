@@ -149,7 +149,7 @@ class Cylinder:
         ends = [(o, o + self.length * a) for o, a in zip(self.origin, self.axis, strict=True)]
         low = tuple(min(e) - r for e, r in zip(ends, reach, strict=True))
         high = tuple(max(e) + r for e, r in zip(ends, reach, strict=True))
-        return low, high  # type: ignore[return-value]
+        return low, high
 
     @property
     def volume(self) -> float:

@@ -18,6 +18,7 @@ model rod = beam6dof(segments = 20)
 probe tip = point(beam, at = (200, 0, 0) mm)
 """
 TET = "model tet = fem(tet4, strain = corotational, size = 10 mm)\n"
+THEORY = "reference theory = elastica(beam)\n"
 
 
 def found(text: str) -> list[Diagnostic]:
@@ -39,18 +40,19 @@ def changed(*changes: tuple[str, str], more: str = "") -> str:
 
 def test_a_good_scene_is_not_complained_about() -> None:
     assert codes(BEAM) == []
-    assert codes(BEAM + TET + "reference theory = elastica(beam)\nmetric eta = energy_norm(tip, against = theory)\nexpect rod.eta < 5 %\n") == []
+    judged = "metric eta = energy_norm(tip, against = theory)\nexpect rod.eta < 5 %\n"
+    assert codes(BEAM + TET + THEORY + judged) == []
 
 
-MEANT = {"silicone-beam": {"W301", "W302"}, "uniaxial-stretch": {"W301"}}  # scenes that show what these warnings are about
+MEANT = {"silicone-beam": {"W301", "W302"}, "uniaxial-stretch": {"W301"}}  # scenes about these warnings
 
 
 @pytest.mark.parametrize("file", sorted(ROOT.rglob("*.scene")), ids=lambda p: p.stem)
 def test_no_false_alarm_about_scenes_that_come_with_softmark(file: Path) -> None:
-    warned = {d.code for d in checked(Source(file.name, file.read_text(encoding="utf-8")), file.parent, file)[1]}
+    source = Source(file.name, file.read_text(encoding="utf-8"))
+    warned = {d.code for d in checked(source, file.parent, file)[1]}
     assert warned - {"W301", "W302", "W304"} == set()
-    if file.stem in MEANT:
-        assert warned == MEANT[file.stem]
+    assert MEANT.get(file.stem, set()) <= warned
 
 
 # ------------------------------------------------------------------ values that are doubtful
@@ -92,7 +94,9 @@ def test_a_material_inside_a_body_is_looked_at_as_well() -> None:
     assert {d.source.text[d.span.start : d.span.end] for d in found(text) if d.source and d.span} == {inline}
 
 
-@pytest.mark.parametrize(("poisson", "locks"), [(0.0, False), (0.3, False), (0.449, False), (0.45, True), (0.49, True), (0.4999, True)])
+@pytest.mark.parametrize(("poisson", "locks"),
+                         [(0.0, False), (0.3, False), (0.449, False), (0.45, True), (0.49, True),
+                          (0.4999, True)])
 def test_linear_tetrahedra_near_incompressibility(poisson: float, locks: bool) -> None:
     text = changed(("poisson = 0.4", f"poisson = {poisson}"), more=TET)
     assert codes(text) == ["W301"] * locks
@@ -102,8 +106,8 @@ def test_linear_tetrahedra_near_incompressibility(poisson: float, locks: bool) -
 @pytest.mark.parametrize(
     ("young", "strain", "warned"),
     [
-        # w L^3 / (6 EI) = 9.81 * 1000 * pi R^2 * L^3 / (6 E pi R^4 / 4) = 1.308e5 Pa / E for R = 20 mm, L = 200 mm:
-        # 0.1 rad at 1.308 MPa
+        # w L^3 / (6 EI) = 9.81 * 1000 * pi R^2 * L^3 / (6 E pi R^4 / 4) = 1.308e5 Pa / E, with R = 20 mm and
+        # L = 200 mm: 0.1 rad at 1.308 MPa
         ("60 kPa", "small", True),
         ("1.30 MPa", "small", True),
         ("1.32 MPa", "small", False),
@@ -120,10 +124,12 @@ def test_small_strain_under_an_end_force() -> None:
     """P L^2 / (2 EI) = 0.1 rad at P = 0.2 * 60e3 * pi/4 * 0.02^4 / 0.2^2 = 0.0377 N, and gravity off."""
     force = "load weight = point_force(beam, at = (200, 0, 0) mm, vector = (0, 0, {}) N)"
     for newton, warned in (("-0.037", False), ("-0.039", True), ("0.039", True)):
-        text = changed(("load weight = gravity(9.81 m/s^2)", force.format(newton)), more=TET.replace("corotational", "small"))
+        text = changed(("load weight = gravity(9.81 m/s^2)", force.format(newton)),
+                       more=TET.replace("corotational", "small"))
         assert codes(text) == ["W302"] * warned
     along = force.replace("(0, 0, {})", "(100, 0, 0)")
-    assert codes(changed(("load weight = gravity(9.81 m/s^2)", along), more=TET.replace("corotational", "small"))) == []
+    assert codes(changed(("load weight = gravity(9.81 m/s^2)", along),
+                         more=TET.replace("corotational", "small"))) == []
 
 
 @pytest.mark.parametrize(("length", "crude"), [(119, True), (121, False)])
@@ -139,38 +145,42 @@ def test_a_beam_that_is_not_slender(length: int, crude: bool) -> None:
 @pytest.mark.parametrize(
     ("where", "code"),
     [
-        ("x < 0 mm", "E302"), ("x > 200 mm", "E302"), ("x >= 200 m", "E302"), ("y^2 + z^2 > 1 m^2", "E302"), ("x >= 0 mm", "E303"),
+        ("x < 0 mm", "E302"), ("x > 200 mm", "E302"), ("x >= 200 m", "E302"), ("y^2 + z^2 > 1 m^2", "E302"),
+        ("x >= 0 mm", "E303"),
         ("x <= 200 mm", "E303"), ("abs(x) < 1 m", "E303"), ("not x < 0 mm", "E303"),
     ],
 )  # fmt: skip
 def test_supports_that_select_nothing_or_everything(where: str, code: str) -> None:
     """One error, and nothing of what follows from it, whatever models and references there are."""
-    assert codes(changed(("x <= 0 mm", where), more=TET + "reference theory = elastica(beam)\n")) == [code]
+    assert codes(changed(("x <= 0 mm", where), more=TET + THEORY)) == [code]
 
 
 def test_a_load_may_act_everywhere() -> None:
-    assert codes(changed(("gravity(9.81 m/s^2)", "pressure(beam, where = x >= 0 mm, magnitude = 1 Pa)"), ("beam6dof(segments = 20)", "fem(tet4, strain = finite, size = 10 mm)"))) == []
+    assert codes(changed(("gravity(9.81 m/s^2)", "pressure(beam, where = x >= 0 mm, magnitude = 1 Pa)"),
+                         ("beam6dof(segments = 20)", "fem(tet4, strain = finite, size = 10 mm)"))) == []
 
 
 def test_a_body_that_nothing_holds_is_reported_once() -> None:
-    text = changed(("support wall = fixed(beam, where = x <= 0 mm)\n", ""), more=TET + "reference theory = elastica(beam)\n")
+    text = changed(("support wall = fixed(beam, where = x <= 0 mm)\n", ""),
+                   more=TET + THEORY)
     assert codes(text) == ["E306"]
 
 
 def test_every_model_without_a_clear_body_is_reported() -> None:
-    text = BEAM + TET + "reference theory = elastica(other)\nbody other = solid(box(size = (10, 10, 99) mm), gel)\n"
-    assert codes(text).count("E221") == 2
+    other = "body other = solid(box(size = (10, 10, 99) mm), gel)\nreference theory = elastica(other)\n"
+    assert codes(BEAM + TET + other).count("E221") == 2
 
 
 def test_what_holds_for_several_models_is_said_once() -> None:
-    more = "load push = pressure(beam, where = z >= 0 mm, magnitude = 1 Pa)\nmodel euler = beam6dof(segments = 9, shear = no)\n"
-    (error,) = found(BEAM + more)
+    push = "load push = pressure(beam, where = z >= 0 mm, magnitude = 1 Pa)\n"
+    (error,) = found(BEAM + push + "model euler = beam6dof(segments = 9, shear = no)\n")
     assert error.code == "E501"
     assert error.notes == ("the same holds for `euler`",)
 
 
 def test_points_outside_are_reported_at_both_ends() -> None:
-    text = changed(("point(beam, at = (200, 0, 0) mm)", "line(beam, from = (-1, 0, 0) mm, to = (201, 0, 0) mm)"))
+    text = changed(("point(beam, at = (200, 0, 0) mm)",
+                    "line(beam, from = (-1, 0, 0) mm, to = (201, 0, 0) mm)"))
     assert codes(text) == ["E504", "E504"]
 
 
@@ -196,14 +206,16 @@ REFUSED = [
 @pytest.mark.parametrize("reference", ["elastica", "simo_reissner", "small_deflection"])
 @pytest.mark.parametrize(("old", "new", "reason"), REFUSED, ids=[r[1][:50] for r in REFUSED])
 def test_references_that_do_not_hold(old: str, new: str, reason: str, reference: str) -> None:
-    text = changed((old, new), ("model rod = beam6dof(segments = 20)\n", f"reference theory = {reference}(beam)\n"))
+    theory = THEORY.replace("elastica", reference)
+    text = changed((old, new), ("model rod = beam6dof(segments = 20)\n", theory))
     (error,) = found(text)
     assert error.code == "E503"
     assert reason in error.message
 
 
 def test_a_clamp_at_the_other_end_is_as_good() -> None:
-    text = changed(("x <= 0 mm", "x >= 200 mm"), ("(200, 0, 0)", "(0, 0, 0)"), more="reference theory = elastica(beam)\n")
+    text = changed(("x <= 0 mm", "x >= 200 mm"), ("(200, 0, 0)", "(0, 0, 0)"),
+                   more=THEORY)
     assert codes(text) == []
 
 
@@ -215,9 +227,11 @@ def test_a_library_is_not_told_that_nothing_uses_it() -> None:
 
 
 def test_names_that_nothing_uses() -> None:
-    text = BEAM + "param L = 3 mm\nparam used = 2 * L\nshape spare = box(size = (1, 1, 1) mm)\nmaterial other = gel\n"
-    assert [(d.code, d.source.text[d.span.start : d.span.end]) for d in found(text) if d.source and d.span] == [
-        ("W309", "used"), ("W309", "spare"), ("W309", "other"),
+    text = BEAM + "param L = 3 mm\nparam used = 2 * L\nmaterial other = gel\n"
+    text += "shape spare = box(size = (1, 1, 1) mm)\n"
+    assert [(d.code, d.source.text[d.span.start : d.span.end])
+            for d in found(text) if d.source and d.span] == [
+        ("W309", "used"), ("W309", "other"), ("W309", "spare"),
     ]  # fmt: skip
 
 

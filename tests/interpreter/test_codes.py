@@ -1,4 +1,4 @@
-"""The pages of the codes: each has a wrong example that gives its code and nothing worse, and a right one that does not."""
+"""The pages of the codes: a wrong example, which gives the code and no other error, and a right one."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import shutil
 from pathlib import Path
 
 import pytest
-import softmark
 
+import softmark
 from softmark.grammar.codes import CODES
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.print import CannotFormat
@@ -23,7 +23,7 @@ COMMAND = re.compile(r"# \$ dsl (.+)")
 
 
 def codes_of(text: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, list[str]]:
-    """The exit status of an example's command (a check if its first line has none), and the codes that it gives."""
+    """The exit status of an example's command, a check if its first line has none, and the codes it gives."""
     Path("my.scene").write_text(text, encoding="utf-8")
     command = COMMAND.match(text)
     arguments = shlex.split(command[1]) if command else ["check", "FILE"]
@@ -63,7 +63,8 @@ def test_every_code_has_a_page_and_every_page_a_code() -> None:
         file.read_text(encoding="utf-8")
         for folder in ("grammar", "interpreter") for file in (PACKAGE / folder).rglob("*.py")
     ]  # fmt: skip
-    emitted = {code for text in texts for code in re.findall(r"\"([EW]\d{3})\"|\[([EW]\d{3})\]", text) for code in code if code}
+    emitted = {code for text in texts for code in re.findall(r"\"([EW]\d{3})\"|\[([EW]\d{3})\]", text)
+               for code in code if code}
     assert emitted == set(pages())
 
 

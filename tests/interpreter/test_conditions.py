@@ -1,4 +1,4 @@
-"""Conditions on coordinates: at points against Python, on arrays against points, and on boxes against sampling."""
+"""Conditions on coordinates: at points by hand, on arrays against points, and on boxes against sampling."""
 
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ def read(text: str) -> tuple[Condition | None, list[Diagnostic]]:
     found: list[Diagnostic] = []
     node, problems = parse_expression(Source("text", text))
     assert node is not None, problems
+    evaluator = Evaluator(Place(Source("text", text), found), lambda name: Quantity(0.2, LENGTH))
     try:
-        return selection(node, Evaluator(Place(Source("text", text), found), lambda name: Quantity(0.2, LENGTH))), found
+        return selection(node, evaluator), found
     except Bad:
         return None, found
 
@@ -68,7 +69,7 @@ def test_points(text: str, inside: tuple[float, float, float], outside: tuple[fl
 
 
 def test_round_off_does_not_lose_a_face() -> None:
-    """1e-9 of the extent counts as nothing: 0.1 + 0.2 > 0.3 in floating point, and `x <= 0.3 m` holds there."""
+    """1e-9 of the extent counts as nothing: 0.1 + 0.2 > 0.3 in floating point, and `x <= 0.3 m` holds."""
     x = 0.1 + 0.2
     assert x > 0.3
     assert condition("x <= 0.3 m").holds(x, 0.0, 0.0, 1.0)
@@ -93,20 +94,25 @@ def _length(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
 
 
 TERM = st.recursive(LENGTHS, _length, max_leaves=5)
-COMPARISON = st.builds(lambda a, o, b: f"{a} {o} {b}", TERM, st.sampled_from(["<", "<=", ">", ">=", "==", "!="]), TERM)
+COMPARISON = st.builds(lambda a, o, b: f"{a} {o} {b}", TERM,
+                       st.sampled_from(["<", "<=", ">", ">=", "==", "!="]), TERM)
 CONDITION = st.recursive(
     COMPARISON,
     lambda inner: st.builds(lambda a, o, b: f"({a}) {o} ({b})", inner, st.sampled_from(["and", "or"]), inner)
     | st.builds(lambda a: f"not ({a})", inner),
     max_leaves=3,
 )
-BOUND = st.tuples(st.integers(-200, 200), st.integers(0, 200)).map(lambda t: (t[0] / 1000, (t[0] + t[1]) / 1000))
+METRES = st.integers(-200, 200).map(lambda n: n / 1000)
+BOUND = st.tuples(METRES, METRES).map(lambda pair: (min(pair), max(pair)))
 SHARE = st.sampled_from([0.0, 1.0]) | st.floats(0.0, 1.0)
 
 
-@given(CONDITION, st.tuples(BOUND, BOUND, BOUND), st.lists(st.tuples(SHARE, SHARE, SHARE), min_size=1, max_size=20))
-def test_bounds_agree_with_sampling(text: str, box: tuple[tuple[float, float], ...], shares: list[tuple[float, ...]]) -> None:
-    """What holds at some point of a box may hold, what fails at some point may fail: bounds never say too much."""
+@given(CONDITION, st.tuples(BOUND, BOUND, BOUND),
+       st.lists(st.tuples(SHARE, SHARE, SHARE), min_size=1, max_size=20))
+def test_bounds_agree_with_sampling(
+    text: str, box: tuple[tuple[float, float], ...], shares: list[tuple[float, ...]]
+) -> None:
+    """What holds at some point of a box may hold in it, what fails may fail: bounds never claim too much."""
     made, _ = read(text)
     if made is None:
         return  # it depends on no coordinate, or divides by a zero that is written out
@@ -120,7 +126,7 @@ def test_bounds_agree_with_sampling(text: str, box: tuple[tuple[float, float], .
         assert may_hold if held else may_fail
 
 
-@given(CONDITION, st.lists(st.tuples(*[st.integers(-200, 200).map(lambda n: n / 1000)] * 3), min_size=1, max_size=20))
+@given(CONDITION, st.lists(st.tuples(METRES, METRES, METRES), min_size=1, max_size=20))
 def test_arrays_agree_with_points(text: str, points: list[tuple[float, float, float]]) -> None:
     made, _ = read(text)
     if made is None:
@@ -163,13 +169,14 @@ def test_error(text: str, code: str, place: str) -> None:
 
 
 SHAPES = [
-    Cylinder(0.2, 0.02), Cylinder(0.2, 0.02, (0.0, 0.6, 0.8), (0.1, 0.0, -0.1)), Box((0.02, 0.2, 0.03), (0.0, -0.1, 0.0)),
+    Cylinder(0.2, 0.02), Cylinder(0.2, 0.02, (0.0, 0.6, 0.8), (0.1, 0.0, -0.1)),
+    Box((0.02, 0.2, 0.03), (0.0, -0.1, 0.0)),
 ]  # fmt: skip
 
 
 @given(CONDITION, st.sampled_from(SHAPES), st.integers(1, 12))
 def test_many_sections_together_as_one_by_one(text: str, shape: Cylinder | Box, count: int) -> None:
-    """Slabs of a beam say what its sections say one by one, except that the search stops at the first that is cut."""
+    """Slabs of a beam say what its sections say one by one, up to the first section that is cut."""
     made, _ = read(text)
     if made is None:
         return

@@ -1,8 +1,9 @@
 """Golden messages: each tests/errors/NAME.scene gives exactly the text of NAME.expected.
 
-SOFTMARK_BLESS=1 pytest tests/interpreter/test_diagnostics.py writes the expected texts anew: then read the difference, as the
-person would to whom it is shown. To add one: a scene there, and bless. Its first line may be a command, `# $ dsl run FILE -p L=3`;
-without it the scene is checked. Files that scenes use are in tests/errors/parts.
+SOFTMARK_BLESS=1 pytest tests/interpreter/test_diagnostics.py writes the expected texts anew: then read the
+difference, as the person would to whom it is shown. To add one: a scene there, and bless. Its first line may
+be a command, `# $ dsl run FILE -p L=3`; without it the scene is checked. Files that scenes use are in
+tests/errors/parts.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Every shipped scene with one token deleted, doubled or misspelt: a clear error or a valid scene, never anything else.
+"""Every shipped scene with one token deleted, doubled or misspelt is an error or a valid scene.
 
-All mutations of all scenes take about a minute; by default a sample of them, the same in every run, is checked. All of them:
+By default a sample of the mutations is checked, the same in every run. All of them:
 SOFTMARK_ALL_MUTATIONS=1 pytest tests/interpreter/test_mutation.py. Add -s to see the slowest.
 """
 
@@ -23,7 +23,8 @@ from softmark.scenes import ROOT
 
 SCENES = sorted(ROOT.rglob("*.scene"))
 SAMPLE = 250  # mutations of each scene
-PLACES = {"(": "[", ")": "]", "[": "(", "]": ")", "=": ":", ",": ";", "<": ">", ">": "<", "+": "-", "-": "+", "*": "/", "/": "*"}
+PLACES = {"(": "[", ")": "]", "[": "(", "]": ")", "=": ":", ",": ";", "<": ">", ">": "<", "+": "-", "-": "+",
+          "*": "/", "/": "*"}
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,8 @@ def assert_inside(diagnostic: Diagnostic, mutation: Mutation) -> None:
     assert source is not None, mutation
     assert span is not None, mutation
     assert 0 <= span.start <= span.end <= len(source.text), (mutation, diagnostic)
-    for offset, line, column in ((span.start, span.line, span.column), (span.end, span.end_line, span.end_column)):
+    for offset, line, column in ((span.start, span.line, span.column),
+                                 (span.end, span.end_line, span.end_column)):
         starts = [0, *(m.end() for m in re.finditer(r"\r\n|\n|\r", source.text))]
         assert starts[line - 1] + column - 1 == offset, (mutation, diagnostic)
     assert diagnostic.message, mutation

@@ -1,4 +1,4 @@
-"""Units: known conversions with their definitions, the algebra of dimensions, and what is said of words that are no units."""
+"""Units: known conversions with their definitions, the algebra of dimensions, and words that are no units."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from softmark.interpreter import units
 from softmark.interpreter.units import UNITS, UnitError, parse
 
-# unit, the same in base units of SI, and where the factor comes from. The tolerance is that of a few roundings.
+# unit, factor, what it is a multiple of, and where the factor comes from; the tolerance is a few roundings
 CONVERSIONS = [
     ("mm", 1e-3, "m", "SI prefix"),
     ("µm", 1e-6, "m", "SI prefix, U+00B5"),
@@ -56,7 +56,8 @@ CONVERSIONS = [
 ]
 
 
-@pytest.mark.parametrize(("unit", "factor", "base"), [c[:3] for c in CONVERSIONS], ids=[c[0] for c in CONVERSIONS])
+@pytest.mark.parametrize(("unit", "factor", "base"), [c[:3] for c in CONVERSIONS],
+                         ids=[c[0] for c in CONVERSIONS])
 def test_conversion(unit: str, factor: float, base: str) -> None:
     found, known = parse(unit), parse(base)
     assert found.dimension == known.dimension
@@ -68,13 +69,14 @@ def test_every_unit_is_in_the_table_above() -> None:
     assert [u for u in UNITS if u not in used and u not in ("m", "s", "K", "rad", "1", "Hz")] == []
 
 
-SIMPLE = st.sampled_from([p + u for u, (_, _, prefixed) in UNITS.items() if u != "1" for p in ("", *(units.PREFIXES if prefixed else ()))])
+SIMPLE = st.sampled_from([p + u for u, (_, _, prefixed) in UNITS.items() if u != "1"
+                          for p in ("", *(units.PREFIXES if prefixed else ()))])
 FACTOR = st.builds(lambda u, n: u if n == 1 else f"{u}^{n}", SIMPLE, st.integers(-3, 3).filter(bool))
 
 
 @given(st.lists(FACTOR, min_size=1, max_size=4), FACTOR)
 def test_products_and_quotients(factors: list[str], divisor: str) -> None:
-    """The dimension of a product is the sum of its factors', its factor their product; to round-off of a few products."""
+    """Dimensions add up and factors multiply; the tolerance is the round-off of a few products."""
     whole = parse("*".join(factors) + "/" + divisor)
     dimension, size = units.NONE, 1.0
     for factor in factors:
@@ -99,7 +101,8 @@ def test_what_is_shown_reads_as_the_value(value: float, dimension: units.Dimensi
 
 @pytest.mark.parametrize(
     ("value", "unit", "shown"),
-    [(0.178, "m", "178 mm"), (6e4, "Pa", "60 kPa"), (0.0, "m", "0 m"), (0.0, "Pa", "0 Pa"), (1070.0, "kg/m^3", "1070 kg/m^3"),
+    [(0.178, "m", "178 mm"), (6e4, "Pa", "60 kPa"), (0.0, "m", "0 m"), (0.0, "Pa", "0 Pa"),
+     (1070.0, "kg/m^3", "1070 kg/m^3"),
      (-0.02, "m", "-20 mm"), (math.pi / 6, "rad", "30 deg"), (0.05, "1", "0.05"), (2e12, "Pa", "2 TPa")],
 )  # fmt: skip
 def test_show(value: float, unit: str, shown: str) -> None:
@@ -114,9 +117,12 @@ def test_vectors_and_ranges_are_shown_in_one_unit() -> None:
 
 @pytest.mark.parametrize(
     ("wrong", "help"),
-    [("kpa", "`kPa`"), ("KPA", "`kPa`"), ("mn", "`mN`"), ("meters", "`m`"), ("kg/m3", "`kg/m^3`"), ("m/s²", "`m/s^2`"),
-     ("milimeter", "`mm`"), ("degC", "`K`"), ("N/mm/mm", "brackets"), ("J/kg*K", "brackets"), ("m^0.5", "sqrt"),
-     ("furlong", "dsl list units"), ("m^13", "12"), ("kg/(m", "without spaces"), ("", "without spaces"), ("Mmm", "`")],
+    [("kpa", "`kPa`"), ("KPA", "`kPa`"), ("mn", "`mN`"), ("meters", "`m`"), ("kg/m3", "`kg/m^3`"),
+     ("m/s²", "`m/s^2`"),
+     ("milimeter", "`mm`"), ("degC", "`K`"), ("N/mm/mm", "brackets"), ("J/kg*K", "brackets"),
+     ("m^0.5", "sqrt"),
+     ("furlong", "dsl list units"), ("m^13", "12"), ("kg/(m", "without spaces"), ("", "without spaces"),
+     ("Mmm", "`")],
 )  # fmt: skip
 def test_what_is_said_of_a_word_that_is_no_unit(wrong: str, help: str) -> None:
     with pytest.raises(UnitError) as refused:

@@ -1,0 +1,130 @@
+"""Compiled kernels: a cache on disk that never answers with what older sources computed."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from softmark.solvers import jit
+
+CALLEE = """
+from package.jit import kernel
+
+@kernel
+def factor(x):
+    return {factor} * x
+"""
+CALLER = """
+from package.jit import kernel
+from package.callee import factor
+
+@kernel
+def twice(x):
+    return 2.0 * factor(x)
+"""
+ASK = """
+from package import caller, jit
+before = jit.compiled()
+print(caller.twice(1.0), before, jit.compiled(), len(caller.twice.stats.cache_hits))
+"""
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A package with two kernels in two files, one calling the other, and our jit.py beside them."""
+    folder = tmp_path / "package"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    shutil.copy(Path(jit.__file__), folder / "jit.py")
+    (folder / "callee.py").write_text(CALLEE.format(factor=3.0), encoding="utf-8")
+    (folder / "caller.py").write_text(CALLER, encoding="utf-8")
+    return folder
+
+
+def ask(folder: Path, **environment: str | None) -> list[str]:
+    """What a new process says: the number, whether kernels were on disk before and after, cache hits."""
+    merged = {**os.environ, "XDG_CACHE_HOME": str(folder.parent / "cache"), **environment}
+    settings = {name: value for name, value in merged.items() if value is not None}
+    run = subprocess.run(
+        [sys.executable, "-c", ASK],
+        cwd=folder.parent,
+        env=settings,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    return run.stdout.split()
+
+
+def test_an_edited_callee_is_never_answered_from_the_cache(package: Path) -> None:
+    """numba itself looks at the file of the kernel that is called, not at those of the ones it calls."""
+    assert ask(package) == ["6.0", "False", "True", "0"]
+    assert ask(package) == ["6.0", "True", "True", "1"]  # from disk
+    callee = package / "callee.py"
+    times = callee.stat()
+    callee.write_text(CALLEE.format(factor=5.0), encoding="utf-8")  # as long as before
+    os.utime(callee, ns=(times.st_atime_ns, times.st_mtime_ns))  # and as old
+    assert ask(package) == ["10.0", "False", "True", "0"]
+    callee.write_text(CALLEE.format(factor=3.0), encoding="utf-8")
+    assert ask(package)[0] == "6.0"
+
+
+def test_without_a_writable_cache_kernels_live_in_memory(package: Path) -> None:
+    """A file where the folder should be: permissions do not stop a test that runs as root."""
+    blocked = package.parent / "blocked"
+    blocked.touch()
+    assert ask(package, XDG_CACHE_HOME=str(blocked)) == ["6.0", "False", "False", "0"]
+    assert blocked.read_bytes() == b""
+
+
+def test_without_a_home_nothing_is_written_where_one_happens_to_be(package: Path) -> None:
+    """expanduser leaves "~" alone for a user that nobody knows; here by a variable that says so."""
+    before = sorted(package.parent.iterdir())
+    assert ask(package, XDG_CACHE_HOME=None, HOME="~") == ["6.0", "False", "False", "0"]
+    assert sorted(package.parent.iterdir()) == before
+
+
+def copied(tmp_path: Path) -> list[Path]:
+    """All solver sources elsewhere, so that they may be edited."""
+    root = Path(jit.__file__).parent
+    shutil.copytree(root, tmp_path / "solvers", ignore=shutil.ignore_patterns("__pycache__"))
+    return sorted((tmp_path / "solvers").rglob("*.py"))
+
+
+def test_any_edit_of_any_source_changes_the_folder(tmp_path: Path) -> None:
+    """One byte more in each file in turn, none of which may go unnoticed."""
+    files = copied(tmp_path)
+    assert len(files) == len(jit.sources()) > 20
+    seen = {jit.digest(files)}
+    for file in files:
+        text = file.read_bytes()
+        file.write_bytes(text + b"#")
+        seen.add(jit.digest(files))
+        file.write_bytes(text)
+    assert len(seen) == len(files) + 1
+    assert jit.digest(files) == jit.digest(jit.sources())
+
+
+def test_what_moves_between_files_changes_the_folder(tmp_path: Path) -> None:
+    (tmp_path / "a.py").write_bytes(b"one two")
+    (tmp_path / "b.py").write_bytes(b" three")
+    files = sorted(tmp_path.iterdir())
+    before = jit.digest(files)
+    (tmp_path / "a.py").write_bytes(b"one")
+    (tmp_path / "b.py").write_bytes(b" two three")
+    assert jit.digest(files) != before
+    assert jit.digest(files, "other numba") != jit.digest(files)
+
+
+def test_the_folder_follows_the_environment(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert jit.cache_folder().parent == tmp_path / "softmark" / "kernels"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert jit.cache_folder().parent == tmp_path / ".cache" / "softmark" / "kernels"
