@@ -34,7 +34,8 @@ def prepare(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
     local = [number[s] for s in stencils]
     structure = sum((_touched(s, len(free)) for s in local), sparse.csr_matrix((len(free), len(free))))
     structure.sort_indices()
-    place = sparse.csr_matrix((np.arange(structure.nnz), structure.indices, structure.indptr), structure.shape)
+    layout = (structure.indices, structure.indptr)
+    place = sparse.csr_matrix((np.arange(structure.nnz), *layout), structure.shape)
     return Pattern(len(free), structure.indptr, structure.indices, tuple(_slots(s, place) for s in local))
 
 

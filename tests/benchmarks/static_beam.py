@@ -3,8 +3,9 @@
     python tests/benchmarks/static_beam.py [--repeat 5] [--section 0.0065] [--along 0.00494]
 
 One thread, repetitions interleaved (ours, theirs, ours, ...), medians of CPU time, compilation and imports
-excluded. Both start from rest and end at a relative residual of 1e-8; FElupe ramps the load in as few equal steps
-as it converges with. A measurement, not a test: nothing is asserted, and the largest difference is printed.
+excluded. Both start from rest and end at a relative residual of 1e-8; FElupe ramps the load in as few equal
+steps as it converges with. A measurement, not a test: nothing is asserted, and the largest difference is
+printed.
 """
 # ruff: noqa: E402 - threads must be set before anything that reads their number is imported
 
@@ -42,7 +43,7 @@ model solid = fem(tet4, strain = finite, size = {size} m)
 probe tip = point(beam, at = (178, 0, 0) mm)
 """
 E, NU, DOWN = 60e3, 0.49, np.array([0.0, 0.0, -1070 * 9.81])
-PARTS = {  # where a function of this name is defined, and what its time (calls of others included) is spent on
+PARTS = {  # file and functions, and what their time (with that of all they call) is spent on
     ("structured.py", ("disc", "extrude", "split")): "mesh",
     ("assembly.py", ("prepare",)): "pattern",
     ("assembly.py", ("tangent",)): "tangents",
