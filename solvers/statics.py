@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
@@ -26,6 +27,7 @@ MEMORY = 10  # energies back that a step must stay below: bends are long curved 
 RIGID = 1e-6  # least scale of a residual, of the force if the body stayed behind while its supports move
 TINY = 1e-4  # of the motion so far: what a Newton step must stay below where rounding limits the residual
 
+Criterion = Literal["residual", "energy", "rounding"]
 Watch = Callable[["Iteration"], None]
 Merit = Callable[[Floats, float], float]
 
@@ -54,14 +56,16 @@ class NotConverged(Exception):
 class Equilibrium:
     """A converged state, its relative residual, and every iteration that led to it.
 
-    `rounded`: rounding kept the residual above the tolerance, and the other criteria of `Statics` decided.
+    `criterion` is which of those of `Statics` decided. `stable` is None where it could not be established, which
+    happens under follower loads only.
     """
 
     x: Floats
     residual: float
     history: tuple[Iteration, ...]
     load_steps: int
-    rounded: bool = False
+    criterion: Criterion = "residual"
+    stable: bool | None = True
 
     @property
     def iterations(self) -> int:
@@ -75,7 +79,9 @@ class Statics:
 
     `twin` is the assembly of the corotational law with the same moduli, or None; `sound` says whether a state
     is admissible (no inverted cell). `bold` tries whole steps first; rods, whose space already follows their
-    rotation, need no such start.
+    rotation, need no such start. `convex` says that the energy is a positive quadratic form, whose one
+    equilibrium is stable. `extent` is the size of the body in m; `weights` make degrees of freedom that are
+    rotations comparable with displacements: forces are multiplied and motions divided by them.
 
     Converged means: the out-of-balance force is at most `tolerance` times the larger of load and reactions.
     In a stiff body or under a tiny load rounding alone can exceed that, since a strain of 1e-16 times a large
@@ -95,6 +101,9 @@ class Statics:
     twin: Assembly | None = None
     sound: Callable[[Floats], bool] = field(default=lambda x: True)
     bold: bool = True
+    convex: bool = False
+    extent: float = 1.0
+    weights: Floats = field(default_factory=lambda: np.ones(1))  # (dofs,) or (1,)
     watch: Watch = field(default=lambda iteration: None)
 
 
@@ -124,11 +133,10 @@ def _free(problem: Statics, history: list[Iteration]) -> Equilibrium:
         x = newton.whole_steps(x, cap=20)
     else:
         x = newton.whole_steps(newton.impose(x, 1.0), cap=20)
-    if problem.assembly.conservative and newton.last is not None and newton.last.negative_pivots:
+    stable = problem.convex or newton.definite(x)
+    if not stable and problem.assembly.conservative:
         raise NotConverged("the equilibrium is unstable", tuple(history))
-    if not problem.sound(x):
-        raise NotConverged("the equilibrium has inverted cells", tuple(history))
-    return Equilibrium(x, newton.residual(x, 1.0)[1], tuple(history), 1, newton.rounded)
+    return _kept(newton, x, 1, stable or None)
 
 
 # --------------------------------------------------------- decreasing energy, loads in steps
@@ -148,10 +156,17 @@ def _careful(problem: Statics, history: list[Iteration]) -> Equilibrium:
             if step < 1e-3:
                 reached = f"the load could be raised to {100 * load:.4g} % only: {failure.reason}"
                 raise NotConverged(reached, tuple(history)) from failure
-    x = newton.stable(x)
-    if not problem.sound(x):
-        raise NotConverged("the equilibrium has inverted cells", tuple(history))
-    return Equilibrium(x, newton.residual(x, 1.0)[1], tuple(history), steps, newton.rounded)
+    if problem.assembly.conservative:
+        return _kept(newton, newton.stable(x), steps, True)
+    return _kept(newton, x, steps, newton.definite(x) or None)
+
+
+def _kept(newton: _Newton, x: Floats, steps: int, stable: bool | None) -> Equilibrium:
+    """The equilibrium, unless cells are inside out. Raises NotConverged."""
+    history = tuple(newton.history)
+    if not newton.problem.sound(x):
+        raise NotConverged("the equilibrium has inverted cells", history)
+    return Equilibrium(x, newton.residual(x, 1.0)[1], history, steps, newton.criterion, stable)
 
 
 class _Newton:
@@ -163,7 +178,7 @@ class _Newton:
         self.history = history
         self.phase = phase
         self.last: Factor | None = None
-        self.rounded = False
+        self.criterion: Criterion = "residual"
         self.moved = 0.0  # length of all steps so far
         self.towed = 0.0  # force that the motion of the supports causes while the body stays behind
         self._close = self._tiny = False  # what the last step was
@@ -175,7 +190,8 @@ class _Newton:
         external = np.zeros_like(g)
         for energy in self.assembly.loads:
             energy.add_gradient(x, external, load)
-        forces = (external, g[self.problem.fixed], g[self.assembly.free])
+        weighted = g * self.problem.weights
+        forces = (external * self.problem.weights, weighted[self.problem.fixed], weighted[self.assembly.free])
         load_size, reactions, size = (float(np.linalg.norm(f)) for f in forces)
         scale = max(load_size, reactions, RIGID * self.towed)
         return g, size / scale if scale > 0 else size
@@ -245,28 +261,30 @@ class _Newton:
 
     def _done(self, x: Floats, g: Floats, residual: float) -> bool:
         """The tolerance is met, or rounding is all that is left (see Statics)."""
+        self.criterion = "residual"
         if residual <= self.problem.tolerance:
             return True
         size = float(np.linalg.norm(g[self.assembly.free]))
-        least = self._close or (self._tiny and size <= 4.0 * self.assembly.rounding(x))
-        rounded = least and size > 0.3 * self._before
+        floor = 4.0 * self.assembly.rounding(x)
+        stalled = 0.3 * self._before < size <= 4.0 * max(self._before, floor)
         self._before = size
-        self.rounded |= rounded
-        return rounded
+        self.criterion = "energy" if self._close else "rounding"
+        return stalled and (self._close or (self._tiny and size <= floor))
 
     def _judge(self, x: Floats, g: Floats, d: Floats, projected: bool = False) -> None:
         """Whether the error in the energy norm, sqrt(-g . d), is small, and whether the Newton step d is."""
         E = sum(e.value(x) for e in self.assembly.internal)
-        self._close = bool(0.0 <= -(g @ d) <= 2.0 * E * self.problem.tolerance**2)
-        tiny = bool(np.linalg.norm(d) <= TINY * self.moved) and not projected
-        self._tiny = tiny and not self._indefinite()
+        close = bool(0.0 <= -(g @ d) <= 2.0 * E * self.problem.tolerance**2)
+        tiny = bool(np.linalg.norm(d / self.problem.weights) <= TINY * self.moved)
+        definite = (close or tiny) and not projected and not self._indefinite()
+        self._close, self._tiny = close and definite, tiny and definite
 
     def _indefinite(self) -> bool:
         """Whether the last tangent has negative eigenvalues; that of follower loads is not asked."""
         return bool(self.assembly.conservative and self.last is not None and self.last.negative_pivots)
 
     def _moved(self, x: Floats, d: Floats, length: float) -> Floats:
-        self.moved = float(np.hypot(self.moved, length * np.linalg.norm(d)))
+        self.moved = float(np.hypot(self.moved, length * np.linalg.norm(d / self.problem.weights)))
         return self.space.move(x, length * d)
 
     def _energy(self, x: Floats, load: float) -> float:
@@ -315,37 +333,43 @@ class _Newton:
             length, value = 2.0 * length, there
         return length
 
+    def definite(self, x: Floats) -> bool:
+        """Whether the tangent in x, for follower loads its symmetric part, has no negative eigenvalue."""
+        K = self.assembly.tangent(x, 1.0)
+        try:
+            self.last = factor(K if self.assembly.conservative else (0.5 * (K + K.T)).tocsr())
+        except Singular:
+            return False
+        return self.last.negative_pivots == 0
+
     def stable(self, x: Floats) -> Floats:
         """x, or a stable equilibrium of less energy where x is unstable. Raises NotConverged."""
         for _ in range(5):
-            y = self._aside(x) if self.assembly.conservative else None
-            if y is None:
+            if self.definite(x):
                 return x
             self.phase = "aside"
-            x = self.descend(y, 1.0)
+            x = self.descend(self._aside(x), 1.0)
         raise NotConverged("every equilibrium found is unstable", tuple(self.history))
 
-    def _aside(self, x: Floats) -> Floats | None:
-        """A state of less energy along the most unstable direction; None where x is stable.
+    def _aside(self, x: Floats) -> Floats:
+        """A state of less energy along the most unstable direction. Raises NotConverged where there is none.
 
         Power iteration on I - K+^-1 K, K+ the definite tangent: only negative eigenvalues of K grow in it.
         """
         free = self.assembly.free
-        self._factor(x, 1.0, projected=False)
-        if not self._indefinite():
-            return None
         K, definite = self.assembly.tangent(x, 1.0), self._factor(x, 1.0, projected=True)
         d = np.zeros(self.space.dofs)
         d[free] = np.random.default_rng(0).standard_normal(len(free))
         for _ in range(50):
             d[free] -= definite.solve(K @ d[free])
-            d[free] *= 0.1 * self.moved / np.linalg.norm(d[free])
+            d[free] /= np.linalg.norm(d[free])
+        d *= 0.1 * self.problem.extent / np.abs(d / self.problem.weights).max()
         value = self._energy(x, 1.0)
         for length in 0.5 ** np.arange(20):
             y = self.space.move(x, length * d)
             if self._energy(y, 1.0) < value - 1e-10 * abs(value):
                 return y
-        return None
+        raise NotConverged("it is unstable, and no state beside it has less energy", tuple(self.history))
 
     def _direction(self, g: Floats, x: Floats, load: float, projected: bool) -> Floats:
         d = np.zeros(self.space.dofs)

@@ -1,6 +1,7 @@
 """Diagnostic codes: a page each, `E204.md`, with a wrong and a right example that the tests execute.
 
-To add a code: one page. Its first line is `# E204: title`; it holds one ```wrong and one ```right block.
+To add a code: one page. Its first line is `# E204: title`; it holds one ```wrong and one ```right block, each
+a whole scene. An example that needs more than a check starts with its command: `# $ dsl run FILE -p L=120mm`.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
     assembly = Assembly(6 * nodes, fixed, [elastic], _loads(case, rest, stations))
     problem = Statics(
         assembly, RodChain(rest, held[:, :3]), rest, fixed, target, case.analysis.tolerance, case.analysis.max_iterations,
-        bold=False,
+        bold=False, extent=shape.length, weights=np.tile([1.0, 1.0, 1.0, *[1.0 / shape.length] * 3], nodes),
     )  # fmt: skip
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
     return PreparedBeam(rest, elastic, problem, size)

@@ -10,6 +10,13 @@ from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics import Equilibrium, Iteration, NotConverged
 
 
+CRITERIA = {
+    "residual": "residual",
+    "energy": "error in the energy norm, since rounding limits the residual",
+    "rounding": "rounding limits the residual, and the last Newton step was below 1e-4 of the motion",
+}
+
+
 def solution(find: Callable[[], Equilibrium], remedy: str, finish: Callable[[Equilibrium], Solution]) -> Solution:
     """What `find` comes to; not converged, with its history, where it finds no equilibrium."""
     try:
@@ -36,5 +43,6 @@ def _number(value: float) -> float | None:
 def converged(found: Equilibrium, displacement: Callable[[Floats], Floats]) -> Solution:
     """A solution that met its tolerance."""
     known = facts(found.history, found.residual, found.load_steps)
-    known["criterion"] = "energy norm, since rounding limits the residual" if found.rounded else "residual"
+    known["criterion"] = CRITERIA[found.criterion]
+    known["stable"] = found.stable
     return Solution("converged", None, known, displacement)

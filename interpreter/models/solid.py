@@ -109,7 +109,8 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
 
     problem = Statics(
         assembly, VectorSpace(dofs), np.zeros(dofs), fixed, target, case.analysis.tolerance,
-        case.analysis.max_iterations, twin, sound,
+        case.analysis.max_iterations, twin, sound, convex=model.strain == "small" and assembly.conservative,
+        extent=mesh.extent,
     )  # fmt: skip
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
     return PreparedSolid(model, declared, case.shape, mesh, elastic, problem, size, _volume_note(declared, case, mesh))

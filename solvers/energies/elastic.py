@@ -55,10 +55,10 @@ class Elastic:
     @cached_property
     def _noise(self) -> float:
         """eps times the force that a strain of one would cause: F is near one, so its last digit is that strain."""
-        largest = np.linalg.norm(self.law.dPdF(np.eye(3)[None]).reshape(9, 9), 2)
+        stiffest = np.linalg.norm(self.law.dPdF(np.eye(3)[None]))  # of 81 entries: an upper bound
         forces = np.zeros(int(self.cells.max()) + 1)
         share = np.einsum("mq,mqa->ma", self.w, np.linalg.norm(self.dNdX, axis=3))
-        np.add.at(forces, self.cells, largest * share)
+        np.add.at(forces, self.cells, stiffest * share)
         return float(np.finfo(np.float64).eps * np.linalg.norm(forces))
 
     def rounding(self, x: Floats) -> float:

@@ -67,14 +67,14 @@ def by_felupe(mesh: Mesh, law: Any) -> np.ndarray:
         for part in np.linspace(0.0, 1.0, 26)[1:]:
             weight.update(part * DOWN)
             felupe.newtonraphson(
-                items=[body, weight], x0=field, dof0=dof0, dof1=dof1, ext0=felupe.dof.apply(field, clamp, dof0),
-                tol=1e-11, maxiter=60, verbose=0,
+                items=[body, weight], x0=field, dof0=dof0, dof1=dof1,
+                ext0=felupe.dof.apply(field, clamp, dof0), tol=1e-11, maxiter=60, verbose=0,
             )  # fmt: skip
     return np.array(field[0].values)
 
 
 def assert_same(mesh: Mesh, u: np.ndarray, v: np.ndarray) -> None:
-    """1e-8 relative, in the whole field and at the tip: the two differ by rounding and by their last residuals."""
+    """1e-8 relative, in the whole field and at the tip: they differ by rounding and their last residuals."""
     tip = np.argmin(np.linalg.norm(mesh.points - [0.178, 0.0, 0.0], axis=1))
     assert np.linalg.norm(v[tip]) > 0.05  # a large bend, not a body at rest
     assert np.linalg.norm(u[tip] - v[tip]) <= 1e-8 * np.linalg.norm(v[tip])
