@@ -150,3 +150,18 @@ def _offsets(shape: Any) -> tuple[Point, ...]:
 def _section_reach(shape: Any) -> tuple[float, ...]:
     """How far a cross-section reaches from its centre along x, y and z."""
     return tuple(max(abs(c) for c in column) for column in zip(*_offsets(shape), strict=True))
+
+
+def borders(condition: Condition, shape: Any, samples: int = 400) -> list[float]:
+    """Stations (m) where a selection of whole cross-sections begins or ends inside the body, by bisection."""
+    grid = [shape.length * i / samples for i in range(samples + 1)]
+    held = [coverage(condition, shape, s) == "all" for s in grid]
+    found = []
+    for a, b, before, after in zip(grid[:-1], grid[1:], held[:-1], held[1:], strict=True):
+        if before != after:
+            inside, outside = (a, b) if before else (b, a)
+            for _ in range(60):
+                middle = 0.5 * (inside + outside)
+                inside, outside = (middle, outside) if coverage(condition, shape, middle) == "all" else (inside, middle)
+            found.append(inside)
+    return [s for s in found if 1e-9 * shape.length < s < (1 - 1e-9) * shape.length]

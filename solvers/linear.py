@@ -12,6 +12,7 @@ from scipy.sparse.linalg import splu
 from softmark.solvers.energies.energy import Floats
 
 NAME = "SuperLU (scipy)"
+NEUTRAL = 1e-13  # of the largest pivot: smaller ones have no sign
 
 
 class Singular(Exception):
@@ -36,7 +37,9 @@ class Factor:
         Only pivots on the diagonal count; a pivot taken elsewhere makes the matrix indefinite as well.
         """
         elsewhere = np.any(self.lu.perm_r != self.lu.perm_c)
-        return int(np.sum(self.lu.U.diagonal() < 0)) or int(elsewhere)
+        pivots = self.lu.U.diagonal()
+        # a neutral direction, such as the plane in which a round column bends, has a pivot of zero to rounding
+        return int(np.sum(pivots < -NEUTRAL * np.abs(pivots).max())) or int(elsewhere)
 
 
 def factor(K: sparse.csr_matrix, symmetric: bool = True) -> Factor:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.case import Case, coverage
+from softmark.interpreter.case import Case, coverage, fault
 from softmark.interpreter.models import outcome
 from softmark.interpreter.models.beam6dof import Beam6Dof, station
 from softmark.interpreter.models.holding import conflict, must_be_held
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 class PreparedBeam:
     """A rod at rest and its static problem."""
 
+    declared: Declared
     rest: Floats
     elastic: RodElastic
     problem: Statics
@@ -58,13 +59,14 @@ class PreparedBeam:
         return replace(again, history=found.history + again.history)
 
     def _finish(self, found: Equilibrium) -> Solution:
-        return outcome.converged(found, lambda X: displacement_at(found.x, self.rest, X))
+        solution = outcome.converged(found, lambda X: displacement_at(found.x, self.rest, X))
+        return replace(solution, notes=outcome.doubts(self.declared, found))
 
 
 def prepare(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
     """Everything that solving needs. Raises Fault."""
     shape = case.shape
-    stations = np.linspace(0.0, shape.length, model.segments + 1)
+    stations = np.array(model.stations(case))
     points = np.array(shape.root) + stations[:, None] * np.array(shape.axis)
     rest = rod_at_rest(points, np.array(transverse(shape.axis)[1]))
     nodes = len(points)
@@ -78,7 +80,7 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
         bold=False, extent=shape.length, weights=np.tile([1.0, 1.0, 1.0, *[1.0 / shape.length] * 3], nodes),
     )  # fmt: skip
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
-    return PreparedBeam(rest, elastic, problem, size)
+    return PreparedBeam(declared, rest, elastic, problem, size)
 
 
 def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
@@ -146,6 +148,8 @@ def _loads(case: Case, rest: Floats, stations: Floats) -> list[RodLoad]:
             case PointForce(at=at, vector=vector):
                 node, share = _place(station(case, at) or 0.0, stations)
                 forces[node : node + 2] += np.outer([1 - share, share], vector)
+            case _:
+                raise fault("E501", load.location, f"no beam model knows the load `{load.name}`")
     return [RodLoad(rest, forces)]
 
 

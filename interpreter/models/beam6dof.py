@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.case import coverage, coverages
+from softmark.interpreter.case import borders, coverage, coverages
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
 
 if TYPE_CHECKING:
@@ -60,8 +60,7 @@ class Beam6Dof:
     def _supports(self, declared: Declared, case: Case) -> list[Diagnostic]:
         found = []
         for support in case.supports:
-            stations = [case.shape.length * i / self.segments for i in range(self.segments + 1)]
-            cover = coverages(support.thing.where, case.shape, stations)
+            cover = coverages(support.thing.where, case.shape, self.stations(case))
             oblique = len(support.thing.components) < 3 and not _aligned(case.shape.axis)
             reason = (
                 "takes only part of a cross-section" if "some" in cover
@@ -93,6 +92,15 @@ class Beam6Dof:
             )
         ]  # fmt: skip
 
+    def stations(self, case: Case) -> list[float]:
+        """Nodes along the axis, m from the root: equally spaced, the nearest moved to each end of a support."""
+        found = [case.shape.length * i / self.segments for i in range(self.segments + 1)]
+        for border in sorted({b for support in case.supports for b in borders(support.thing.where, case.shape)}):
+            inner = range(1, self.segments)
+            if inner and not any(abs(s - border) <= 1e-9 * case.shape.length for s in found):
+                found[min(inner, key=lambda i: abs(found[i] - border))] = border
+        return sorted(found)
+
     def outline(self, case: Case) -> str:
         """One line for the plan."""
         off = [name for name, on in (("shear", self.shear), ("stretch", self.axial)) if not on]
@@ -121,10 +129,10 @@ def _unfit(load: Declared, case: Case) -> str:
         case PointForce(at=at):
             return "" if station(case, at) is not None else "not on the axis of the beam"
         case Traction(where=where):
-            ends = [coverage(where, case.shape, s) for s in (0.0, case.shape.length)]
-            middle = coverage(where, case.shape, 0.5 * case.shape.length)
-            fits = sorted(ends) == ["all", "none"] and middle == "none"
-            return "" if fits else "not on one whole end face"
+            length = case.shape.length
+            ends = [coverage(where, case.shape, s) for s in (0.0, length)]
+            between = coverages(where, case.shape, [length * (i + 0.001) / 100.1 for i in range(100)] + [0.9999 * length])
+            return "" if sorted(ends) == ["all", "none"] and between == {"none"} else "not on one whole end face"
     return "not a load of beam theory"
 
 

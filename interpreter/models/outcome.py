@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.models.prepared import Solution
+from softmark.interpreter.scene import Declared
 from softmark.solvers import linear
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics import Equilibrium, Iteration, NotConverged
@@ -15,6 +17,18 @@ CRITERIA = {
     "energy": "error in the energy norm, since rounding limits the residual",
     "rounding": "rounding limits the residual, and the last Newton step was below 1e-4 of the motion",
 }
+
+
+def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
+    """Warnings about an equilibrium that may not be the only one."""
+    at = declared.at()
+    if any(i.phase == "aside" for i in found.history):
+        return (Diagnostic("W314", f"`{declared.name}` buckled: the straight equilibrium is unstable", at.source, at.span,
+                           "one of several states", "the direction in which it went is arbitrary; an imperfection decides it"),)  # fmt: skip
+    if found.stable is None:
+        return (Diagnostic("W314", f"whether the equilibrium of `{declared.name}` is stable could not be established", at.source,
+                           at.span, "the load follows the surface", "there may be another state; vary the load and compare"),)  # fmt: skip
+    return ()
 
 
 def solution(find: Callable[[], Equilibrium], remedy: str, finish: Callable[[Equilibrium], Solution]) -> Solution:

@@ -13,14 +13,13 @@ from softmark.interpreter.case import Case, fault
 from softmark.interpreter.models import outcome
 from softmark.interpreter.models.fem import LARGE_ANGLE, Fem, element_class
 from softmark.interpreter.models.holding import solid_supports
+from softmark.interpreter.models.loading import solid_loads
 from softmark.interpreter.models.prepared import Solution, Workshop
 from softmark.interpreter.scene import Declared
-from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
 from softmark.solvers.assembly import Assembly
-from softmark.solvers.elements.interpolation import Integration, integration, locate
+from softmark.solvers.elements.interpolation import integration, locate
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import Energy, Floats, Ints, VectorSpace
-from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.materials import law_for
 from softmark.solvers.mesh.file import Unreadable
 from softmark.solvers.mesh.mesh import Mesh
@@ -70,7 +69,7 @@ class PreparedSolid:
     def _finish(self, found: Equilibrium) -> Solution:
         u = found.x.reshape(-1, 3)
         solution = outcome.converged(found, lambda X: locate(self.mesh, X).interpolate(u))
-        return replace(solution, notes=self._misread_rotation(found.x))
+        return replace(solution, notes=(*self._misread_rotation(found.x), *outcome.doubts(self.declared, found)))
 
     def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
         if self.model.strain != "small":
@@ -96,7 +95,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
     parts = integration(mesh, element)
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, model.strain))
     fixed, target = solid_supports(case, mesh)
-    loads = _loads(case, mesh, parts)
+    loads = solid_loads(case, mesh, parts, small=model.strain == "small")
     dofs = mesh.points.size
     assembly = Assembly(dofs, fixed, [elastic], loads)
     twin = None
@@ -140,46 +139,3 @@ def _volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic
         Diagnostic("W305", f"the mesh of `{declared.name}` holds {100 * lost:.1f} % less volume than the body", at.source, at.span,
                    "too coarse for the curved surface", "use a smaller size"),
     )  # fmt: skip
-
-
-# ------------------------------------------------------------------ loads
-
-
-def _loads(case: Case, mesh: Mesh, parts: Integration) -> list[Energy]:
-    dead = np.zeros((len(mesh.points), 3))
-    followers: list[Energy] = []
-    for load in case.loads:
-        match load.thing:
-            case Gravity(magnitude=magnitude, direction=direction):
-                shares = case.material.density * parts.w @ parts.N  # (m, a) kg on each node of each cell
-                np.add.at(dead, mesh.cells, shares[:, :, None] * (magnitude * np.array(direction)))
-            case Traction(vector=vector):
-                faces = _faces(case, load, mesh)
-                share = _areas(mesh, faces)[:, None, None] / 3 * np.array(vector)
-                np.add.at(dead, faces, np.broadcast_to(share, (len(faces), 3, 3)))
-            case Pressure(magnitude=p):
-                followers.append(FollowerPressure(mesh.points, _faces(case, load, mesh), p))
-            case PointForce(at=at, vector=vector):
-                place = locate(mesh, np.array([at]))
-                np.add.at(dead, place.nodes[0], place.N[0][:, None] * np.array(vector))
-    return [DeadForces(dead.ravel()), *followers]
-
-
-def _faces(case: Case, load: Declared, mesh: Mesh) -> Ints:
-    """Boundary triangles whose three corners are selected."""
-    held = np.zeros(len(mesh.points), dtype=bool)
-    surface = np.unique(mesh.faces)
-    extent_points = mesh.points[surface]
-    x, y, z = extent_points.T
-    held[surface] = load.thing.where.holds(x, y, z, mesh.extent)
-    faces: Ints = mesh.faces[held[mesh.faces].all(axis=1)]
-    if not len(faces):
-        raise fault("E302", load.at("where"), f"`{load.name}` selects no part of the surface of `{case.body.name}`", "selects nothing",
-                    "a surface triangle counts when its three corners are selected")  # fmt: skip
-    return faces
-
-
-def _areas(mesh: Mesh, faces: Ints) -> Floats:
-    a, b, c = (mesh.points[faces[:, i]] for i in range(3))
-    areas: Floats = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    return areas

@@ -49,7 +49,7 @@ class FollowerPressure:
 
     points: Floats  # (n, 3) undeformed
     faces: Ints
-    p: float
+    p: float | Floats  # or (f,), one for each face
     conservative: bool = False
 
     @property
@@ -68,7 +68,7 @@ class FollowerPressure:
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus the nodal forces, N."""
         e1, e2 = self._edges(x)
-        minus_force = scale * self.p / 6.0 * np.cross(e1, e2)
+        minus_force = scale / 6.0 * np.reshape(self.p, (-1, 1)) * np.cross(e1, e2)
         for corner in range(3):
             np.add.at(g.reshape(-1, 3), self.faces[:, corner], minus_force)
 
@@ -81,7 +81,7 @@ class FollowerPressure:
         e1, e2 = self._edges(x)
         # d(e1 x e2) = -[e2]x de1 + [e1]x de2 with de1 = dx1 - dx0, de2 = dx2 - dx0
         d1, d2 = -_cross_matrix(e2), _cross_matrix(e1)
-        row = np.concatenate([-(d1 + d2), d1, d2], axis=2) * (scale * self.p / 6.0)  # (f, 3, 9)
+        row = np.concatenate([-(d1 + d2), d1, d2], axis=2) * np.reshape(self.p, (-1, 1, 1)) * (scale / 6.0)  # (f, 3, 9)
         block = np.tile(row, (1, 3, 1))
         keep = slots >= 0
         np.add.at(data, slots[keep], block[keep])
