@@ -34,7 +34,7 @@ class LoadedScene:
         """Names of its models."""
         return tuple(self.scene.of_kind("model"))
 
-    def run(self, models: Sequence[str] | None = None, repeat: int = 1) -> Report:
+    def run(self, models: str | Sequence[str] | None = None, repeat: int = 1) -> Report:
         """Solve and judge; `models` restricts to some, `repeat` times each solution so often.
 
         Models that do not converge are in the report with their status: look at it before their numbers.
@@ -43,7 +43,9 @@ class LoadedScene:
         from softmark.interpreter.names import unknown_models
         from softmark.interpreter.run import Options, run
 
-        only = tuple(models or ())
+        if models is not None and not models:
+            raise ValueError("`models` is empty; leave it out to run all models")
+        only = (models,) if isinstance(models, str) else tuple(models or ())
         if problems := unknown_models(self.scene, only):
             raise SceneError(problems)
         return run(self.scene, list(self.warnings), Options(only=only, repeat=repeat))

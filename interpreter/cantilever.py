@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from softmark.interpreter.case import Case, Fault, coverage, coverages, fault
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.loads import Gravity
 from softmark.interpreter.vocabulary.supports import Fixed
-from softmark.references.cantilever import Cantilever, Disc, Rectangle, Refused
-from softmark.solvers.mesh import shapes
+from softmark.references.cantilever import ALIGNMENT, Cantilever, Disc, Rectangle, Refused
 
 
 def cantilever_of(reference: Declared, case: Case) -> Cantilever:
@@ -22,6 +22,9 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
         if not isinstance(load.thing, Gravity):
             raise _refused(reference, f"the load `{load.name}` is not gravity",
                            "this reference knows a beam under its own weight alone")  # fmt: skip
+    if not any(case.gravity):
+        raise _refused(reference, "there is no gravity, so nothing bends the beam",
+                       "declare a load across the axis: `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
     root, axis = _clamped_end(reference, case)
     try:  # the section too may be refused
         return Cantilever(shape.length, _section(case), case.material.young, case.material.poisson,
@@ -60,16 +63,16 @@ def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
 
 
 def _section(case: Case) -> Disc | Rectangle:
-    """The section in the words of the references, which compute its moments themselves."""
-    section = case.shape.section
-    if isinstance(section, shapes.Disc):
-        return Disc(section.radius)
-    first, _ = shapes.transverse(case.shape.axis)
-    along_first = abs(sum(f * g for f, g in zip(first, case.gravity, strict=True)))
-    total = sum(g * g for g in case.gravity) ** 0.5
-    if 1e-9 * total < along_first < (1 - 1e-9) * total:
+    """The section in the words of the references: a radius, or for a box its own extents, as it was declared.
+
+    Nothing is taken from the section that models compute with, so that a mistake there shows as a difference.
+    """
+    if not hasattr(case.shape, "size"):
+        return Disc(case.shape.radius)
+    first, second = (i for i in range(3) if abs(case.shape.axis[i]) < 0.5)
+    pulls = abs(case.gravity[first]), abs(case.gravity[second])
+    if min(pulls) > ALIGNMENT * math.hypot(*pulls):
         raise Refused("gravity is oblique to the sides of the section",
                       "the beam would bend sideways; turn gravity")
-    if along_first > 0.5 * total:
-        return Rectangle(height=section.width, width=section.height)
-    return Rectangle(height=section.height, width=section.width)
+    height, width = (first, second) if pulls[0] > pulls[1] else (second, first)
+    return Rectangle(height=case.shape.size[height], width=case.shape.size[width])

@@ -15,6 +15,7 @@ from softmark.interpreter.cantilever import cantilever_of
 from softmark.interpreter.case import Case, Fault, body_of, case_of, reach
 from softmark.interpreter.conditions import Point
 from softmark.interpreter.scene import Declared, Location, Scene
+from softmark.interpreter.vocabulary.supports import Displaced
 from softmark.interpreter.vocabulary.loads import PointForce
 from softmark.solvers.mesh.shapes import contains
 
@@ -137,6 +138,19 @@ def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         yield _diagnostic("E306", case.body.at(), problem, "no support", remedy)
 
 
+def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Bodies that models compute although nothing moves them."""
+    still = {case.body.name: case for _, case in _cases(scene, "model") if not case.loads and not _driven(case)}
+    for case in still.values():
+        body = case.body.name
+        yield _diagnostic("W313", case.body.at(), f"nothing loads `{body}`: it stays at rest", "no load",
+                          "declare one, such as `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
+
+
+def _driven(case: Case) -> bool:
+    return any(isinstance(support.thing, Displaced) for support in case.supports)
+
+
 def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Doubts of models; what holds for several is said once."""
     first: dict[tuple[object, ...], tuple[Diagnostic, list[str]]] = {}
@@ -219,4 +233,4 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _selections, _places, _lints)
-WHOLE: tuple[Check, ...] = (_bodies, _held, _models, _references, _metrics, _expectations, _use)
+WHOLE: tuple[Check, ...] = (_bodies, _held, _loaded, _models, _references, _metrics, _expectations, _use)

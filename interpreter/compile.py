@@ -46,6 +46,7 @@ def compile_scene(
         parameters={n: p for n in table.symbols if (p := scope.parameters.get(n)) is not None},
         declared={n: d for n in table.symbols if (d := compiler.declared.get(n)) is not None},
         expectations=tuple(compiler.expectations),
+        overrides=tuple(replacements),
         unused=_unused(scope),
     )
     return scene, list(dict.fromkeys(diagnostics))  # a scene that is used twice is complained about once

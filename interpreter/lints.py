@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import units
-from softmark.interpreter.plan import named_in, plan_of
+from softmark.interpreter.plan import plan_of
 from softmark.interpreter.scene import Location, Scene
 from softmark.interpreter.vocabulary.loads import Gravity
 
@@ -75,9 +76,10 @@ def _gravities(scene: Scene) -> Iterator[Diagnostic]:
 
 def _settled(scene: Scene) -> Iterator[Diagnostic]:
     """Expectations that are met or not before anything is computed."""
-    owners = {*scene.of_kind("model"), *scene.of_kind("reference")}
     for expectation in scene.expectations:
-        if owners.isdisjoint(named_in(expectation.node)):
+        # a name with a dot is a metric of a model, be the model in error or not, or a parameter of a used scene
+        names = (n.text for n, _ in tree.walk(expectation.node) if isinstance(n, tree.Name) and len(n.parts) > 1)
+        if all(name in scene.parameters for name in names):
             yield _warning("W311", expectation.location, "nothing that is computed enters this expectation",
                            "the same in every run",
                            "compare a metric of a model or reference, such as `rod.eta`")  # fmt: skip

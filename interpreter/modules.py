@@ -66,9 +66,9 @@ class Missing(Exception):
 
 
 def standard_scenes() -> dict[str, Path]:
-    """Scenes of the standard library by name (`silicone-beam`), without libraries of names (`std/...`)."""
+    """Scenes of the standard library by name (`silicone-beam`), without libraries of names and templates."""
     files = sorted(ROOT.rglob(f"*{SUFFIX}"))
-    return {f.stem: f for f in files if "materials" not in f.relative_to(ROOT).parts}
+    return {f.stem: f for f in files if f.relative_to(ROOT).parts[0] not in ("materials", "templates")}
 
 
 def locate(name: str) -> Path:

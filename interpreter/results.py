@@ -127,6 +127,7 @@ class ExpectationResult:
     value: float | None
     unit: str = ""
     reason: str | None = None
+    left_out: bool = False  # what it is about was not chosen to run
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of an expectation."""
@@ -163,10 +164,13 @@ class Report:
 
     @property
     def exit_status(self) -> int:
-        """3 where a model or reference failed, else 1 where an expectation was not met, else 0."""
+        """3 where a model or reference failed, else 1 where an expectation was not met or not judged, else 0.
+
+        Expectations about models that were not chosen to run do not count.
+        """
         if any(o.status not in ("converged", "skipped") for o in self.outcomes):
             return 3
-        return 1 if any(e.passed is False for e in self.expectations) else 0
+        return 1 if any(not e.passed and not e.left_out for e in self.expectations) else 0
 
     def to_json(self) -> dict[str, Any]:
         """The report as the contract has it: only JSON's own types, no NaN, no infinity."""

@@ -8,7 +8,7 @@ import os
 import platform
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
@@ -51,6 +51,7 @@ class Options:
     repeat: int = 1
     say: Say = lambda what, detail: None
     keep: Callable[[Report], None] = lambda report: None
+    warn: Callable[[Sequence[Diagnostic]], None] = lambda found: None
 
 
 @dataclass
@@ -63,6 +64,7 @@ class _Run:
     models: dict[str, ModelResult] = field(default_factory=dict)
     references: dict[str, ReferenceResult] = field(default_factory=dict)
     warnings: list[Diagnostic] = field(default_factory=list)
+    compiling: bool = False
 
 
 def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
@@ -89,17 +91,26 @@ def _prepare_all(work: _Run) -> None:
         case = case_of(work.scene, body_of(work.scene, declared))
         work.options.say("prepare", name)
         declared.thing.load()
+        workshop.borrowed = (0.0, 0.0)
         wall, cpu = time.perf_counter(), time.process_time()
         try:
             prepared = declared.thing.prepare(declared, case, workshop)
-            work.prepared[name] = (prepared, time.perf_counter() - wall, time.process_time() - cpu)
+            spent = time.perf_counter() - wall, time.process_time() - cpu
+            # a mesh that another model has made costs this one what it cost that one
+            work.prepared[name] = (prepared, spent[0] + workshop.borrowed[0], spent[1] + workshop.borrowed[1])
             _probes_inside(work, case.body.name, prepared)
         except Fault as error:
             faults.append(error.diagnostic)
         else:
-            work.warnings.extend(prepared.notes)
+            _warn(work, prepared.notes)
     if faults:
         raise SceneError(list(dict.fromkeys(faults)))
+
+
+def _warn(work: _Run, found: Sequence[Diagnostic]) -> None:
+    """Keep warnings for the report, and show them."""
+    work.warnings.extend(found)
+    work.options.warn(found)
 
 
 def _probes_inside(work: _Run, body: str, prepared: Prepared) -> None:
@@ -109,7 +120,8 @@ def _probes_inside(work: _Run, body: str, prepared: Prepared) -> None:
         return
     for probe in _probes(work, body):
         if (distance := outside(np.array(probe.thing.stations))) > 0:
-            raise fault("E504", probe.location, f"`{probe.name}` looks at a point {units.show(distance, units.LENGTH)} outside `{body}`",
+            field = "at" if "at" in probe.fields else "to"
+            raise fault("E504", probe.at(field), f"`{probe.name}` looks at a point {units.show(distance, units.LENGTH)} outside `{body}`",
                         "not in the body", "give coordinates of the undeformed body")  # fmt: skip
 
 
@@ -128,7 +140,7 @@ def _model(work: _Run, name: str) -> ModelResult:
         probes = _look(work, case.body.name, solution.displacement)
         if not all(np.all(np.isfinite(p.displacement)) for p in probes.values()):
             solution, probes = Solution("failed", "the displacements are not finite numbers", solution.facts), {}
-    work.warnings.extend(solution.notes)
+    _warn(work, solution.notes)
     metrics = _metrics(work, name, case.body.name, probes, solution.message)
     return ModelResult(name, solution.status, solution.message, outline, prepared.size, solution.facts, clock, probes, metrics)
 
@@ -158,7 +170,8 @@ def _timed(work: _Run, name: str, prepared: Prepared) -> tuple[Solution, list[fl
 
 
 def _warm(work: _Run, name: str, prepared: Prepared) -> None:
-    if "softmark.solvers.jit" in sys.modules and not sys.modules["softmark.solvers.jit"].compiled():
+    if not work.compiling and "softmark.solvers.jit" in sys.modules and not sys.modules["softmark.solvers.jit"].compiled():
+        work.compiling = True
         work.options.say("compile", "compiling kernels, once for this version")
     else:
         work.options.say("solve", name)
@@ -172,8 +185,8 @@ def _reference(work: _Run, declared: Declared) -> ReferenceResult:
     cls, body = type(declared.thing), body_of(work.scene, declared)
     try:
         line = declared.thing.solve(cantilever_of(declared, case_of(work.scene, body)))
-        probes = _look(work, body, line.displacement)
         error = float(line.estimated_error)
+        probes = _look(work, body, lambda X: _above(line.displacement(X), error))
     except Fault as refused:
         raise SceneError([refused.diagnostic]) from refused
     except Exception as failure:
@@ -181,6 +194,11 @@ def _reference(work: _Run, declared: Declared) -> ReferenceResult:
             raise
         return ReferenceResult(declared.name, "failed", str(failure), cls.kind, cls.source)
     return ReferenceResult(declared.name, "converged", None, cls.kind, cls.source, error, probes)
+
+
+def _above(u: np.ndarray, error: float) -> np.ndarray:
+    """Displacements (n, 3), zero where they are below the reference's own error: nothing is relative to such a number."""
+    return np.where(np.linalg.norm(u, axis=1, keepdims=True) > error, u, 0.0)
 
 
 # ------------------------------------------------------------------ looking and judging
@@ -233,7 +251,8 @@ def _judge(work: _Run, expectation: Expectation) -> ExpectationResult:
     text, line = expectation.text, expectation.location.span.line
     missing = sorted(named_in(expectation.node) - set(work.models) - set(work.references) - set(work.scene.parameters))
     if missing:
-        return ExpectationResult(text, line, None, None, reason=f"{', '.join(missing)} was not run")
+        return ExpectationResult(text, line, None, None, reason=f"{', '.join(missing)} was not run",
+                                 left_out=True)
     place = Place(expectation.location.source, [])
     evaluator = Evaluator(place, lambda name: _known(work, name))
     try:
@@ -299,6 +318,7 @@ def describe(scene: Scene) -> dict[str, Any]:
         "title": scene.title, "file": scene.path or source.name,
         "sha256": hashlib.sha256(source.text.encode()).hexdigest(), "parameters": parameters, "text": source.text,
         "overridden": sorted(n for n, p in scene.parameters.items() if p.overridden),
+        "overrides": list(scene.overrides),
     }  # fmt: skip
 
 

@@ -79,6 +79,7 @@ class Scene:
     parameters: Mapping[str, Parameter]
     declared: Mapping[str, Declared]
     expectations: tuple[Expectation, ...]
+    overrides: tuple[str, ...] = ()  # as given: `L=120mm`
     unused: Mapping[str, Location] = field(default_factory=dict)
 
     def of_kind(self, kind: str) -> dict[str, Declared]:

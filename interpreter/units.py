@@ -280,14 +280,15 @@ def show_range(low: float, high: float, dimension: Dimension) -> str:
 
 
 def _unit_for(value: float, dimension: Dimension) -> tuple[float, str]:
-    """The unit that suits the size of a value; that of SI for zero."""
+    """The unit that suits the size of a value; that of SI for zero, and where none listed comes near."""
     choices = _SHOWN.get(dimension, ((1.0, si(dimension)),))
-    smallest = choices[-1] if value else next((c for c in choices if c[0] == 1.0), choices[0])
-    return next((c for c in choices if abs(value) >= c[0]), smallest)
+    if not choices[-1][0] * 1e-3 <= abs(value) < choices[0][0] * 1e6:
+        return 1.0, si(dimension)
+    return next((c for c in choices if abs(value) >= c[0]), choices[-1])
 
 
 _SHOWN: dict[Dimension, tuple[tuple[float, str], ...]] = {
-    LENGTH: ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
+    LENGTH: ((1e3, "km"), (1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
     PRESSURE: ((1e12, "TPa"), (1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
     TIME: ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")),
     FORCE: ((1e3, "kN"), (1.0, "N"), (1e-3, "mN"), (1e-6, "µN")),

@@ -20,11 +20,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Print the page of a constructor, a kind, a word or a code."""
+    """Print the page of a constructor, a kind, a word, a unit or a code."""
     text = page(parsed.name)
     if text is None:
         close = nearest(parsed.name, _names())
-        hint = f"did you mean `{close}`?" if close else "`dsl list` shows what there is"
+        hint = f"did you mean `{close}`?" if close else _meant_unit(parsed.name) or "`dsl list` shows what there is"
         print(f"error: there is nothing called `{parsed.name}`; {hint}", file=sys.stderr)
         return 2
     print(text)
@@ -33,7 +33,82 @@ def run(parsed: argparse.Namespace) -> int:
 
 def _names() -> list[str]:
     kinds = schema.tables()
-    return [*kinds, *(n for table in kinds.values() for n in table), *schema.words(), *schema.WORDS]
+    words = [*kinds, *(n for table in kinds.values() for n in table), *schema.words(), *schema.WORDS]
+    return [*words, *RESERVED, *CALLS, *PLAIN]
+
+
+# what is not a constructor: reserved words, functions, and names with a meaning of their own
+RESERVED = {
+    "softmark": "`softmark 1` as the first line gives the version of the language. It may be left out.",
+    "scene": "`scene \"silicone beam\"` gives the scene a title, once. Without it the title is the name of the file.",
+    "use": "`use \"tissues.scene\" as tissue` makes the names of another scene known as `tissue.NAME`. Paths are relative to\n"
+    "the scene's own folder; `std/...` is the standard library.",
+    "as": "Part of `use \"tissues.scene\" as tissue`: the name under which the other scene is known.",
+    "param": "`param L = 178 mm` names a quantity, and `param L = 178 mm in 10 mm .. 1 m` gives it a range too. A parameter can be\n"
+    "replaced for one run: `dsl run FILE -p L=120mm`.",
+    "in": "Part of `param L = 178 mm in 10 mm .. 1 m`: the range of a parameter, both ends included.",
+    "expect": "`expect rod.eta < 5 %` is a condition on a metric (`eta`) of a model or reference (`rod`). Whether it is met is decided\n"
+    "after the run; if it is not, `dsl run` exits with 1.",
+    "and": "`x <= 0 mm and z > 0 mm`: both conditions hold. It binds more tightly than `or`.",
+    "or": "`x <= 0 mm or x >= 200 mm`: at least one of the conditions holds. `and` binds more tightly.",
+    "not": "`not x <= 0 mm`: the condition does not hold.",
+}
+CALLS = {
+    "abs": ("abs(a)", "magnitude of a quantity, in its unit"),
+    "sin": ("sin(a)", "sine of an angle: `sin(30 deg)` is 0.5"),
+    "cos": ("cos(a)", "cosine of an angle"),
+    "tan": ("tan(a)", "tangent of an angle"),
+    "exp": ("exp(a)", "e to the power of a plain number"),
+    "log": ("log(a)", "natural logarithm of a positive plain number"),
+    "sqrt": ("sqrt(a)", "square root, of the unit too: `sqrt(4 mm^2)` is 2 mm"),
+    "min": ("min(a, b)", "smallest of quantities of one dimension, two or more"),
+    "max": ("max(a, b)", "largest of quantities of one dimension, two or more"),
+}
+PLAIN = {
+    "pi": "constant, 3.14159...",
+    "x": "coordinate, in conditions (`x <= 0 mm`) and directions (`-x`)",
+    "y": "coordinate, in conditions (`y <= 0 mm`) and directions (`-y`)",
+    "z": "coordinate, in conditions (`z <= 0 mm`) and directions (`-z`)",
+    "yes": "value of a switch, such as `shear = yes`",
+    "no": "value of a switch, such as `shear = no`",
+}
+
+
+def _word(name: str) -> str | None:
+    """The lines of a reserved word, a function, or a name with a meaning of its own."""
+    if name in RESERVED:
+        return f"{name} (reserved word)\n\n{RESERVED[name]}"
+    if name in CALLS:
+        return f"{CALLS[name][0]} (function)\n\n{CALLS[name][1]}"
+    return f"{name}\n\n{PLAIN[name]}" if name in PLAIN else None
+
+
+def _meant_unit(name: str) -> str:
+    """The unit that is written in another way here: `did you mean `MPa`?`."""
+    try:
+        units.parse(name)
+    except units.UnitError as error:
+        meant = re.search(r"write (`\S+`)", error.remedy)
+        return f"did you mean {meant[1]}?" if meant else ""
+    return ""
+
+
+def _unit(name: str) -> str | None:
+    """The lines of a unit or a product of units: what it measures, and its size in SI."""
+    try:
+        measure = units.parse(name)
+    except units.UnitError:
+        return None
+    if name == "1":
+        return None
+    si = units.si(measure.dimension)
+    size = f"; 1 {name} is {measure.factor:.12g} {si}".removesuffix(" 1") if name != si else ", and is a unit of SI"
+    takes = units.UNITS.get(name, (1.0, units.NONE, False))[2]
+    prefixes = f"\nIt takes the prefixes {' '.join(units.PREFIXES)}, as in `k{name}`." if takes else ""
+    kind = units.named(measure.dimension)
+    what = f"measures {kind}" if measure.dimension in units.NAMES else f"measures what has no name of its own"
+    what = "stands for a plain number" if measure.dimension == units.NONE else what
+    return f"{name} (unit)\n\nIt {what}{size}.{prefixes}\nA unit stands right after its number, as in `5 {name}`."
 
 
 def page(name: str) -> str | None:
@@ -49,12 +124,14 @@ def page(name: str) -> str | None:
         rows = [schema.constructor(name, n) for n in schema.tables()[name]]
         lines = "\n".join(f"  {c.name:<24}{c.summary}" for c in rows if c)
         return f"{name}: declared as `{name} NAME = CONSTRUCTOR(...)`\n\n{lines}"
+    if word := _word(name):
+        return word
     if name in schema.words():
         return f"{name} (element)\n\n{inspect.getdoc(schema.words()[name])}"
     meant = schema.WORDS.get(name) or schema.SYNONYMS.get(name)
-    if meant:
+    if meant and not _unit(name):
         return f"`{name}` is not a word of this language; what is meant is called `{meant}` here.\n\n{page(meant) or _field_page(meant)}"
-    return _field_page(name) if _field_page(name) else None
+    return _field_page(name) or _unit(name)
 
 
 def _field_page(name: str) -> str:

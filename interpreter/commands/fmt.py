@@ -8,7 +8,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from softmark.grammar.diagnostic import Source
+from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.parse import parse
 from softmark.interpreter.commands.scenes import Unread, has_errors, read_scene, show
 
@@ -31,6 +31,10 @@ def _one(name: str, check: bool) -> int:
         source, _, path = read_scene(name)
     except Unread as unread:
         show([unread.diagnostic])
+        return 2
+    if path is not None and not check and not os.path.isfile(name):
+        show([Diagnostic("E404", f"`{name}` is a scene of the standard library, which is not rewritten", None, None,
+                         help=f"give the path of a file of your own, or see with `dsl fmt --check {name}` whether it would change")])
         return 2
     problems = parse(source)[1]
     if has_errors(problems):

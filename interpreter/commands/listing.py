@@ -87,8 +87,6 @@ def _units() -> Rows:
 
 
 def _functions() -> Rows:
-    from softmark.interpreter.expressions import CONSTANTS, COORDINATES, FUNCTIONS, SPECIAL
+    from softmark.interpreter.commands.explain import CALLS, PLAIN
 
-    return [(f"{n}(a)", "of a quantity") for n in (*FUNCTIONS, *SPECIAL)] + [(n, "constant") for n in CONSTANTS] + [
-        (n, "coordinate, in conditions and directions") for n in COORDINATES
-    ]  # fmt: skip
+    return [*CALLS.values(), *((name, text) for name, text in PLAIN.items())]

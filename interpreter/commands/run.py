@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import sys
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.commands.progress import Progress
@@ -63,8 +64,16 @@ def _run(scene: Scene, found: list[Diagnostic], parsed: argparse.Namespace, prog
     from softmark.interpreter.report import terminal
     from softmark.interpreter.scene import SceneError
 
+    def warn(later: Sequence[Diagnostic]) -> None:
+        progress.clear()
+        show(later)
+
     shelf = Shelf(parsed, scene)
-    options = runner.Options(tuple(parsed.model), parsed.repeat, progress.say, shelf.keep)
+    if problem := shelf.unusable():
+        progress.clear()
+        print(problem, file=sys.stderr)
+        return 2
+    options = runner.Options(tuple(parsed.model), parsed.repeat, progress.say, shelf.keep, warn)
     try:
         report = runner.run(scene, found, options)
     except SceneError as error:
@@ -90,9 +99,25 @@ class Shelf:
     def __init__(self, parsed: argparse.Namespace, scene: Scene) -> None:
         self.json: str | None = parsed.json
         name = Path(scene.path).stem if scene.path else "scene"
-        self.folder = Path(parsed.out) if parsed.out else None if parsed.json else Path(f"{name}-report")
+        self.folder = Path(parsed.out) if parsed.out is not None else None if parsed.json is not None else Path(f"{name}-report")
         self.failed = False
         self.count = 0
+
+    def unusable(self) -> str:
+        """Why the report could not be written where it is asked for, found before anything is computed."""
+        try:
+            if self.folder is not None:
+                self.folder.mkdir(parents=True, exist_ok=True)
+                tempfile.TemporaryFile(dir=self.folder).close()
+            if self.json not in (None, "-"):
+                place = Path(str(self.json))
+                if not self.json or place.is_dir():
+                    raise OSError(None, "it is a folder" if self.json else "the name is empty")
+                tempfile.TemporaryFile(dir=place.parent).close()
+        except OSError as error:
+            where, option = (self.json, "--json") if self.folder is None else (self.folder, "--out")
+            return f"error[E404]: cannot write {where or 'the report'}: {error.strerror or error}; choose another place with {option}"
+        return ""
 
     @property
     def kept(self) -> str:

@@ -97,7 +97,7 @@ class Beam6Dof:
         found = [case.shape.length * i / self.segments for i in range(self.segments + 1)]
         for border in sorted({b for support in case.supports for b in borders(support.thing.where, case.shape)}):
             inner = range(1, self.segments)
-            if inner and not any(abs(s - border) <= 1e-9 * case.shape.length for s in found):
+            if inner and not any(abs(s - border) <= 1e-6 * case.shape.length for s in found):
                 found[min(inner, key=lambda i: abs(found[i] - border))] = border
         return sorted(found)
 

@@ -87,6 +87,11 @@ class Fem:
                               at.source, at.span,
                               f"{size} for a body of {extent}",
                               "use a larger size")  # fmt: skip
+        least = min(b - a for a, b in zip(low, high, strict=True))
+        if self.size > 0.5 * least * (1 + 1e-9):
+            return Diagnostic("W312", f"the mesh of `{declared.name}` is coarser than the body", at.source, at.span,
+                              f"the body is {units.show(least, units.LENGTH)} across",
+                              "use a size of a fraction of that; bending needs four cells or more across")  # fmt: skip
         return None
 
     def outline(self, case: Case) -> str:
@@ -97,7 +102,8 @@ class Fem:
 
     def load(self) -> None:
         """Import what building needs, so that no clock counts it."""
-        import softmark.interpreter.models.solid  # noqa: F401
+        import softmark.interpreter.models.solid
+        import softmark.solvers.mesh.structured  # noqa: F401
 
     def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
         """Mesh, elements, supports and loads as arrays. Raises Fault."""

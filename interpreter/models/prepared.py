@@ -69,3 +69,5 @@ class Workshop:
     """Meshes that models of one run share."""
 
     meshes: dict[tuple[str, str, float], Any] = field(default_factory=dict)
+    seconds: dict[tuple[str, str, float], tuple[float, float]] = field(default_factory=dict)  # wall, CPU
+    borrowed: tuple[float, float] = (0.0, 0.0)  # what the meshes cost that the present model found made

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -118,12 +119,16 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
 def mesh_of(model: Fem, case: Case, workshop: Workshop) -> Mesh:
     """The body's mesh, made once for all models that want the same."""
     key = (case.body.name, model.element, model.size)
-    if key not in workshop.meshes:
+    if key in workshop.meshes:
+        workshop.borrowed = workshop.seconds.get(key, (0.0, 0.0))
+    else:
+        wall, cpu = time.perf_counter(), time.process_time()
         try:
             workshop.meshes[key] = case.shape.mesh(model.size)
         except Unreadable as error:
             raise fault("E403", case.body.at("shape"), f"the mesh of `{case.body.name}` cannot be used: {error}",
                         help="the file must hold tetrahedra of positive volume") from error  # fmt: skip
+        workshop.seconds[key] = time.perf_counter() - wall, time.process_time() - cpu
     mesh: Mesh = workshop.meshes[key]
     return mesh
 

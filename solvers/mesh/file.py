@@ -13,6 +13,10 @@ from softmark.solvers.mesh.mesh import Mesh
 
 UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
 
+SOLIDS = frozenset({
+    "hexahedron", "wedge", "pyramid", "tetra10", "hexahedron20", "hexahedron27", "wedge15", "wedge18", "pyramid13", "pyramid14",
+})  # fmt: skip
+
 
 class Unreadable(Exception):
     """A mesh file cannot be used; the message says what is wrong with it."""
@@ -27,6 +31,9 @@ def read(path: str, unit: float) -> Mesh:
     if not cells:
         kinds = ", ".join(sorted({block.type for block in data.cells})) or "none"
         raise Unreadable(f"it has no four-node tetrahedra (its cells: {kinds})")
+    others = {block.type for block in data.cells} & SOLIDS
+    if others:
+        raise Unreadable(f"it has other solid cells beside its tetrahedra ({', '.join(sorted(others))})")
     points = unit * np.asarray(data.points, dtype=np.float64)[:, :3]
     return _checked(points, np.concatenate(cells).astype(np.int64))
 
@@ -58,6 +65,10 @@ def _checked(points: np.ndarray, cells: np.ndarray) -> Mesh:
     points, cells = np.ascontiguousarray(points[used]), renumbered.reshape(cells.shape)
     if not np.all(np.isfinite(points)):
         raise Unreadable("a coordinate is not a finite number")
+    if len(np.unique(np.sort(cells, axis=1), axis=0)) < len(cells):
+        raise Unreadable("some of its cells are given twice")
+    if (parts := _parts(len(points), cells)) > 1:
+        raise Unreadable(f"it falls into {parts} parts that share no points")
     volumes = Mesh(points, cells).volumes
     flat = np.abs(volumes) <= 1e-14 * np.ptp(points, axis=0).max() ** 3
     if np.any(flat):
@@ -66,3 +77,13 @@ def _checked(points: np.ndarray, cells: np.ndarray) -> Mesh:
     turned = volumes < 0
     cells[turned, 2:] = cells[turned, :1:-1]
     return Mesh(points, cells)
+
+
+def _parts(points: int, cells: np.ndarray) -> int:
+    """How many parts of a mesh are not connected by cells."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    edges = (np.repeat(cells[:, 0], 3), cells[:, 1:].ravel())
+    links = coo_matrix((np.ones(len(edges[0])), edges), shape=(points, points))
+    return int(connected_components(links, directed=False)[0])

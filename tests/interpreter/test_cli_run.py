@@ -88,14 +88,24 @@ def test_a_wrong_override_is_shown_in_the_argument(tmp_path: Path) -> None:
 def test_folder_that_cannot_be_made(tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("a file")
     done = dsl("run", written(tmp_path, SMALL), "--out", "taken/report", cwd=tmp_path)
-    assert done.returncode == 3
+    assert done.returncode == 2  # found before anything is computed
     assert "E404" in done.stderr
-    assert "rod" in done.stdout  # the table is still printed: nothing that was computed is lost
+    assert done.stdout == ""
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("place", ["/nonexistent/x.json", ".", ""])
+def test_json_that_cannot_be_written(tmp_path: Path, place: str) -> None:
+    done = dsl("run", written(tmp_path, SMALL), "--json", place, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "E404" in done.stderr
+    assert "--json" in done.stderr
 
 
 def test_interruption_keeps_what_was_finished(tmp_path: Path) -> None:
     # the rod takes milliseconds, the fine mesh half a minute: the interrupt arrives between
+    small = "model small = fem(tet4, strain = finite, size = 20 mm)\n"  # compiles, so that the interrupt meets a solve
+    dsl("run", "-", "--json", "-", cwd=tmp_path, text=SMALL + small)
     slow = SMALL + "model slow = fem(tet4, strain = finite, size = 1.5 mm)\n"
     name = written(tmp_path, slow)
     process = subprocess.Popen([*DSL, "run", name], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

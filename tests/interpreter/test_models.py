@@ -155,3 +155,43 @@ def test_rigid_motions_of_points() -> None:
     assert free_motions(point_rows(corner, (0, 1, 2))) == []
     assert free_motions(point_rows(corner[:1], (0, 1, 2))) == ["turn about x", "turn about y", "turn about z"]
     assert free_motions(point_rows(corner[:2], (0, 1, 2))) == ["turn about x"]
+
+
+@pytest.mark.parametrize("segments", [3, 9, 41])
+def test_a_beam_is_held_exactly_as_far_as_its_support_reaches(segments: int) -> None:
+    # P (L - c)^3 / (3 EI) + P (L - c) / kGA beyond a clamp of length c = 55 mm, which is a node of no equal spacing;
+    # the error of n segments over the free part is 1 / (4 n^2) of it
+    text = BAR.format(young="1 MPa", poisson="0.3").replace("x <= 0 mm", "x <= 55 mm")
+    report = softmark.loads(text + f"model rod = beam6dof(segments = {segments})\n"
+                            "load p = point_force(bar, at = (L, 0 mm, 0 mm), vector = (0, 0, -1) mN)\n").run()
+    free = 0.4 - 0.055
+    exact = 1e-3 * free**3 / (3 * EI) + 1e-3 * free / kGA
+    assert -tip(report, "rod")[2] == pytest.approx(exact, rel=0.5 / (segments - 1) ** 2)
+
+
+def test_a_traction_that_is_not_on_the_end_face_alone_is_refused_by_a_beam() -> None:
+    with pytest.raises(softmark.SceneError, match=r"not on one whole end face"):
+        bar(ROD + "load p = traction(bar, where = x >= 0.95 * L, vector = (0, 0, -1) Pa)\n")
+
+
+@pytest.mark.parametrize("size", [10, 7, 4])
+def test_part_of_a_face_carries_its_part_of_the_force(size: int) -> None:
+    # 70 % of the end face under 1 kPa along x: the mean strain, seen at 0.7 L, is 0.7 kPa / E; triangles across the
+    # border count by 64 samples each, so the resultant is right to about 2 %
+    text = "load p = traction(bar, where = x >= L and z >= -4 mm, vector = (1, 0, 0) kPa)\n"
+    report = bar(text + f"model solid = fem(tet4, strain = small, size = {size} mm)\nprobe m = point(bar, at = (0.7 * L, 0 mm, 0 mm))\n", poisson="0")
+    found = report.models["solid"].probes["m"].displacement[0, 0]
+    assert found == pytest.approx(0.7 * 0.7e3 * 0.4 / 1e6, rel=0.04)
+
+
+def test_a_buckled_beam_says_that_its_direction_is_arbitrary() -> None:
+    # Euler: pi^2 EI / (4 L^2) = 0.206 N; 1 kPa on 4e-4 m^2 is 0.4 N
+    report = bar(ROD + "load p = traction(bar, where = x >= L, vector = (-1, 0, 0) kPa)\n")
+    assert abs(tip(report, "rod")[1:]).max() > 0.05
+    assert "W314" in {w.code for w in report.warnings}
+
+
+def test_a_column_below_its_critical_load_stays_straight() -> None:
+    report = bar(ROD + "load p = traction(bar, where = x >= L, vector = (-0.45, 0, 0) kPa)\n")
+    assert abs(tip(report, "rod")[1:]).max() < 1e-9
+    assert "W314" not in {w.code for w in report.warnings}

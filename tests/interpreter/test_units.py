@@ -90,7 +90,7 @@ def test_the_name_of_an_si_unit_reads_as_itself(dimension: units.Dimension) -> N
     assert parse(units.si(dimension)) == units.Measure(1.0, dimension)
 
 
-@given(st.floats(1e-12, 1e12), st.sampled_from([*units.NAMES]))
+@given(st.floats(1e-18, 1e24), st.sampled_from([*units.NAMES]))
 def test_what_is_shown_reads_as_the_value(value: float, dimension: units.Dimension) -> None:
     """Six digits are shown."""
     number, _, unit = units.show(value, dimension).partition(" ")
@@ -103,7 +103,9 @@ def test_what_is_shown_reads_as_the_value(value: float, dimension: units.Dimensi
     ("value", "unit", "shown"),
     [(0.178, "m", "178 mm"), (6e4, "Pa", "60 kPa"), (0.0, "m", "0 m"), (0.0, "Pa", "0 Pa"),
      (1070.0, "kg/m^3", "1070 kg/m^3"),
-     (-0.02, "m", "-20 mm"), (math.pi / 6, "rad", "30 deg"), (0.05, "1", "0.05"), (2e12, "Pa", "2 TPa")],
+     (-0.02, "m", "-20 mm"), (math.pi / 6, "rad", "30 deg"), (0.05, "1", "0.05"), (2e12, "Pa", "2 TPa"),
+     (6.4e-15, "m", "6.4e-15 m"), (4e-12, "m", "0.004 nm"), (1e21, "Pa", "1e+21 Pa"), (50442.6, "m", "50.4426 km"),
+     (2e-11, "N", "2e-11 N"), (0.0, "rad", "0 rad"), (1e-9, "rad", "1e-09 rad")],
 )  # fmt: skip
 def test_show(value: float, unit: str, shown: str) -> None:
     assert units.show(value, parse(unit).dimension) == shown
