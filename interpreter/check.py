@@ -15,8 +15,8 @@ from softmark.interpreter.cantilever import cantilever_of
 from softmark.interpreter.case import Case, Fault, body_of, case_of, reach
 from softmark.interpreter.conditions import Point
 from softmark.interpreter.scene import Declared, Location, Scene
-from softmark.interpreter.vocabulary.supports import Displaced
 from softmark.interpreter.vocabulary.loads import PointForce
+from softmark.interpreter.vocabulary.supports import Displaced
 from softmark.solvers.mesh.shapes import contains
 
 

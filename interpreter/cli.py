@@ -39,8 +39,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
         print(
-            f"error: softmark itself failed ({type(error).__name__}: {error}); this is a defect, please report it with the scene."
-            "\nSOFTMARK_DEBUG=1 shows where it happened.",
+            f"error: softmark itself failed ({type(error).__name__}: {error})"
+            "\nThis is a defect: please report it with the scene. SOFTMARK_DEBUG=1 shows where it happened.",
             file=sys.stderr,
         )
         return 70
@@ -77,7 +77,10 @@ def _help(arguments: list[str], name: str | None) -> int:
         print(f"error: `{name}` is not a command of dsl; {hint}", file=sys.stderr)
         return 2
     if not wanted:
-        print(f"error: `{arguments[0]}` is not an option of dsl; `dsl --help` lists the commands", file=sys.stderr)
+        print(
+            f"error: `{arguments[0]}` is not an option of dsl; `dsl --help` lists the commands",
+            file=sys.stderr,
+        )
         return 2
     from softmark import __version__
 

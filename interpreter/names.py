@@ -17,7 +17,14 @@ def unknown_models(scene: Scene, only: tuple[str, ...]) -> list[Diagnostic]:
             hint = f"did you mean `{close}`?" if close else "models: " + (", ".join(models) or "none")
             span = Span(0, len(name), 1, 1, 1, 1 + len(name))
             found.append(
-                Diagnostic("E201", f"`{name}` is not a model of the scene", Source(f"--model {name}", name), span, "not found", hint)
+                Diagnostic(
+                    "E201",
+                    f"`{name}` is not a model of the scene",
+                    Source(f"--model {name}", name),
+                    span,
+                    "not found",
+                    hint,
+                )
             )
     return found
 

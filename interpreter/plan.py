@@ -38,16 +38,19 @@ class Plan:
 def plan_of(scene: Scene, only: tuple[str, ...] = ()) -> Plan:
     """The plan of a scene; `only` restricts the models. Raises Fault for a model of an unclear body."""
     askers = _askers(scene)
-    places = {n: askers.get(("body", body_of(scene, d))) or askers.get(("name", n))
-              for n, d in _workers(scene).items()}
+    places = {
+        n: askers.get(("body", body_of(scene, d))) or askers.get(("name", n))
+        for n, d in _workers(scene).items()
+    }
     asked = {n: place for n, place in places.items() if place is not None}
     models = tuple(n for n in scene.of_kind("model") if n in asked and (not only or n in only))
     references = tuple(n for n in scene.of_kind("reference") if n in asked)
     tasks = (
-        *_meshes(scene, models, asked), *(_solve(scene, n, asked[n]) for n in models),
+        *_meshes(scene, models, asked),
+        *(_solve(scene, n, asked[n]) for n in models),
         *(Task("reference", n, scene.declared[n].constructor.name, asked[n]) for n in references),
         *_questions(scene, models, references),
-    )  # fmt: skip
+    )
     idle = tuple(n for n in _workers(scene) if n not in asked)
     return Plan(tasks, models, references, idle)
 
@@ -109,8 +112,15 @@ def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...
         owners = workers[probe.thing.body]
         count = len(probe.thing.stations)
         points = f"{count} point" + ("s" if count > 1 else "")
-        found.append(Task("probe", probe.name, f"{points} in {', '.join(owners) or 'nothing'}",
-                          probe.location, tuple(owners)))
+        found.append(
+            Task(
+                "probe",
+                probe.name,
+                f"{points} in {', '.join(owners) or 'nothing'}",
+                probe.location,
+                tuple(owners),
+            )
+        )
     for metric in scene.of_kind("metric").values():
         against = getattr(metric.thing, "against", None)
         compared = f" against {against}" if against else ""

@@ -81,16 +81,26 @@ class ModelResult:
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""
         return {
-            "status": self.status, "message": self.message, "outline": self.outline, "size": dict(self.size),
-            "solve": dict(self.solve), "time": {n: _timing(t) for n, t in self.time.items()},
+            "status": self.status,
+            "message": self.message,
+            "outline": self.outline,
+            "size": dict(self.size),
+            "solve": dict(self.solve),
+            "time": {n: _timing(t) for n, t in self.time.items()},
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": {n: m.to_json() for n, m in self.metrics.items()},
-        }  # fmt: skip
+        }
 
 
 def _timing(timing: Timing | None) -> dict[str, Any]:
     if timing is None:
-        return {"median": None, "min": None, "max": None, "runs": 0, "reason": "a static analysis has no time steps"}
+        return {
+            "median": None,
+            "min": None,
+            "max": None,
+            "runs": 0,
+            "reason": "a static analysis has no time steps",
+        }
     return dict(timing.to_json())
 
 
@@ -110,11 +120,14 @@ class ReferenceResult:
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a reference."""
         return {
-            "status": self.status, "message": self.message, "kind": self.kind, "source": self.source,
+            "status": self.status,
+            "message": self.message,
+            "kind": self.kind,
+            "source": self.source,
             "estimated_error": self.estimated_error,
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": {n: m.to_json() for n, m in self.metrics.items()},
-        }  # fmt: skip
+        }
 
 
 @dataclass(frozen=True)

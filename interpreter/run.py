@@ -121,8 +121,13 @@ def _probes_inside(work: _Run, body: str, prepared: Prepared) -> None:
     for probe in _probes(work, body):
         if (distance := outside(np.array(probe.thing.stations))) > 0:
             field = "at" if "at" in probe.fields else "to"
-            raise fault("E504", probe.at(field), f"`{probe.name}` looks at a point {units.show(distance, units.LENGTH)} outside `{body}`",
-                        "not in the body", "give coordinates of the undeformed body")  # fmt: skip
+            raise fault(
+                "E504",
+                probe.at(field),
+                f"`{probe.name}` looks at a point {units.show(distance, units.LENGTH)} outside `{body}`",
+                "not in the body",
+                "give coordinates of the undeformed body",
+            )
 
 
 def _model(work: _Run, name: str) -> ModelResult:
@@ -132,17 +137,33 @@ def _model(work: _Run, name: str) -> ModelResult:
     outline = declared.thing.outline(case)
     solution, wall, cpu = _timed(work, name, prepared)
     clock = {
-        "setup_s": Timing((setup,)), "solve_s": Timing(tuple(wall)), "step_s": None,
-        "setup_cpu_s": Timing((setup_cpu,)), "solve_cpu_s": Timing(tuple(cpu)),
-    }  # fmt: skip
+        "setup_s": Timing((setup,)),
+        "solve_s": Timing(tuple(wall)),
+        "step_s": None,
+        "setup_cpu_s": Timing((setup_cpu,)),
+        "solve_cpu_s": Timing(tuple(cpu)),
+    }
     probes = {}
     if solution.displacement is not None:
         probes = _look(work, case.body.name, solution.displacement)
         if not all(np.all(np.isfinite(p.displacement)) for p in probes.values()):
-            solution, probes = Solution("failed", "the displacements are not finite numbers", solution.facts), {}
+            solution, probes = (
+                Solution("failed", "the displacements are not finite numbers", solution.facts),
+                {},
+            )
     _warn(work, solution.notes)
     metrics = _metrics(work, name, case.body.name, probes, solution.message)
-    return ModelResult(name, solution.status, solution.message, outline, prepared.size, solution.facts, clock, probes, metrics)
+    return ModelResult(
+        name,
+        solution.status,
+        solution.message,
+        outline,
+        prepared.size,
+        solution.facts,
+        clock,
+        probes,
+        metrics,
+    )
 
 
 def _timed(work: _Run, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
@@ -152,7 +173,10 @@ def _timed(work: _Run, name: str, prepared: Prepared) -> tuple[Solution, list[fl
     solution = Solution("failed", "not run", {})
 
     def watch(iteration: Iteration) -> None:
-        work.options.say("solve", f"{name}: {iteration.phase}, iteration {iteration.number + 1}, residual {iteration.residual:.1e}")
+        work.options.say(
+            "solve",
+            f"{name}: {iteration.phase}, iteration {iteration.number + 1}, residual {iteration.residual:.1e}",
+        )
 
     try:
         _warm(work, name, prepared)
@@ -165,12 +189,20 @@ def _timed(work: _Run, name: str, prepared: Prepared) -> tuple[Solution, list[fl
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
         what = "out of memory" if isinstance(error, MemoryError) else f"{type(error).__name__}: {error}"
-        return Solution("failed", f"the solver stopped with an error ({what})", {}), wall or [0.0], cpu or [0.0]
+        return (
+            Solution("failed", f"the solver stopped with an error ({what})", {}),
+            wall or [0.0],
+            cpu or [0.0],
+        )
     return solution, wall, cpu
 
 
 def _warm(work: _Run, name: str, prepared: Prepared) -> None:
-    if not work.compiling and "softmark.solvers.jit" in sys.modules and not sys.modules["softmark.solvers.jit"].compiled():
+    if (
+        not work.compiling
+        and "softmark.solvers.jit" in sys.modules
+        and not sys.modules["softmark.solvers.jit"].compiled()
+    ):
         work.compiling = True
         work.options.say("compile", "compiling kernels, once for this version")
     else:
@@ -197,7 +229,7 @@ def _reference(work: _Run, declared: Declared) -> ReferenceResult:
 
 
 def _above(u: np.ndarray, error: float) -> np.ndarray:
-    """Displacements (n, 3), zero where they are below the reference's own error: nothing is relative to such a number."""
+    """Displacements (n, 3), zero where they are below the reference's own error: such numbers say nothing."""
     return np.where(np.linalg.norm(u, axis=1, keepdims=True) > error, u, 0.0)
 
 
@@ -221,12 +253,17 @@ def _metrics(
 ) -> dict[str, MetricResult]:
     found = {}
     for metric in work.scene.of_kind("metric").values():
-        if work.scene.declared[metric.thing.probe].thing.body == body and getattr(metric.thing, "against", None) != owner:
+        if (
+            work.scene.declared[metric.thing.probe].thing.body == body
+            and getattr(metric.thing, "against", None) != owner
+        ):
             found[metric.name] = _metric(work, metric, probes, message)
     return found
 
 
-def _metric(work: _Run, metric: Declared, probes: dict[str, ProbeResult], message: str | None) -> MetricResult:
+def _metric(
+    work: _Run, metric: Declared, probes: dict[str, ProbeResult], message: str | None
+) -> MetricResult:
     thing = metric.thing
     if thing.probe not in probes:
         return MetricResult(None, thing.unit, message or "it was not computed")
@@ -249,10 +286,13 @@ def _metric(work: _Run, metric: Declared, probes: dict[str, ProbeResult], messag
 
 def _judge(work: _Run, expectation: Expectation) -> ExpectationResult:
     text, line = expectation.text, expectation.location.span.line
-    missing = sorted(named_in(expectation.node) - set(work.models) - set(work.references) - set(work.scene.parameters))
+    missing = sorted(
+        named_in(expectation.node) - set(work.models) - set(work.references) - set(work.scene.parameters)
+    )
     if missing:
-        return ExpectationResult(text, line, None, None, reason=f"{', '.join(missing)} was not run",
-                                 left_out=True)
+        return ExpectationResult(
+            text, line, None, None, reason=f"{', '.join(missing)} was not run", left_out=True
+        )
     place = Place(expectation.location.source, [])
     evaluator = Evaluator(place, lambda name: _known(work, name))
     try:
@@ -262,7 +302,9 @@ def _judge(work: _Run, expectation: Expectation) -> ExpectationResult:
         return ExpectationResult(text, line, None, None, reason=str(nothing))
     except Bad as bad:
         return ExpectationResult(text, line, None, None, reason=str(bad))
-    return ExpectationResult(text, line, passed, first.value if first else None, units.si(first.dimension) if first else "")
+    return ExpectationResult(
+        text, line, passed, first.value if first else None, units.si(first.dimension) if first else ""
+    )
 
 
 class _NoValue(Exception):
@@ -274,7 +316,9 @@ def _known(work: _Run, name: tree.Name) -> Value:
     if name.text in work.scene.parameters:
         return work.scene.parameters[name.text].value
     owner, metric = name.parts
-    result: ModelResult | ReferenceResult = work.models[owner] if owner in work.models else work.references[owner]
+    result: ModelResult | ReferenceResult = (
+        work.models[owner] if owner in work.models else work.references[owner]
+    )
     known = result.metrics.get(metric)
     if known is None or known.value is None:
         raise _NoValue(f"{name.text} has no value" + (f": {known.reason}" if known and known.reason else ""))
@@ -299,11 +343,18 @@ def _report(work: _Run, partial: bool) -> Report:
             metrics = _metrics(work, name, body, dict(reference.probes), reference.message)
             work.references[name] = replace(reference, metrics=metrics)
     warnings = tuple(
-        Warned(d.code, d.message, d.span.line if d.span else None, d.help) for d in dict.fromkeys(work.warnings)
+        Warned(d.code, d.message, d.span.line if d.span and d.source is work.scene.source else None, d.help)
+        for d in dict.fromkeys(work.warnings)
     )
     expectations = () if partial else tuple(_judge(work, e) for e in work.scene.expectations)
     return Report(
-        describe(work.scene), environment(work.started), dict(work.models), dict(work.references), expectations, warnings, partial
+        describe(work.scene),
+        environment(work.started),
+        dict(work.models),
+        dict(work.references),
+        expectations,
+        warnings,
+        partial,
     )
 
 
@@ -315,11 +366,14 @@ def describe(scene: Scene) -> dict[str, Any]:
         value = p.value.value if isinstance(p.value, Quantity) else list(p.value.values)
         parameters[name] = {"value": value, "unit": units.si(p.value.dimension), "text": p.text}
     return {
-        "title": scene.title, "file": scene.path or source.name,
-        "sha256": hashlib.sha256(source.text.encode()).hexdigest(), "parameters": parameters, "text": source.text,
+        "title": scene.title,
+        "file": scene.path or source.name,
+        "sha256": hashlib.sha256(source.text.encode()).hexdigest(),
+        "parameters": parameters,
+        "text": source.text,
         "overridden": sorted(n for n, p in scene.parameters.items() if p.overridden),
         "overrides": list(scene.overrides),
-    }  # fmt: skip
+    }
 
 
 def environment(started: datetime) -> dict[str, Any]:
@@ -329,16 +383,23 @@ def environment(started: datetime) -> dict[str, Any]:
     import softmark
 
     return {
-        "softmark": softmark.__version__, "python": platform.python_version(), "numpy": version("numpy"),
-        "scipy": version("scipy"), "numba": version("numba"), "platform": platform.platform(), "cpu": _cpu(),
+        "softmark": softmark.__version__,
+        "python": platform.python_version(),
+        "numpy": version("numpy"),
+        "scipy": version("scipy"),
+        "numba": version("numba"),
+        "platform": platform.platform(),
+        "cpu": _cpu(),
         "threads": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
         "started": started.isoformat(timespec="seconds"),
-    }  # fmt: skip
+    }
 
 
 def _cpu() -> str:
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as file:
-            return next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "unknown")
+            return next(
+                (line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "unknown"
+            )
     except OSError:
         return platform.processor() or "unknown"

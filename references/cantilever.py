@@ -19,7 +19,7 @@ ALIGNMENT = 1e-9
 a direction, and far too little to bend the beam differently."""
 
 
-class Refused(Exception):  # noqa: N818 (an answer, not a malfunction)
+class Refused(Exception):
     """The reference does not hold for what was asked. `reason` says why, `remedy` what to change."""
 
     def __init__(self, reason: str, remedy: str) -> None:

@@ -41,7 +41,7 @@ NEWTON_STEPS = 60
 SMALLEST = 1e-300  # rad: a first iterate may round to zero under a load of nothing
 
 
-class NotSolved(Exception):  # noqa: N818 (named like the other outcomes of a solution)
+class NotSolved(Exception):
     """The accuracy was not reached. `history` holds the relative changes in the order they were seen."""
 
     def __init__(self, message: str, history: tuple[float, ...]) -> None:

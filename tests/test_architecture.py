@@ -13,7 +13,13 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = {"grammar": "grammar", "interpreter": "interpreter", "solvers": "solvers", "references": "references", "scenes": "stdlib-scenes"}
+FOLDERS = {
+    "grammar": "grammar",
+    "interpreter": "interpreter",
+    "solvers": "solvers",
+    "references": "references",
+    "scenes": "stdlib-scenes",
+}
 MAY_IMPORT = {
     "grammar": {"grammar"},
     "solvers": {"solvers"},
@@ -60,7 +66,9 @@ def test_a_material_sees_no_mesh_an_element_no_law_an_energy_no_time_step() -> N
     for folder, others in forbidden.items():
         for file in sorted((ROOT / "solvers" / folder).glob("*.py")):
             for name in imported(file):
-                assert not any(name.startswith(f"softmark.solvers.{o}") for o in others), f"{file} imports {name}"
+                assert not any(name.startswith(f"softmark.solvers.{o}") for o in others), (
+                    f"{file} imports {name}"
+                )
 
 
 def test_the_root_holds_only_what_belongs_there() -> None:
@@ -103,7 +111,12 @@ def test_every_data_file_is_in_the_wheel() -> None:
 
 
 def test_no_file_is_long() -> None:
-    long = {f: n for d in (*FOLDERS.values(), "tests") for f in (ROOT / d).rglob("*.py") if (n := len(f.read_text().splitlines())) > 500}
+    long = {
+        f: n
+        for d in (*FOLDERS.values(), "tests")
+        for f in (ROOT / d).rglob("*.py")
+        if (n := len(f.read_text().splitlines())) > 500
+    }
     assert not long
 
 
@@ -114,8 +127,17 @@ HEAVY = ("numpy", "scipy", "numba", "meshio", "trimesh")
 
 def loaded_by(code: str, *arguments: str, cwd: Path | None = None) -> set[str]:
     """The modules that a fresh interpreter holds after `code`."""
-    script = f"import sys, json, io, contextlib\nout = io.StringIO()\nwith contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):\n    {code}\nprint(json.dumps(sorted(sys.modules)))"
-    done = subprocess.run([sys.executable, "-c", script, *arguments], capture_output=True, text=True, check=True, cwd=cwd)
+    script = "\n".join(
+        (
+            "import sys, json, io, contextlib",
+            "with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):",
+            f"    {code}",
+            "print(json.dumps(sorted(sys.modules)))",
+        )
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, *arguments], capture_output=True, text=True, check=True, cwd=cwd
+    )
     return set(json.loads(done.stdout.splitlines()[-1]))
 
 
@@ -130,9 +152,21 @@ def test_version_imports_next_to_nothing() -> None:
 
 @pytest.mark.parametrize(
     "command",
-    [("--help",), ("list",), ("list", "models"), ("list", "scenes"), ("list", "codes"), ("explain", "fem"), ("explain", "E204"),
-     ("check", "silicone-beam"), ("plan", "silicone-beam"), ("fmt", "--check", "silicone-beam"), ("new",), ("completion", "bash")],
-)  # fmt: skip
+    [
+        ("--help",),
+        ("list",),
+        ("list", "models"),
+        ("list", "scenes"),
+        ("list", "codes"),
+        ("explain", "fem"),
+        ("explain", "E204"),
+        ("check", "silicone-beam"),
+        ("plan", "silicone-beam"),
+        ("fmt", "--check", "silicone-beam"),
+        ("new",),
+        ("completion", "bash"),
+    ],
+)
 def test_commands_that_compute_nothing_import_no_numerics(command: tuple[str, ...]) -> None:
     assert not after(*command) & set(HEAVY)
 
@@ -140,10 +174,22 @@ def test_commands_that_compute_nothing_import_no_numerics(command: tuple[str, ..
 def test_a_scene_with_a_beam_alone_makes_no_mesh_and_imports_no_kernel(tmp_path: Path) -> None:
     found = after("run", "silicone-beam", "--model", "rod", cwd=tmp_path)
     assert "softmark.solvers.energies.rod" in found
-    meshes = {m for m in found if m.startswith("softmark.solvers.mesh") and m not in ("softmark.solvers.mesh", "softmark.solvers.mesh.shapes")}
+    meshes = {
+        m
+        for m in found
+        if m.startswith("softmark.solvers.mesh")
+        and m not in ("softmark.solvers.mesh", "softmark.solvers.mesh.shapes")
+    }
     assert not meshes
-    assert not found & {"numba", "meshio", "trimesh", "softmark.solvers.jit", "softmark.solvers.energies.kernels",
-                        "softmark.solvers.energies.elastic", "softmark.interpreter.models.solid"}  # fmt: skip
+    assert not found & {
+        "numba",
+        "meshio",
+        "trimesh",
+        "softmark.solvers.jit",
+        "softmark.solvers.energies.kernels",
+        "softmark.solvers.energies.elastic",
+        "softmark.interpreter.models.solid",
+    }
 
 
 def test_no_name_of_the_root_is_loaded_when_running_from_it() -> None:
@@ -155,6 +201,12 @@ def test_a_folder_called_softmark_does_not_mix_in(tmp_path: Path) -> None:
     (tmp_path / "softmark").mkdir()
     (tmp_path / "softmark" / "grammar.py").write_text("raise SystemExit('wrong module')")
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
-    done = subprocess.run([str(Path(sys.executable).parent / "dsl"), "check", "silicone-beam"], cwd=tmp_path,
-                          capture_output=True, text=True, env=environment, check=False)  # fmt: skip
+    done = subprocess.run(
+        [str(Path(sys.executable).parent / "dsl"), "check", "silicone-beam"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env=environment,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr

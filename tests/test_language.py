@@ -7,6 +7,7 @@ One number had to change. It expected the beam model within 5 % of the elastica;
 from __future__ import annotations
 
 import pytest
+
 import softmark
 
 SCENE = """
@@ -42,11 +43,15 @@ def test_the_scene_runs_as_drawn() -> None:
     met = {e.text: e.passed for e in report.expectations}
     assert met == {"rod.eta < 5 %": False, "linear_tet.eta > 40 %": True}
     value = report.models["rod"].metrics["eta"].value
-    assert value == pytest.approx(0.059, abs=0.001)  # Simo-Reissner against elastica: 0.0591 of the elastica's norm
+    assert value == pytest.approx(
+        0.059, abs=0.001
+    )  # Simo-Reissner against elastica: 0.0591 of the elastica's norm
 
 
 def test_the_beam_without_shear_and_stretch_is_the_elastica() -> None:
-    report = softmark.loads(SCENE.replace("segments = 20", "segments = 20, shear = no, axial = no")).run(models=["rod"])
+    report = softmark.loads(SCENE.replace("segments = 20", "segments = 20, shear = no, axial = no")).run(
+        models=["rod"]
+    )
     value = report.models["rod"].metrics["eta"].value
     assert value is not None
     assert value < 0.002  # second order: 1 / 20^2 = 0.0025
@@ -58,7 +63,9 @@ def test_overrides_of_the_scene() -> None:
 
 
 def test_ranges_make_a_wrong_override_an_error() -> None:
-    text = SCENE.replace("param R = 19 mm", "param R = 19 mm\nparam nu = 0.49 in 0 .. 0.49999").replace("poisson = 0.49", "poisson = nu")
+    text = SCENE.replace("param R = 19 mm", "param R = 19 mm\nparam nu = 0.49 in 0 .. 0.49999").replace(
+        "poisson = 0.49", "poisson = nu"
+    )
     assert softmark.loads(text, nu="0.3").scene.parameters["nu"].overridden
     with pytest.raises(softmark.SceneError, match=r"E214"):
         softmark.loads(text, nu="0.5")

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+
 import softmark
 from softmark.grammar.diagnostic import Source, render
 from softmark.interpreter.api import checked

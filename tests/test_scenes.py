@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+
 import softmark
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.parse import parse

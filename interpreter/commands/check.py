@@ -10,9 +10,23 @@ from softmark.interpreter.commands.scenes import has_errors, load, show
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """FILE... [--diagnostics text|json] [-p NAME=VALUE]"""
-    parser.add_argument("files", nargs="+", metavar="FILE", help="a scene file, a standard scene, or - for standard input")
-    parser.add_argument("-p", action="append", default=[], dest="overrides", metavar="NAME=VALUE", help="replace a parameter or a field")
-    parser.add_argument("--diagnostics", choices=("text", "json"), default="text", help="json: one object a line on standard output")
+    parser.add_argument(
+        "files", nargs="+", metavar="FILE", help="a scene file, a standard scene, or - for standard input"
+    )
+    parser.add_argument(
+        "-p",
+        action="append",
+        default=[],
+        dest="overrides",
+        metavar="NAME=VALUE",
+        help="replace a parameter or a field",
+    )
+    parser.add_argument(
+        "--diagnostics",
+        choices=("text", "json"),
+        default="text",
+        help="json: one object a line on standard output",
+    )
 
 
 def run(parsed: argparse.Namespace) -> int:

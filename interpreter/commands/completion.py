@@ -1,4 +1,4 @@
-"""`dsl completion`: scripts that complete commands, options, scenes and words, from lists made when they are printed."""
+"""`dsl completion`: scripts that complete commands, options, scenes and words, as known when they are printed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ OPTIONS = {
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """SHELL"""
-    parser.add_argument("shell", choices=("bash", "zsh", "fish"), help="for example: eval \"$(dsl completion bash)\"")
+    parser.add_argument(
+        "shell", choices=("bash", "zsh", "fish"), help='for example: eval "$(dsl completion bash)"'
+    )
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -39,15 +41,16 @@ def _bash(scenes: list[str], words: list[str], topics: list[str]) -> str:
 _dsl() {{
   local current=${{COMP_WORDS[COMP_CWORD]}} options=""
   if [ "$COMP_CWORD" -eq 1 ]; then
-    COMPREPLY=($(compgen -W "{' '.join(OPTIONS)} --help --version" -- "$current")); return
+    COMPREPLY=($(compgen -W "{" ".join(OPTIONS)} --help --version" -- "$current")); return
   fi
   case ${{COMP_WORDS[1]}} in
 {cases}
   esac
   case ${{COMP_WORDS[1]}} in
-    check|plan|run|fmt) COMPREPLY=($(compgen -W "$options {' '.join(scenes)}" -- "$current") $(compgen -f -X '!*.scene' -- "$current") $(compgen -d -- "$current")) ;;
-    explain) COMPREPLY=($(compgen -W "{' '.join(words)}" -- "$current")) ;;
-    list) COMPREPLY=($(compgen -W "{' '.join(topics)}" -- "$current")) ;;
+    check|plan|run|fmt) COMPREPLY=($(compgen -W "$options {" ".join(scenes)}" -- "$current"))
+      COMPREPLY+=($(compgen -f -X '!*.scene' -- "$current") $(compgen -d -- "$current")) ;;
+    explain) COMPREPLY=($(compgen -W "{" ".join(words)}" -- "$current")) ;;
+    list) COMPREPLY=($(compgen -W "{" ".join(topics)}" -- "$current")) ;;
     completion) COMPREPLY=($(compgen -W "bash zsh fish" -- "$current")) ;;
     *) COMPREPLY=($(compgen -W "$options" -- "$current")) ;;
   esac
@@ -66,7 +69,9 @@ def _fish(scenes: list[str], words: list[str], topics: list[str]) -> str:
         for option in options.split():
             flag = f"-l {option[2:]}" if option.startswith("--") else f"-s {option[1:]}"
             lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from {command}' {flag}")
-    lines.append(f"complete -c dsl -F -n '__fish_seen_subcommand_from check plan run fmt' -a '{' '.join(scenes)}'")
+    lines.append(
+        f"complete -c dsl -F -n '__fish_seen_subcommand_from check plan run fmt' -a '{' '.join(scenes)}'"
+    )
     lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from explain' -a '{' '.join(words)}'")
     lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from list' -a '{' '.join(topics)}'")
     return "\n".join(lines)

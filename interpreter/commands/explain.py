@@ -106,7 +106,7 @@ def _unit(name: str) -> str | None:
     takes = units.UNITS.get(name, (1.0, units.NONE, False))[2]
     prefixes = f"\nIt takes the prefixes {' '.join(units.PREFIXES)}, as in `k{name}`." if takes else ""
     kind = units.named(measure.dimension)
-    what = f"measures {kind}" if measure.dimension in units.NAMES else f"measures what has no name of its own"
+    what = f"measures {kind}" if measure.dimension in units.NAMES else "measures what has no name of its own"
     what = "stands for a plain number" if measure.dimension == units.NONE else what
     return f"{name} (unit)\n\nIt {what}{size}.{prefixes}\nA unit stands right after its number, as in `5 {name}`."
 

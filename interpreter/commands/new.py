@@ -11,7 +11,9 @@ from softmark.scenes import ROOT
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """[TEMPLATE]"""
-    parser.add_argument("template", nargs="?", default="beam", help="a template (default: beam); `dsl new --list` names them")
+    parser.add_argument(
+        "template", nargs="?", default="beam", help="a template (default: beam); `dsl new --list` names them"
+    )
     parser.add_argument("--list", action="store_true", help="name the templates")
 
 

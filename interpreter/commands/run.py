@@ -19,10 +19,21 @@ if TYPE_CHECKING:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--repeat N]"""
-    parser.add_argument("file", metavar="FILE", help="a scene file, a standard scene, or - for standard input")
-    parser.add_argument("-p", action="append", default=[], dest="overrides", metavar="NAME=VALUE", help="replace a parameter or a field")
+    parser.add_argument(
+        "file", metavar="FILE", help="a scene file, a standard scene, or - for standard input"
+    )
+    parser.add_argument(
+        "-p",
+        action="append",
+        default=[],
+        dest="overrides",
+        metavar="NAME=VALUE",
+        help="replace a parameter or a field",
+    )
     parser.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
-    parser.add_argument("--out", metavar="DIR", help="folder for report.html and report.json (default: NAME-report)")
+    parser.add_argument(
+        "--out", metavar="DIR", help="folder for report.html and report.json (default: NAME-report)"
+    )
     parser.add_argument("--json", metavar="FILE", help="write the JSON report to FILE; - is standard output")
     parser.add_argument("--repeat", type=_count, default=1, metavar="N", help="time each solution N times")
 
@@ -99,7 +110,13 @@ class Shelf:
     def __init__(self, parsed: argparse.Namespace, scene: Scene) -> None:
         self.json: str | None = parsed.json
         name = Path(scene.path).stem if scene.path else "scene"
-        self.folder = Path(parsed.out) if parsed.out is not None else None if parsed.json is not None else Path(f"{name}-report")
+        self.folder = (
+            Path(parsed.out)
+            if parsed.out is not None
+            else None
+            if parsed.json is not None
+            else Path(f"{name}-report")
+        )
         self.failed = False
         self.count = 0
 
@@ -116,7 +133,8 @@ class Shelf:
                 tempfile.TemporaryFile(dir=place.parent).close()
         except OSError as error:
             where, option = (self.json, "--json") if self.folder is None else (self.folder, "--out")
-            return f"error[E404]: cannot write {where or 'the report'}: {error.strerror or error}; choose another place with {option}"
+            why = error.strerror or str(error)
+            return f"error[E404]: cannot write {where or 'the report'}: {why}; choose another place with {option}"
         return ""
 
     @property
@@ -137,7 +155,9 @@ class Shelf:
         if self.json == "-":
             sys.stdout.write(report.dumps())
         elif self.json is not None:
-            self._attempt(Path(self.json), lambda: Path(str(self.json)).write_text(report.dumps(), encoding="utf-8"))
+            self._attempt(
+                Path(self.json), lambda: Path(str(self.json)).write_text(report.dumps(), encoding="utf-8")
+            )
         return str(self.folder / "report.html") if self.folder and not self.failed else ""
 
     def _write(self, report: Report) -> None:
@@ -153,4 +173,7 @@ class Shelf:
         except OSError as error:
             self.failed = True
             reason = error.strerror or str(error)
-            print(f"error[E404]: cannot write {place}: {reason}; choose another folder with --out", file=sys.stderr)
+            print(
+                f"error[E404]: cannot write {place}: {reason}; choose another folder with --out",
+                file=sys.stderr,
+            )

@@ -1,8 +1,8 @@
 """Models: ways to compute the deformation of a body, each a file with its class.
 
 A model has fields for the scene, `doubts(declared, case)` for what speaks against it before anything is built (no
-numpy there), `outline(case)` for the plan, `load()` for its imports, and `prepare(declared, case, workshop)`, which builds arrays and returns what
-`prepared.py` describes. To add a model: one file, one line in MODELS.
+numpy there), `outline(case)` for the plan, `load()` for its imports, and `prepare(declared, case, workshop)`, which
+builds arrays and returns what `prepared.py` describes. To add a model: one file, one line in MODELS.
 """
 
 from __future__ import annotations

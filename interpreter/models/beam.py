@@ -47,7 +47,9 @@ class PreparedBeam:
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest."""
         problem = replace(self.problem, watch=watch)
-        return outcome.solution(lambda: self._equilibrium(problem), "try more segments or a smaller load", self._finish)
+        return outcome.solution(
+            lambda: self._equilibrium(problem), "try more segments or a smaller load", self._finish
+        )
 
     def _equilibrium(self, problem: Statics) -> Equilibrium:
         """The equilibrium; modes that are switched off lose their last strain in a second solution from the first."""
@@ -55,7 +57,9 @@ class PreparedBeam:
         if not self.elastic.stiffness.rigid:
             return found
         stiff = problem.assembly.with_internal([self.elastic.tightened(found.x)])
-        again = equilibrium(replace(problem, assembly=stiff, rest=found.x, target=np.zeros_like(problem.target)))
+        again = equilibrium(
+            replace(problem, assembly=stiff, rest=found.x, target=np.zeros_like(problem.target))
+        )
         return replace(again, history=found.history + again.history)
 
     def _finish(self, found: Equilibrium) -> Solution:
@@ -76,9 +80,17 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
     held.ravel()[fixed] = True
     assembly = Assembly(6 * nodes, fixed, [elastic], _loads(case, rest, stations))
     problem = Statics(
-        assembly, RodChain(rest, held[:, :3]), rest, fixed, target, case.analysis.tolerance, case.analysis.max_iterations,
-        bold=False, extent=shape.length, weights=np.tile([1.0, 1.0, 1.0, *[1.0 / shape.length] * 3], nodes),
-    )  # fmt: skip
+        assembly,
+        RodChain(rest, held[:, :3]),
+        rest,
+        fixed,
+        target,
+        case.analysis.tolerance,
+        case.analysis.max_iterations,
+        bold=False,
+        extent=shape.length,
+        weights=np.tile([1.0, 1.0, 1.0, *[1.0 / shape.length] * 3], nodes),
+    )
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
     return PreparedBeam(declared, rest, elastic, problem, size)
 
@@ -89,7 +101,9 @@ def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
     # `moments` are about the first and the second transverse axis: about e2 the distance is X3
     I2, I3 = section.moments
     kappa = section.shear_factor(material.poisson)
-    whole = Section(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
+    whole = Section(
+        section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus
+    )
     return whole.stiffness.without(case.shape.length, shear=model.shear, axial=model.axial)
 
 
@@ -98,7 +112,9 @@ def _supports(case: Case, stations: Floats, points: Floats) -> tuple[Ints, Float
     rows = [np.zeros((0, 6))]
     for support in case.supports:
         by = support.thing.by if isinstance(support.thing, Displaced) else (0.0, 0.0, 0.0)
-        nodes = [i for i, s in enumerate(stations) if coverage(support.thing.where, case.shape, float(s)) == "all"]
+        nodes = [
+            i for i, s in enumerate(stations) if coverage(support.thing.where, case.shape, float(s)) == "all"
+        ]
         turns = _held_turns(case.shape.axis, support.thing.components)
         for node in nodes:
             rows.append(point_rows(points[node : node + 1] - points.mean(axis=0), support.thing.components))
@@ -126,7 +142,7 @@ def _held_turns(axis: tuple[float, float, float], components: tuple[int, ...]) -
     return [t for t in range(3) if any(v[t] > 0.5 for v in taken)]
 
 
-def _body_axes(axis: tuple[float, ...], turns: list[int]) -> list[int]:
+def _body_axes(axis: tuple[float, float, float], turns: list[int]) -> list[int]:
     """The same rotations as degrees of freedom, which are about the rod's own axes e1, e2, e3."""
     if len(turns) == 3:
         return [0, 1, 2]

@@ -37,11 +37,14 @@ class Beam6Dof:
         if not hasattr(case.shape, "section"):
             return [
                 Diagnostic(
-                    "E501", f"`{declared.name}` needs a straight body with a constant section",
-                    at.source, at.span, f"`{case.body.name}` is not a cylinder or a box",
+                    "E501",
+                    f"`{declared.name}` needs a straight body with a constant section",
+                    at.source,
+                    at.span,
+                    f"`{case.body.name}` is not a cylinder or a box",
                     "use `fem(...)` for this body",
                 )
-            ]  # fmt: skip
+            ]
         return [*self._loads(declared, case), *self._supports(declared, case), *self._thick(declared, case)]
 
     def _loads(self, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -50,11 +53,16 @@ class Beam6Dof:
             reason = _unfit(load, case)
             if reason:
                 at = load.at("at" if isinstance(load.thing, PointForce) else "where")
-                found.append(Diagnostic(
-                    "E501", f"`{declared.name}` cannot represent the load `{load.name}`", at.source, at.span,
-                    reason,
-                    "beams take gravity, traction on an end face, forces on the axis; `fem(...)` takes all",
-                ))  # fmt: skip
+                found.append(
+                    Diagnostic(
+                        "E501",
+                        f"`{declared.name}` cannot represent the load `{load.name}`",
+                        at.source,
+                        at.span,
+                        reason,
+                        "beams take gravity, traction on an end face, forces on the axis; `fem(...)` takes all",
+                    )
+                )
         return found
 
     def _supports(self, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -63,18 +71,26 @@ class Beam6Dof:
             cover = coverages(support.thing.where, case.shape, self.stations(case))
             oblique = len(support.thing.components) < 3 and not _aligned(case.shape.axis)
             reason = (
-                "takes only part of a cross-section" if "some" in cover
-                else "selects no cross-section at a node" if cover == {"none"}
-                else "holds single components of an oblique beam" if oblique
+                "takes only part of a cross-section"
+                if "some" in cover
+                else "selects no cross-section at a node"
+                if cover == {"none"}
+                else "holds single components of an oblique beam"
+                if oblique
                 else ""
-            )  # fmt: skip
+            )
             if reason:
                 at = support.at("where")
-                found.append(Diagnostic(
-                    "E501", f"`{declared.name}` cannot represent the support `{support.name}`", at.source,
-                    at.span, reason,
-                    "a beam is held at whole cross-sections, where the condition holds at a node of its axis",
-                ))  # fmt: skip
+                found.append(
+                    Diagnostic(
+                        "E501",
+                        f"`{declared.name}` cannot represent the support `{support.name}`",
+                        at.source,
+                        at.span,
+                        reason,
+                        "a beam is held at whole cross-sections, where the condition holds at a node of its axis",
+                    )
+                )
         return found
 
     def _thick(self, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -86,16 +102,21 @@ class Beam6Dof:
         ratio = case.shape.length / depth
         return [
             Diagnostic(
-                "W304", f"a beam {ratio:.1f} times as long as deep is not slender", at.source, at.span,
+                "W304",
+                f"a beam {ratio:.1f} times as long as deep is not slender",
+                at.source,
+                at.span,
                 "beam theory is crude here",
                 "below about 3 the section warps; compare with `fem(...)`",
             )
-        ]  # fmt: skip
+        ]
 
     def stations(self, case: Case) -> list[float]:
         """Nodes along the axis, m from the root: equally spaced, the nearest moved to each end of a support."""
         found = [case.shape.length * i / self.segments for i in range(self.segments + 1)]
-        for border in sorted({b for support in case.supports for b in borders(support.thing.where, case.shape)}):
+        for border in sorted(
+            {b for support in case.supports for b in borders(support.thing.where, case.shape)}
+        ):
             inner = range(1, self.segments)
             if inner and not any(abs(s - border) <= 1e-6 * case.shape.length for s in found):
                 found[min(inner, key=lambda i: abs(found[i] - border))] = border
@@ -131,8 +152,12 @@ def _unfit(load: Declared, case: Case) -> str:
         case Traction(where=where):
             length = case.shape.length
             ends = [coverage(where, case.shape, s) for s in (0.0, length)]
-            between = coverages(where, case.shape, [length * (i + 0.001) / 100.1 for i in range(100)] + [0.9999 * length])
-            return "" if sorted(ends) == ["all", "none"] and between == {"none"} else "not on one whole end face"
+            between = coverages(
+                where, case.shape, [length * (i + 0.001) / 100.1 for i in range(100)] + [0.9999 * length]
+            )
+            return (
+                "" if sorted(ends) == ["all", "none"] and between == {"none"} else "not on one whole end face"
+            )
     return "not a load of beam theory"
 
 

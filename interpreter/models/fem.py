@@ -37,8 +37,11 @@ class Fem:
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against this model of this case."""
-        found = [self._finite_law(declared, case), self._locking(declared, case),
-                 self._rotation(declared, case)]
+        found = [
+            self._finite_law(declared, case),
+            self._locking(declared, case),
+            self._rotation(declared, case),
+        ]
         return [d for d in (*found, self._coarse(declared, case)) if d is not None]
 
     def _finite_law(self, declared: Declared, case: Case) -> Diagnostic | None:
@@ -46,10 +49,13 @@ class Fem:
             return None
         at, body = declared.at("strain"), case.body.name
         return Diagnostic(
-            "E502", f"the material of `{body}` has no law for finite strain", at.source, at.span,
+            "E502",
+            f"the material of `{body}` has no law for finite strain",
+            at.source,
+            at.span,
             "needs such a law",
             "declare a `neo_hookean(...)` or `st_venant_kirchhoff(...)`, or use `strain = corotational`",
-        )  # fmt: skip
+        )
 
     def _locking(self, declared: Declared, case: Case) -> Diagnostic | None:
         nu = case.material.poisson
@@ -57,10 +63,13 @@ class Fem:
             return None
         at = declared.at("element")
         return Diagnostic(
-            "W301", f"linear tetrahedra lock at a Poisson's ratio of {nu:g}", at.source, at.span,
+            "W301",
+            f"linear tetrahedra lock at a Poisson's ratio of {nu:g}",
+            at.source,
+            at.span,
             "too stiff here",
             "it bends too little, the more so the coarser its mesh: refine and compare, or use another model",
-        )  # fmt: skip
+        )
 
     def _rotation(self, declared: Declared, case: Case) -> Diagnostic | None:
         angle = bending_angle(case) if self.strain == "small" else None
@@ -68,10 +77,13 @@ class Fem:
             return None
         at = declared.at("strain")
         return Diagnostic(
-            "W302", "small strains cannot follow the rotation that this load causes", at.source, at.span,
+            "W302",
+            "small strains cannot follow the rotation that this load causes",
+            at.source,
+            at.span,
             f"about {math.degrees(angle):.0f} deg at the tip" if angle < 1.5 else "far beyond its range",
             "the body will seem to grow as it turns; use `strain = corotational` or `finite`",
-        )  # fmt: skip
+        )
 
     def _coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
         shape = case.shape
@@ -83,21 +95,33 @@ class Fem:
         if cells > 2e7:
             size = units.show(self.size, units.LENGTH)
             extent = units.show(max(b - a for a, b in zip(low, high, strict=True)), units.LENGTH)
-            return Diagnostic("E304", f"a mesh of about {cells:.0e} tetrahedra does not fit in memory",
-                              at.source, at.span,
-                              f"{size} for a body of {extent}",
-                              "use a larger size")  # fmt: skip
+            return Diagnostic(
+                "E304",
+                f"a mesh of about {cells:.0e} tetrahedra does not fit in memory",
+                at.source,
+                at.span,
+                f"{size} for a body of {extent}",
+                "use a larger size",
+            )
         least = min(b - a for a, b in zip(low, high, strict=True))
         if self.size > 0.5 * least * (1 + 1e-9):
-            return Diagnostic("W312", f"the mesh of `{declared.name}` is coarser than the body", at.source, at.span,
-                              f"the body is {units.show(least, units.LENGTH)} across",
-                              "use a size of a fraction of that; bending needs four cells or more across")  # fmt: skip
+            return Diagnostic(
+                "W312",
+                f"the mesh of `{declared.name}` is coarser than the body",
+                at.source,
+                at.span,
+                f"the body is {units.show(least, units.LENGTH)} across",
+                "use a size of a fraction of that; bending needs four cells or more across",
+            )
         return None
 
     def outline(self, case: Case) -> str:
         """One line for the plan."""
-        mesh = "of the file" if getattr(case.shape, "prebuilt",
-                                        False) else f"of about {units.show(self.size, units.LENGTH)}"
+        mesh = (
+            "of the file"
+            if getattr(case.shape, "prebuilt", False)
+            else f"of about {units.show(self.size, units.LENGTH)}"
+        )
         return f"{self.element} {mesh}, {self.strain} strain"
 
     def load(self) -> None:

@@ -23,13 +23,21 @@ def selected(case: Case, owner: Declared, points: Floats, what: str) -> np.ndarr
     held: np.ndarray = np.asarray(owner.thing.where.holds(x, y, z, extent))
     if not held.any():
         spans = reach(points.min(axis=0).tolist(), points.max(axis=0).tolist())
-        raise fault("E302", owner.at("where"),
-                    f"`{owner.name}` selects no {what} of the mesh of `{case.body.name}`", "selects nothing",
-                    f"the mesh spans {spans}, and a thin selection may lie between its points")  # fmt: skip
+        raise fault(
+            "E302",
+            owner.at("where"),
+            f"`{owner.name}` selects no {what} of the mesh of `{case.body.name}`",
+            "selects nothing",
+            f"the mesh spans {spans}, and a thin selection may lie between its points",
+        )
     if held.all():
-        raise fault("E303", owner.at("where"), f"`{owner.name}` selects every {what} of `{case.body.name}`",
-                    "selects everything",
-                    "nothing would be left to deform; select a part of the body")  # fmt: skip
+        raise fault(
+            "E303",
+            owner.at("where"),
+            f"`{owner.name}` selects every {what} of `{case.body.name}`",
+            "selects everything",
+            "nothing would be left to deform; select a part of the body",
+        )
     return held
 
 
@@ -53,8 +61,13 @@ def solid_supports(case: Case, mesh: Mesh) -> tuple[Ints, Floats]:
 def conflict(first: Declared, second: Declared) -> Fault:
     """Two supports that impose different values on one degree of freedom."""
     problem = f"`{first.name}` and `{second.name}` hold the same points to different values"
-    return fault("E305", second.at("where"), problem,
-                 "contradicts the other", "select different points or different components")  # fmt: skip
+    return fault(
+        "E305",
+        second.at("where"),
+        problem,
+        "contradicts the other",
+        "select different points or different components",
+    )
 
 
 def must_be_held(case: Case, rows: Floats) -> None:
@@ -64,5 +77,10 @@ def must_be_held(case: Case, rows: Floats) -> None:
         return
     at = case.supports[0].at() if case.supports else case.body.at()
     free = " and to ".join((", ".join(motions[:-1]), motions[-1])) if len(motions) > 1 else motions[0]
-    raise fault("E306", at, f"the supports of `{case.body.name}` leave it free to {free}", "not held enough",
-                "hold more components, or more of the body")  # fmt: skip
+    raise fault(
+        "E306",
+        at,
+        f"the supports of `{case.body.name}` leave it free to {free}",
+        "not held enough",
+        "hold more components, or more of the body",
+    )

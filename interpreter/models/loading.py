@@ -51,23 +51,33 @@ def _point_force(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
     place = locate(mesh, np.array([load.thing.at]))
     if getattr(case.shape, "prebuilt", False) and place.outside[0] > 0:
         away = units.show(float(place.outside[0]), units.LENGTH)
-        raise fault("E504", load.at("at"), f"`{load.name}` acts at a point about {away} outside `{case.body.name}`",
-                    "not in the body", "give coordinates of the undeformed body")  # fmt: skip
+        raise fault(
+            "E504",
+            load.at("at"),
+            f"`{load.name}` acts at a point about {away} outside `{case.body.name}`",
+            "not in the body",
+            "give coordinates of the undeformed body",
+        )
     np.add.at(dead, place.nodes[0], place.N[0][:, None] * np.array(load.thing.vector))
 
 
 def _faces(case: Case, load: Declared, mesh: Mesh) -> tuple[Ints, Floats]:
     """Boundary triangles that a condition selects, and the part of each that it does (f,). Raises Fault.
 
-    A triangle across the border of the selection counts by its part inside, so that the resultant does not jump with the mesh.
+    A triangle across the border of the selection counts by its part inside: the resultant does not jump with the mesh.
     """
     corners = mesh.points[mesh.faces]  # (f, 3, 3)
     x, y, z = np.einsum("sc,fcx->xfs", _samples(), corners)
     share: Floats = np.broadcast_to(load.thing.where.holds(x, y, z, mesh.extent), x.shape).mean(axis=1)
     chosen = share > 0
     if not chosen.any():
-        raise fault("E302", load.at("where"), f"`{load.name}` selects no part of the surface of `{case.body.name}`",
-                    "selects nothing", "the condition must hold on a part of the surface that has an area")  # fmt: skip
+        raise fault(
+            "E302",
+            load.at("where"),
+            f"`{load.name}` selects no part of the surface of `{case.body.name}`",
+            "selects nothing",
+            "the condition must hold on a part of the surface that has an area",
+        )
     return mesh.faces[chosen], share[chosen]
 
 

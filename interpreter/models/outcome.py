@@ -11,7 +11,6 @@ from softmark.solvers import linear
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics import Equilibrium, Iteration, NotConverged
 
-
 CRITERIA = {
     "residual": "residual",
     "energy": "error in the energy norm, since rounding limits the residual",
@@ -23,15 +22,33 @@ def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
     """Warnings about an equilibrium that may not be the only one."""
     at = declared.at()
     if any(i.phase == "aside" for i in found.history):
-        return (Diagnostic("W314", f"`{declared.name}` buckled: the straight equilibrium is unstable", at.source, at.span,
-                           "one of several states", "the direction in which it went is arbitrary; an imperfection decides it"),)  # fmt: skip
+        return (
+            Diagnostic(
+                "W314",
+                f"`{declared.name}` buckled: the straight equilibrium is unstable",
+                at.source,
+                at.span,
+                "one of several states",
+                "the direction in which it went is arbitrary; an imperfection decides it",
+            ),
+        )
     if found.stable is None:
-        return (Diagnostic("W314", f"whether the equilibrium of `{declared.name}` is stable could not be established", at.source,
-                           at.span, "the load follows the surface", "there may be another state; vary the load and compare"),)  # fmt: skip
+        return (
+            Diagnostic(
+                "W314",
+                f"whether the equilibrium of `{declared.name}` is stable could not be established",
+                at.source,
+                at.span,
+                "the load follows the surface",
+                "there may be another state; vary the load and compare",
+            ),
+        )
     return ()
 
 
-def solution(find: Callable[[], Equilibrium], remedy: str, finish: Callable[[Equilibrium], Solution]) -> Solution:
+def solution(
+    find: Callable[[], Equilibrium], remedy: str, finish: Callable[[Equilibrium], Solution]
+) -> Solution:
     """What `find` comes to; not converged, with its history, where it finds no equilibrium."""
     try:
         found = find()
@@ -43,11 +60,16 @@ def solution(find: Callable[[], Equilibrium], remedy: str, finish: Callable[[Equ
 def facts(history: tuple[Iteration, ...], residual: float | None, steps: int) -> dict[str, object]:
     """The `solve` part of a report."""
     shown = [
-        {"phase": i.phase, "load": i.load, "residual": _number(i.residual), "length": i.length} for i in history[-200:]
+        {"phase": i.phase, "load": i.load, "residual": _number(i.residual), "length": i.length}
+        for i in history[-200:]
     ]
     return {
-        "iterations": len(history), "steps": steps, "residual": residual, "linear_solver": linear.NAME, "history": shown,
-    }  # fmt: skip
+        "iterations": len(history),
+        "steps": steps,
+        "residual": residual,
+        "linear_solver": linear.NAME,
+        "history": shown,
+    }
 
 
 def _number(value: float) -> float | None:

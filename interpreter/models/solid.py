@@ -20,7 +20,7 @@ from softmark.interpreter.scene import Declared
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.elements.interpolation import integration, locate
 from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.energies.energy import Energy, Floats, Ints, VectorSpace
+from softmark.solvers.energies.energy import Floats, VectorSpace
 from softmark.solvers.materials import law_for
 from softmark.solvers.mesh.file import Unreadable
 from softmark.solvers.mesh.mesh import Mesh
@@ -47,8 +47,12 @@ class PreparedSolid:
 
     def warm(self) -> None:
         """Run every kernel once on the first cell."""
-        one = replace(self.elastic, cells=np.arange(self.elastic.cells.shape[1])[None],
-                      dNdX=self.elastic.dNdX[:1], w=self.elastic.w[:1])  # fmt: skip
+        one = replace(
+            self.elastic,
+            cells=np.arange(self.elastic.cells.shape[1])[None],
+            dNdX=self.elastic.dNdX[:1],
+            w=self.elastic.w[:1],
+        )
         n = one.cells.size * 3
         small = Assembly(n, np.zeros(0, dtype=np.int64), [one], [])
         small.value(np.zeros(n), 1.0)
@@ -70,7 +74,9 @@ class PreparedSolid:
     def _finish(self, found: Equilibrium) -> Solution:
         u = found.x.reshape(-1, 3)
         solution = outcome.converged(found, lambda X: locate(self.mesh, X).interpolate(u))
-        return replace(solution, notes=(*self._misread_rotation(found.x), *outcome.doubts(self.declared, found)))
+        return replace(
+            solution, notes=(*self._misread_rotation(found.x), *outcome.doubts(self.declared, found))
+        )
 
     def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
         if self.model.strain != "small":
@@ -83,10 +89,14 @@ class PreparedSolid:
         at = self.declared.at("strain")
         return (
             Diagnostic(
-                "W306", f"`{self.declared.name}` took rotations of up to {units.show(angle, units.ANGLE)} for small ones",
-                at.source, at.span, "outside its range", "its numbers are those of a model that does not apply",
+                "W306",
+                f"`{self.declared.name}` took rotations of up to {units.show(angle, units.ANGLE)} for small ones",
+                at.source,
+                at.span,
+                "outside its range",
+                "its numbers are those of a model that does not apply",
             ),
-        )  # fmt: skip
+        )
 
 
 def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> PreparedSolid:
@@ -108,12 +118,22 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
         return model.strain == "small" or bool(np.all(np.linalg.det(elastic.F(x)) > 0))
 
     problem = Statics(
-        assembly, VectorSpace(dofs), np.zeros(dofs), fixed, target, case.analysis.tolerance,
-        case.analysis.max_iterations, twin, sound, convex=model.strain == "small" and assembly.conservative,
+        assembly,
+        VectorSpace(dofs),
+        np.zeros(dofs),
+        fixed,
+        target,
+        case.analysis.tolerance,
+        case.analysis.max_iterations,
+        twin,
+        sound,
+        convex=model.strain == "small" and assembly.conservative,
         extent=mesh.extent,
-    )  # fmt: skip
+    )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
-    return PreparedSolid(model, declared, case.shape, mesh, elastic, problem, size, _volume_note(declared, case, mesh))
+    return PreparedSolid(
+        model, declared, case.shape, mesh, elastic, problem, size, _volume_note(declared, case, mesh)
+    )
 
 
 def mesh_of(model: Fem, case: Case, workshop: Workshop) -> Mesh:
@@ -126,8 +146,12 @@ def mesh_of(model: Fem, case: Case, workshop: Workshop) -> Mesh:
         try:
             workshop.meshes[key] = case.shape.mesh(model.size)
         except Unreadable as error:
-            raise fault("E403", case.body.at("shape"), f"the mesh of `{case.body.name}` cannot be used: {error}",
-                        help="the file must hold tetrahedra of positive volume") from error  # fmt: skip
+            raise fault(
+                "E403",
+                case.body.at("shape"),
+                f"the mesh of `{case.body.name}` cannot be used: {error}",
+                help="the file must hold tetrahedra of positive volume",
+            ) from error
         workshop.seconds[key] = time.perf_counter() - wall, time.process_time() - cpu
     mesh: Mesh = workshop.meshes[key]
     return mesh
@@ -141,6 +165,12 @@ def _volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic
         return ()
     at = declared.at("size")
     return (
-        Diagnostic("W305", f"the mesh of `{declared.name}` holds {100 * lost:.1f} % less volume than the body", at.source, at.span,
-                   "too coarse for the curved surface", "use a smaller size"),
-    )  # fmt: skip
+        Diagnostic(
+            "W305",
+            f"the mesh of `{declared.name}` holds {100 * lost:.1f} % less volume than the body",
+            at.source,
+            at.span,
+            "too coarse for the curved surface",
+            "use a smaller size",
+        ),
+    )

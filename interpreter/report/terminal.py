@@ -8,7 +8,13 @@ from collections.abc import Sequence
 from softmark.interpreter import units
 from softmark.interpreter.results import ExpectationResult, MetricResult, ModelResult, Report
 
-STATUS = {"converged": "ok", "not_converged": "did not converge", "diverged": "diverged", "failed": "failed", "skipped": "skipped"}
+STATUS = {
+    "converged": "ok",
+    "not_converged": "did not converge",
+    "diverged": "diverged",
+    "failed": "failed",
+    "skipped": "skipped",
+}
 
 
 def table(report: Report, terminal: bool) -> str:
@@ -43,8 +49,17 @@ def _rows(report: Report, paint: _Paint) -> str:
     names = _metric_names(report)
     head = ["", *names, "unknowns", "newton", "time", ""]
     rows = [_model_row(m, names) for m in report.models.values()]
-    rows += [[f"({r.name})", *(_value(r.metrics.get(n)) for n in names), "", "", "", "reference" if r.status == "converged" else r.status]
-             for r in report.references.values()]  # fmt: skip
+    rows += [
+        [
+            f"({r.name})",
+            *(_value(r.metrics.get(n)) for n in names),
+            "",
+            "",
+            "",
+            "reference" if r.status == "converged" else r.status,
+        ]
+        for r in report.references.values()
+    ]
     widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
     lines = [_line(head, widths), "  ".join("-" * w for w in widths).rstrip()]
     for row in rows:
@@ -69,7 +84,14 @@ def _model_row(m: ModelResult, names: Sequence[str]) -> list[str]:
     clock = units.show(timing.to_json()["median"], units.TIME) if timing and m.status == "converged" else "-"
     iterations = str(m.solve.get("iterations", "-"))
     unknowns = str(m.size.get("dofs", "-"))
-    return [m.name, *(_value(m.metrics.get(n)) for n in names), unknowns, iterations, _short(clock), STATUS[m.status]]
+    return [
+        m.name,
+        *(_value(m.metrics.get(n)) for n in names),
+        unknowns,
+        iterations,
+        _short(clock),
+        STATUS[m.status],
+    ]
 
 
 def _short(clock: str) -> str:
@@ -92,12 +114,18 @@ def _value(metric: MetricResult | None) -> str:
 def _reasons(report: Report) -> list[str]:
     lines = [f"{m.name}: {m.message}" for m in report.outcomes if m.message]
     for part in report.outcomes:
-        lines += [f"{part.name}.{n}: {v.reason}" for n, v in part.metrics.items() if v.value is None and not part.message]
+        lines += [
+            f"{part.name}.{n}: {v.reason}"
+            for n, v in part.metrics.items()
+            if v.value is None and not part.message
+        ]
     return lines
 
 
 def _expectation(e: ExpectationResult, paint: _Paint) -> str:
     if e.passed is None:
         return f"  not judged  line {e.line}: {e.text} ({e.reason})"
-    found = "" if e.value is None else f"  (found {units.show(e.value, units.parse(e.unit).dimension) if e.unit != '1' else f'{100 * e.value:.4g} %'})"
-    return paint.good(f"  met         line {e.line}: {e.text}") if e.passed else paint.bad(f"  NOT MET     line {e.line}: {e.text}{found}")
+    if e.passed:
+        return paint.good(f"  met         line {e.line}: {e.text}")
+    found = "" if e.value is None else f"  (found {_value(MetricResult(e.value, e.unit))})"
+    return paint.bad(f"  NOT MET     line {e.line}: {e.text}{found}")

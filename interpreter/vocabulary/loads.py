@@ -18,7 +18,10 @@ class Gravity:
 
 @dataclass(frozen=True)
 class Traction:
-    """A force per undeformed area on a part of the surface, which keeps its direction (a dead load)."""
+    """A force per undeformed area on a part of the surface, which keeps its direction (a dead load).
+
+    Surface triangles across the border of the selection count by the part of them that lies inside.
+    """
 
     body: Annotated[str, "body", "the body that is loaded"]
     where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
@@ -29,7 +32,9 @@ class Traction:
 class Pressure:
     """A pressure on a part of the surface that stays normal to it while it moves (a follower load).
 
-    Positive values push inward. It has no energy in general, so the tangent is not symmetric.
+    Positive values push inward. It has no energy in general, so the tangent is not symmetric. A model of small strain
+    takes the undeformed surface, as linear theory does. Triangles across the border of the selection count by the part
+    of them that lies inside.
     """
 
     body: Annotated[str, "body", "the body that is loaded"]
@@ -41,7 +46,8 @@ class Pressure:
 class PointForce:
     """A force at one material point, which keeps its direction.
 
-    In a solid the displacement right under a point force grows without bound as the mesh is refined: look at it at a distance.
+    In a solid the displacement right under a point force grows without bound as the mesh is refined: look at it from a
+    distance.
     """
 
     body: Annotated[str, "body", "the body that is loaded"]

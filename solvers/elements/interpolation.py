@@ -62,7 +62,9 @@ def locate(mesh: Mesh, X: Floats) -> Located:
         found[i], N[i] = _best_cell(point, a, inverse)
     dN = inverse[found]  # (n, 3, 3): rows are the gradients of N_1, N_2, N_3
     dN = np.concatenate([-dN.sum(axis=1, keepdims=True), dN], axis=1)
-    outside = np.maximum(0.0, (-N / np.linalg.norm(dN, axis=2)).max(axis=1, initial=0.0))  # to the farthest face plane
+    outside = np.maximum(
+        0.0, (-N / np.linalg.norm(dN, axis=2)).max(axis=1, initial=0.0)
+    )  # to the farthest face plane
     outside[outside < 1e-9 * mesh.extent] = 0.0
     return Located(mesh.cells[found], N, outside)
 

@@ -81,7 +81,9 @@ class FollowerPressure:
         e1, e2 = self._edges(x)
         # d(e1 x e2) = -[e2]x de1 + [e1]x de2 with de1 = dx1 - dx0, de2 = dx2 - dx0
         d1, d2 = -_cross_matrix(e2), _cross_matrix(e1)
-        row = np.concatenate([-(d1 + d2), d1, d2], axis=2) * np.reshape(self.p, (-1, 1, 1)) * (scale / 6.0)  # (f, 3, 9)
+        row = (
+            np.concatenate([-(d1 + d2), d1, d2], axis=2) * np.reshape(self.p, (-1, 1, 1)) * (scale / 6.0)
+        )  # (f, 3, 9)
         block = np.tile(row, (1, 3, 1))
         keep = slots >= 0
         np.add.at(data, slots[keep], block[keep])

@@ -29,7 +29,7 @@ MATERIALS: dict[str, type[Isotropic]] = {
 }
 
 
-class NoFiniteLaw(Exception):  # noqa: N818 - it says what is missing
+class NoFiniteLaw(Exception):
     """The material has no law at finite strain."""
 
     def __init__(self, material: Isotropic) -> None:

@@ -13,9 +13,20 @@ from softmark.solvers.mesh.mesh import Mesh
 
 UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
 
-SOLIDS = frozenset({
-    "hexahedron", "wedge", "pyramid", "tetra10", "hexahedron20", "hexahedron27", "wedge15", "wedge18", "pyramid13", "pyramid14",
-})  # fmt: skip
+SOLIDS = frozenset(
+    {
+        "hexahedron",
+        "wedge",
+        "pyramid",
+        "tetra10",
+        "hexahedron20",
+        "hexahedron27",
+        "wedge15",
+        "wedge18",
+        "pyramid13",
+        "pyramid14",
+    }
+)
 
 
 class Unreadable(Exception):

@@ -196,7 +196,8 @@ class Box:
         """Centre of the end face with the lowest coordinate, m."""
         along = self._longest
         return tuple(  # type: ignore[return-value]
-            o if i == along else o + 0.5 * s for i, (o, s) in enumerate(zip(self.origin, self.size, strict=True))
+            o if i == along else o + 0.5 * s
+            for i, (o, s) in enumerate(zip(self.origin, self.size, strict=True))
         )
 
     @property

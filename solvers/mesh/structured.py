@@ -59,7 +59,10 @@ def disc(radius: float, size: float, corner: float = 0.73, bulge: float = 0.4) -
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     square = inner.points[rim] / np.sqrt(2)
     outline = corner * ((1 - bulge) * square + bulge * circle)
-    points = [_coons(outline, n), *(outline + t * (circle - outline) for t in np.arange(1, rings + 1) / rings)]
+    points = [
+        _coons(outline, n),
+        *(outline + t * (circle - outline) for t in np.arange(1, rings + 1) / rings),
+    ]
     quads, colours = [inner.quads], [inner.colour]
     ring = rim
     for k in range(rings):

@@ -2,7 +2,7 @@
 
     python tests/benchmarks/startup.py [--repeat 7]
 
-Medians of fresh processes, kernels cached. Run it on an installed wheel: an editable install adds about 20 ms of its own.
+Medians of fresh processes, kernels cached. Run it on an installed wheel: an editable install adds about 20 ms.
 """
 
 from __future__ import annotations
@@ -59,7 +59,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         scene = long_scene(folder)
         bare = statistics.median(cpu([sys.executable, "-c", "pass"], folder) for _ in range(repeat))
-        print(f"bare interpreter {1000 * bare:.0f} ms; below, CPU ms over it (runs: whole run, not its first step)")
+        print(
+            f"bare interpreter {1000 * bare:.0f} ms; below, CPU ms over it (runs: whole run, not its first step)"
+        )
         for command, budget in BUDGETS.items():
             words = [scene if w == "LONG" else w for w in command]
             cpu([dsl, *words], folder)  # caches

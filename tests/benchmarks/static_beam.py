@@ -82,9 +82,16 @@ def felupe_run(mesh: Mesh, steps: int) -> tuple[np.ndarray, int]:
     for part in np.linspace(0.0, 1.0, steps + 1)[1:]:
         weight.update(part * DOWN)
         found = felupe.newtonraphson(
-            items=[body, weight], x0=field, dof0=dof0, dof1=dof1, ext0=felupe.dof.apply(field, clamp, dof0),
-            solver=spsolve, tol=1e-8, maxiter=40, verbose=0,
-        )  # fmt: skip
+            items=[body, weight],
+            x0=field,
+            dof0=dof0,
+            dof1=dof1,
+            ext0=felupe.dof.apply(field, clamp, dof0),
+            solver=spsolve,
+            tol=1e-8,
+            maxiter=40,
+            verbose=0,
+        )
         iterations += found.iterations
     return np.array(field[0].values), iterations
 

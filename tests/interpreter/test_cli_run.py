@@ -25,9 +25,18 @@ metric eta = energy_norm(axis, against = theory)
 """
 
 
-def dsl(*arguments: str, cwd: Path, text: str | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([*DSL, *arguments], cwd=cwd, input=text, capture_output=True, text=True, check=False,
-                          env={**os.environ, **environment})  # fmt: skip
+def dsl(
+    *arguments: str, cwd: Path, text: str | None = None, **environment: str
+) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*DSL, *arguments],
+        cwd=cwd,
+        input=text,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, **environment},
+    )
 
 
 def written(folder: Path, text: str) -> str:
@@ -108,7 +117,9 @@ def test_interruption_keeps_what_was_finished(tmp_path: Path) -> None:
     dsl("run", "-", "--json", "-", cwd=tmp_path, text=SMALL + small)
     slow = SMALL + "model slow = fem(tet4, strain = finite, size = 1.5 mm)\n"
     name = written(tmp_path, slow)
-    process = subprocess.Popen([*DSL, "run", name], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [*DSL, "run", name], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
     kept = tmp_path / "my-report" / "report.json"
     deadline = time.monotonic() + 120
     while not kept.exists() and process.poll() is None and time.monotonic() < deadline:
@@ -133,7 +144,13 @@ def test_first_run_says_that_it_compiles(tmp_path: Path) -> None:
 def test_no_home_and_no_cache(tmp_path: Path) -> None:
     (tmp_path / "cache").write_text("not a folder")
     text = SMALL + "model solid = fem(tet4, strain = small, size = 10 mm)\n"
-    done = dsl("run", written(tmp_path, text), cwd=tmp_path, XDG_CACHE_HOME=str(tmp_path / "cache"), HOME="/nonexistent")
+    done = dsl(
+        "run",
+        written(tmp_path, text),
+        cwd=tmp_path,
+        XDG_CACHE_HOME=str(tmp_path / "cache"),
+        HOME="/nonexistent",
+    )
     assert done.returncode == 0, done.stderr
 
 
@@ -178,5 +195,7 @@ def test_completion_scripts_are_printed(tmp_path: Path, shell: str) -> None:
 def test_bash_completes_scenes(tmp_path: Path) -> None:
     script = dsl("completion", "bash", cwd=tmp_path).stdout
     probe = 'COMP_WORDS=(dsl run sil); COMP_CWORD=2; _dsl; echo "${COMPREPLY[@]}"'
-    done = subprocess.run(["bash", "-c", f"{script}\n{probe}"], capture_output=True, text=True, check=True, cwd=tmp_path)
+    done = subprocess.run(
+        ["bash", "-c", f"{script}\n{probe}"], capture_output=True, text=True, check=True, cwd=tmp_path
+    )
     assert done.stdout.split() == ["silicone-beam"]

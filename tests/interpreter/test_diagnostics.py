@@ -12,6 +12,7 @@ import json
 import os
 import re
 import shlex
+import shutil
 from pathlib import Path
 
 import pytest
@@ -26,10 +27,16 @@ COMMAND = re.compile(r"# \$ dsl (.+)")
 STAGED = {"E405"}  # no scene is known that comes to it
 
 
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the scenes, where commands may leave reports."""
+    return Path(shutil.copytree(FOLDER, tmp_path_factory.mktemp("golden") / "errors"))
+
+
 @pytest.fixture(autouse=True)
-def _here(monkeypatch: pytest.MonkeyPatch) -> None:
+def _here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Paths in messages are those that a person in the folder gives; no colours."""
-    monkeypatch.chdir(FOLDER)
+    monkeypatch.chdir(folder)
     monkeypatch.setenv("NO_COLOR", "1")
 
 

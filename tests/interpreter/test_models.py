@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 import softmark
 from softmark.interpreter.models.rigid import free_motions, point_rows
 
@@ -42,7 +43,7 @@ def test_end_force_on_a_beam() -> None:
 
 
 def test_force_between_two_nodes_is_shared() -> None:
-    # the displacement at the end of a force at s: P s^2 (3 L - s) / (6 EI), with shear P s / kGA; s = 0.255 is between nodes
+    # the end displacement of a force at s: P s^2 (3 L - s) / (6 EI), with shear P s / kGA; s = 0.255 is between nodes
     report = bar(ROD + "load p = point_force(bar, at = (255, 0, 0) mm, vector = (0, -1, 0) mN)\n")
     s = 0.255
     exact = 1e-3 * s**2 * (3 * 0.4 - s) / (6 * EI) + 1e-3 * s / kGA
@@ -56,12 +57,18 @@ def test_traction_on_the_end_face_is_the_same_force() -> None:
 
 
 def test_hanging_bar_stretches_by_its_weight() -> None:
-    # rho g L^2 / (2 E) = 0.7848 mm; nodes of linear elements are exact for distributed axial load up to the strain's own
-    # size of 0.2 %, which a linear law of finite strain sees as the square of it
-    report = bar(ROD + "model solid = fem(tet4, strain = small, size = 10 mm)\nload g = gravity(9.81 m/s^2, direction = +x)\n", poisson="0")
+    # rho g L^2 / (2 E) = 0.7848 mm; nodes of linear elements are exact for distributed axial load, up to the strain's
+    # own size of 0.2 %, which a linear law of finite strain sees as the square of it
+    report = bar(
+        ROD
+        + "model solid = fem(tet4, strain = small, size = 10 mm)\nload g = gravity(9.81 m/s^2, direction = +x)\n",
+        poisson="0",
+    )
     exact = 1000 * 9.81 * 0.4**2 / 2e6
     assert tip(report, "rod")[0] == pytest.approx(exact, rel=1e-3)
-    assert tip(report, "solid")[0] == pytest.approx(exact, rel=1e-3)  # lumped exactly by linear shape functions along x
+    assert tip(report, "solid")[0] == pytest.approx(
+        exact, rel=1e-3
+    )  # lumped exactly by linear shape functions along x
 
 
 def test_solid_beam_approaches_beam_theory_as_it_is_refined() -> None:
@@ -95,15 +102,21 @@ def test_large_rotation_of_a_support_is_followed() -> None:
 
 def test_switching_shear_and_stretch_off_gives_euler_bernoulli() -> None:
     text = "model stiff = beam6dof(segments = 40, shear = no, axial = no)\nreference textbook = small_deflection(bar)\n"
-    report = bar(text + "load g = gravity(0.001 m/s^2, direction = -z)\nmetric eta = energy_norm(axis, against = textbook)\n")
+    report = bar(
+        text
+        + "load g = gravity(0.001 m/s^2, direction = -z)\nmetric eta = energy_norm(axis, against = textbook)\n"
+    )
     value = report.models["stiff"].metrics["eta"].value
     assert value is not None
-    assert value < 1e-3  # second order in 1/40: 1 / (4 * 40^2) = 1.6e-4 of the tip, and geometry linear to 1e-4
+    assert (
+        value < 1e-3
+    )  # second order in 1/40: 1 / (4 * 40^2) = 1.6e-4 of the tip, and geometry linear to 1e-4
 
 
 def test_roller_lets_a_beam_section_turn() -> None:
     # propped cantilever under uniform load: end reaction 3 w L / 8, slope at the roller w L^3 / (48 EI)
-    text = "support roller = fixed(bar, where = x >= L, components = z)\nload g = gravity(0.001 m/s^2, direction = -z)\n"
+    text = "support roller = fixed(bar, where = x >= L, components = z)\n"
+    text += "load g = gravity(0.001 m/s^2, direction = -z)\n"
     report = bar(text + ROD)
     shape = report.models["rod"].probes["axis"].displacement
     assert shape[-1, 2] == pytest.approx(0.0, abs=1e-12)
@@ -144,7 +157,8 @@ def test_a_body_left_free_is_named_with_its_motion(support: str, motion: str) ->
 
 
 def test_contradicting_supports_are_named() -> None:
-    text = "support again = displaced(bar, where = x <= 0 mm, by = (1, 0, 0) mm)\nmodel solid = fem(tet4, strain = small, size = 20 mm)\n"
+    text = "support again = displaced(bar, where = x <= 0 mm, by = (1, 0, 0) mm)\n"
+    text += "model solid = fem(tet4, strain = small, size = 20 mm)\n"
     with pytest.raises(softmark.SceneError) as refused:
         bar(text)
     assert [d.code for d in refused.value.diagnostics] == ["E305"]
@@ -162,8 +176,10 @@ def test_a_beam_is_held_exactly_as_far_as_its_support_reaches(segments: int) -> 
     # P (L - c)^3 / (3 EI) + P (L - c) / kGA beyond a clamp of length c = 55 mm, which is a node of no equal spacing;
     # the error of n segments over the free part is 1 / (4 n^2) of it
     text = BAR.format(young="1 MPa", poisson="0.3").replace("x <= 0 mm", "x <= 55 mm")
-    report = softmark.loads(text + f"model rod = beam6dof(segments = {segments})\n"
-                            "load p = point_force(bar, at = (L, 0 mm, 0 mm), vector = (0, 0, -1) mN)\n").run()
+    report = softmark.loads(
+        text + f"model rod = beam6dof(segments = {segments})\n"
+        "load p = point_force(bar, at = (L, 0 mm, 0 mm), vector = (0, 0, -1) mN)\n"
+    ).run()
     free = 0.4 - 0.055
     exact = 1e-3 * free**3 / (3 * EI) + 1e-3 * free / kGA
     assert -tip(report, "rod")[2] == pytest.approx(exact, rel=0.5 / (segments - 1) ** 2)
@@ -179,7 +195,12 @@ def test_part_of_a_face_carries_its_part_of_the_force(size: int) -> None:
     # 70 % of the end face under 1 kPa along x: the mean strain, seen at 0.7 L, is 0.7 kPa / E; triangles across the
     # border count by 64 samples each, so the resultant is right to about 2 %
     text = "load p = traction(bar, where = x >= L and z >= -4 mm, vector = (1, 0, 0) kPa)\n"
-    report = bar(text + f"model solid = fem(tet4, strain = small, size = {size} mm)\nprobe m = point(bar, at = (0.7 * L, 0 mm, 0 mm))\n", poisson="0")
+    report = bar(
+        text
+        + f"model solid = fem(tet4, strain = small, size = {size} mm)\n"
+        + "probe m = point(bar, at = (0.7 * L, 0 mm, 0 mm))\n",
+        poisson="0",
+    )
     found = report.models["solid"].probes["m"].displacement[0, 0]
     assert found == pytest.approx(0.7 * 0.7e3 * 0.4 / 1e6, rel=0.04)
 

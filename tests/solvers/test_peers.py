@@ -67,9 +67,15 @@ def by_felupe(mesh: Mesh, law: Any) -> np.ndarray:
         for part in np.linspace(0.0, 1.0, 26)[1:]:
             weight.update(part * DOWN)
             felupe.newtonraphson(
-                items=[body, weight], x0=field, dof0=dof0, dof1=dof1,
-                ext0=felupe.dof.apply(field, clamp, dof0), tol=1e-11, maxiter=60, verbose=0,
-            )  # fmt: skip
+                items=[body, weight],
+                x0=field,
+                dof0=dof0,
+                dof1=dof1,
+                ext0=felupe.dof.apply(field, clamp, dof0),
+                tol=1e-11,
+                maxiter=60,
+                verbose=0,
+            )
     return np.array(field[0].values)
 
 

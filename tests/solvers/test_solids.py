@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.elements.interpolation import integration
 from softmark.solvers.elements.tet4 import Tet4
@@ -14,8 +15,13 @@ from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics import Statics, equilibrium
 
-LAWS = [("linear_elastic", "small"), ("linear_elastic", "corotational"), ("neo_hookean", "finite"),
-        ("neo_hookean_isochoric", "finite"), ("st_venant_kirchhoff", "finite")]  # fmt: skip
+LAWS = [
+    ("linear_elastic", "small"),
+    ("linear_elastic", "corotational"),
+    ("neo_hookean", "finite"),
+    ("neo_hookean_isochoric", "finite"),
+    ("st_venant_kirchhoff", "finite"),
+]
 OBJECTIVE = [law for law in LAWS if law[1] != "small"]
 NONE = np.zeros(0, dtype=np.int64)
 
@@ -74,8 +80,8 @@ def test_derivatives_against_finite_differences(law: tuple[str, str]) -> None:
 
 @pytest.mark.parametrize("law", LAWS)
 def test_patch_of_small_strain(law: tuple[str, str]) -> None:
-    # MacNeal and Harder (1985): u = 1e-3 (2x + y + z)/2 and cyclic, E = 1e6, nu = 0.25: sxx = 2000, sxy = 400. A thousandth
-    # of strain makes the nonlinear laws differ from the linear by that part of themselves
+    # MacNeal and Harder (1985): u = 1e-3 (2x + y + z)/2 and cyclic, E = 1e6, nu = 0.25: sxx = 2000, sxy = 400. A
+    # thousandth of strain makes the nonlinear laws differ from the linear by that part of themselves
     mesh = cube(3)
     energy = elastic(mesh, law, 1e6)
     H = 1e-3 * np.array([[2, 1, 1], [1, 2, 1], [1, 1, 2]]) / 2
@@ -83,8 +89,11 @@ def test_patch_of_small_strain(law: tuple[str, str]) -> None:
     np.testing.assert_allclose(x, moved(mesh, np.eye(3) + H), atol=1e-13)
     stress = energy.law.P(energy.F(x))
     nonlinear = 1e-12 if law[1] == "small" else 8.0
-    np.testing.assert_allclose(stress, np.broadcast_to([[2000, 400, 400], [400, 2000, 400], [400, 400, 2000]], stress.shape),
-                               atol=max(nonlinear, 1e-7))  # fmt: skip
+    np.testing.assert_allclose(
+        stress,
+        np.broadcast_to([[2000, 400, 400], [400, 2000, 400], [400, 400, 2000]], stress.shape),
+        atol=max(nonlinear, 1e-7),
+    )
 
 
 @pytest.mark.parametrize("law", OBJECTIVE)
@@ -101,7 +110,14 @@ def held_on_the_surface(mesh: Mesh, energy: Elastic, F: np.ndarray) -> np.ndarra
     """Equilibrium with the surface moved by F, the inside free and started at rest."""
     fixed = (3 * np.unique(mesh.faces)[:, None] + np.arange(3)).ravel()
     assembly = Assembly(mesh.points.size, fixed, [energy], [])
-    problem = Statics(assembly, VectorSpace(mesh.points.size), np.zeros(mesh.points.size), fixed, moved(mesh, F)[fixed], 1e-11)
+    problem = Statics(
+        assembly,
+        VectorSpace(mesh.points.size),
+        np.zeros(mesh.points.size),
+        fixed,
+        moved(mesh, F)[fixed],
+        1e-11,
+    )
     return equilibrium(problem).x
 
 
@@ -130,7 +146,9 @@ def test_rotation_strains_the_linear_model() -> None:
     # mu = lambda = 0.4 for E = 1, nu = 0.25
     mesh = cube(2)
     energy = elastic(mesh, ("linear_elastic", "small"))
-    assert energy.value(moved(mesh, turn(np.pi / 2, (0, 0, 1)))) == pytest.approx(2 * 0.4 + 2 * 0.4, rel=1e-12)
+    assert energy.value(moved(mesh, turn(np.pi / 2, (0, 0, 1)))) == pytest.approx(
+        2 * 0.4 + 2 * 0.4, rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -149,8 +167,15 @@ def returning(mesh: Mesh, start: np.ndarray, fixed: np.ndarray) -> np.ndarray:
     def sound(x: np.ndarray) -> bool:
         return bool(np.all(np.linalg.det(energy.F(x)) > 0))
 
-    problem = Statics(Assembly(dofs, fixed, [energy], []), VectorSpace(dofs), start, fixed, np.zeros(len(fixed)),
-                      max_iterations=200, sound=sound)  # fmt: skip
+    problem = Statics(
+        Assembly(dofs, fixed, [energy], []),
+        VectorSpace(dofs),
+        start,
+        fixed,
+        np.zeros(len(fixed)),
+        max_iterations=200,
+        sound=sound,
+    )
     return equilibrium(problem).x
 
 
