@@ -115,9 +115,12 @@ def power_of_quantity(source: Source, base: Expression, unit: Unit, exponent: Ex
     span, end = unit.span, exponent.span
     span = Span(span.start, end.end, span.line, span.column, end.end_line, end.end_column)
     help = f"write `({quantity})^{power}` for a power of the quantity"
-    if isinstance(exponent, Number) and not exponent.unit:
+    if isinstance(exponent, Number) and not exponent.unit and "^" not in unit.text:
         help = f"write `{quantity}^{power}` for the unit, `({quantity})^{power}` for the quantity"
-    return Diagnostic("E127", "a power of the unit, or of the quantity?", source, span, help=help)
+    message = "a power of the unit, or of the quantity?"
+    if "^" in unit.text:
+        message = "a second power after that of the unit"
+    return Diagnostic("E127", message, source, span, help=help)
 
 
 def escape(source: Source, token: Token) -> Diagnostic | None:

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 from softmark.grammar import limits
 from softmark.grammar.diagnostic import Diagnostic, Source
@@ -271,11 +272,24 @@ def _operator(slip: Slip) -> Diagnostic | None:
 
 def _comparison(slip: Slip) -> Diagnostic | None:
     """`=` where an expression has ended."""
-    if slip.found.kind != "EQUAL" or "COMPARE" not in slip.accepts or slip.in_call:
+    if slip.found.kind != "EQUAL" or "COMPARE" not in slip.accepts:
         return None
+    if slip.in_call:
+        return _comparison_in_argument(slip)
     if slip.kind(-1) == "NAME" and slip.kind(-2) in ("LPAR", "COMMA") and slip.tokens[0].kind != "EXPECT":
         return slip.say("E101", help="named values stand in a call: `cylinder(length = 3 mm)`")
     return slip.say("E117", "`=` gives a name its value; to compare, write `==`", "write `==`")
+
+
+def _comparison_in_argument(slip: Slip) -> Diagnostic | None:
+    """`where = x = 0 mm`; after a comma, `=` more likely names an argument."""
+    start = slip.brackets[-1] + 1
+    commas = [place for place in range(start, slip.index) if slip.tokens[place].kind == "COMMA"]
+    own = [token.kind for token in slip.tokens[(commas[-1] + 1 if commas else start) : slip.index]]
+    if own[:2] != ["NAME", "EQUAL"] or slip.kind(-1) != "NAME" or slip.kind(-2) in VALUES | CLOSERS:
+        return None  # `f(a = 1 b = 2)`: a comma is missing
+    help = "write `==`, or `<=` or `>=` to select a region"
+    return slip.say("E117", "`=` gives a name its value; to compare, write `==`", help)
 
 
 def _reserved(slip: Slip) -> Diagnostic | None:
@@ -286,6 +300,21 @@ def _reserved(slip: Slip) -> Diagnostic | None:
         return None
     help = f"choose another name; reserved are {', '.join(f'`{word}`' for word in sorted(reserved()))}"
     return slip.say("E114", f"`{found.text}` is a reserved word", help)
+
+
+def _unit_in_parts(slip: Slip) -> Diagnostic | None:
+    """`1000 kg m^-3`: units are joined by `*`."""
+    before, found = slip.kind(-1), slip.found
+    if before != "UNIT" or found.kind != "NAME" or found.line != slip.tokens[slip.index - 1].line:
+        return None
+    rest = [found.text]
+    for first, second in pairwise(slip.tokens[slip.index : slip.index + 5]):
+        if second.kind not in ("CIRCUMFLEX", "SIGN", "NUMBER") or first.end != second.start:
+            break
+        rest.append(second.text)
+    if slip.kind(1) in ("EQUAL", "LPAR") or found.text in reserved() or (slip.brackets and len(rest) == 1):
+        return None
+    return slip.say("E101", help=f"join units with `*`: `{slip.text(-1)}*{''.join(rest)}`")
 
 
 def _missing_comma(slip: Slip) -> Diagnostic | None:
@@ -359,6 +388,7 @@ CHECKS: tuple[Check, ...] = (
     _operator,
     _comparison,
     _reserved,
+    _unit_in_parts,
     _missing_comma,
     _unit,
     _shape,

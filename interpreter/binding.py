@@ -132,8 +132,18 @@ class Binder:
         message = f"`{constructor.name}` has no field `{attribute}`"
         override.place.fail("E205", override.name_span, message, "not a field", hint)
 
+    def _compared(self, constructor: Constructor, value: tree.Expression) -> None:
+        """Refuse `strain == small`, where a field is meant to get its value."""
+        if not isinstance(value, tree.Compare) or value.operators[0] != "==":
+            return
+        name, given = (self._text_of(operand) for operand in value.operands[:2])
+        if constructor.field(name) is not None:
+            problem, help = f"expected `=` after `{name}`, found `==`", f"write `{name} = {given}`"
+            raise self.place.fail("E106", value.span, problem, "a comparison", help)
+
     def _field(self, constructor: Constructor, argument: tree.Argument, position: int) -> Field | None:
         if argument.name is None:
+            self._compared(constructor, argument.value)
             if position < len(constructor.fields):
                 return constructor.fields[position]
             count = len(constructor.fields)

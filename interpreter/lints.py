@@ -78,7 +78,7 @@ def _settled(scene: Scene) -> Iterator[Diagnostic]:
     """Expectations that are met or not before anything is computed."""
     for expectation in scene.expectations:
         # a name with a dot is a metric of a model, be the model in error or not, or a parameter of a used scene
-        names = (n.text for n, _ in tree.walk(expectation.node) if isinstance(n, tree.Name) and len(n.parts) > 1)
+        names = (n.text for n, _ in tree.walk(expectation.node) if isinstance(n, tree.Name) and n.parts[1:])
         if all(name in scene.parameters for name in names):
             yield _warning("W311", expectation.location, "nothing that is computed enters this expectation",
                            "the same in every run",

@@ -163,6 +163,7 @@ def parse(text: str) -> Measure:
     parts = _PART.findall(text.replace("·", "*"))
     if not parts or "".join(operator + part for operator, part in parts) != text.replace("·", "*"):
         raise _unreadable(text)
+    _refuse_names(parts, text)
     if any(operator == "/" for operator, _ in parts[:-1]):
         remedy = "put the divisor in brackets, as in `J/(kg*K)`, or use negative powers: `J*kg^-1*K^-1`"
         raise UnitError(f"`{text}` can be read in two ways", remedy)
@@ -173,6 +174,19 @@ def parse(text: str) -> Measure:
         factor *= one.factor**sign
         dimension = times(dimension, one.dimension, sign)
     return Measure(factor, dimension)
+
+
+def _refuse_names(parts: list[tuple[str, str]], whole: str) -> None:
+    """`GPa*b^4` where `b` may be a name that is declared: without blanks it is taken for a unit."""
+    for operator, part in parts:
+        symbol = part.partition("^")[0]
+        named = operator == "*" and re.fullmatch(r"[A-Za-z_]\w*", symbol)
+        if named and symbol not in _MEANT and not _known(symbol):
+            first, _, rest = whole.partition(f"*{part}")
+            remedy = f"if `{symbol}` is a name, put blanks around `*`: `{first} * {part}{rest}`"
+            if nearest(symbol, _common()):
+                remedy = f"{_hint(symbol)}; {remedy}"
+            raise UnitError(f"`{symbol}` in `{whole}` is not a known unit", remedy)
 
 
 def _factor(part: str, whole: str) -> Measure:

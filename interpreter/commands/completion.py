@@ -7,7 +7,7 @@ import argparse
 OPTIONS = {
     "check": "-p --diagnostics",
     "plan": "-p --model",
-    "run": "-p --model --out --json --repeat",
+    "run": "-p --model --out --json --junit --repeat",
     "fmt": "--check",
     "new": "--list",
     "explain": "",

@@ -16,7 +16,8 @@ CODE = re.compile(r"[EW]\d{3}$", re.IGNORECASE)
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """NAME|CODE"""
-    parser.add_argument("name", metavar="NAME|CODE", help="a word of the language, such as `cylinder`, or a code, such as E204")
+    parser.add_argument("name", metavar="NAME|CODE",
+                        help="a word of the language, such as `cylinder`, or a code, such as E204")
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -41,14 +42,14 @@ def _names() -> list[str]:
 RESERVED = {
     "softmark": "`softmark 1` as the first line gives the version of the language. It may be left out.",
     "scene": "`scene \"silicone beam\"` gives the scene a title, once. Without it the title is the name of the file.",
-    "use": "`use \"tissues.scene\" as tissue` makes the names of another scene known as `tissue.NAME`. Paths are relative to\n"
-    "the scene's own folder; `std/...` is the standard library.",
+    "use": "`use \"tissues.scene\" as tissue` makes the names of another scene known as `tissue.NAME`. Paths are\n"
+    "relative to the scene's own folder; `std/...` is the standard library.",
     "as": "Part of `use \"tissues.scene\" as tissue`: the name under which the other scene is known.",
-    "param": "`param L = 178 mm` names a quantity, and `param L = 178 mm in 10 mm .. 1 m` gives it a range too. A parameter can be\n"
-    "replaced for one run: `dsl run FILE -p L=120mm`.",
+    "param": "`param L = 178 mm` names a quantity, and `param L = 178 mm in 10 mm .. 1 m` gives it a range too.\n"
+    "A parameter can be replaced for one run: `dsl run FILE -p L=120mm`.",
     "in": "Part of `param L = 178 mm in 10 mm .. 1 m`: the range of a parameter, both ends included.",
-    "expect": "`expect rod.eta < 5 %` is a condition on a metric (`eta`) of a model or reference (`rod`). Whether it is met is decided\n"
-    "after the run; if it is not, `dsl run` exits with 1.",
+    "expect": "`expect rod.eta < 5 %` is a condition on a metric (`eta`) of a model or reference (`rod`). Whether\n"
+    "it is met is decided after the run; if it is not, `dsl run` exits with 1.",
     "and": "`x <= 0 mm and z > 0 mm`: both conditions hold. It binds more tightly than `or`.",
     "or": "`x <= 0 mm or x >= 200 mm`: at least one of the conditions holds. `and` binds more tightly.",
     "not": "`not x <= 0 mm`: the condition does not hold.",
@@ -130,13 +131,15 @@ def page(name: str) -> str | None:
         return f"{name} (element)\n\n{inspect.getdoc(schema.words()[name])}"
     meant = schema.WORDS.get(name) or schema.SYNONYMS.get(name)
     if meant and not _unit(name):
-        return f"`{name}` is not a word of this language; what is meant is called `{meant}` here.\n\n{page(meant) or _field_page(meant)}"
+        said = f"`{name}` is not a word of this language; what is meant is called `{meant}` here."
+        return f"{said}\n\n{page(meant) or _field_page(meant)}"
     return _field_page(name) or _unit(name)
 
 
 def _field_page(name: str) -> str:
     """Where a field of this name occurs."""
-    owners = [(c, f) for table in schema.tables() for n in schema.tables()[table] if (c := schema.constructor(table, n)) and (f := c.field(name))]
+    made = (schema.constructor(kind, n) for kind, table in schema.tables().items() for n in table)
+    owners = [(c, f) for c in made if c and (f := c.field(name))]
     return "\n".join(f"field of `{c.name}`: {f.doc}{_facts(f)}" for c, f in owners)
 
 
@@ -174,12 +177,19 @@ def _default(f: Field) -> str:
     if f.form == "components":
         return "(" + ", ".join("xyz"[i] for i in f.default) + ")"
     if f.form == "direction":
-        return next((s + a for s, u in (("+", 1.0), ("-", -1.0)) for i, a in enumerate("xyz") if f.default[i] == u), str(f.default))
+        axes = {"+": 1.0, "-": -1.0}.items()
+        named = (sign + "xyz"[i] for sign, one in axes for i in range(3) if f.default[i] == one)
+        return next(named, str(f.default))
     if f.form == "vector":
         return "(" + ", ".join(f"{v:g}" for v in f.default) + f") {units.si(f.dimension or units.NONE)}"
     return "the only one" if f.default is None else str(f.default)
 
 
+_QUANTITIES = {
+    units.PRESSURE: "60 kPa", units.LENGTH: "20 mm", (-3, 1, 0, 0, 0): "1070 kg/m^3", units.NONE: "0.3",
+    (1, 0, -2, 0, 0): "9.81 m/s^2",
+}  # fmt: skip
+_VALUES = {"element": "tet4", "shape": "cylinder(length = 178 mm, radius = 19 mm)"}
 _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "direction": "-z", "condition": "x <= 0 mm",
     "components": "(x, y)",
@@ -193,12 +203,12 @@ def _example(c: Constructor) -> str:
 
 def _sample(f: Field) -> str:
     if f.form == "quantity":
-        return {units.PRESSURE: "60 kPa", units.LENGTH: "20 mm", (-3, 1, 0, 0, 0): "1070 kg/m^3", units.NONE: "0.3",
-                (1, 0, -2, 0, 0): "9.81 m/s^2"}.get(f.dimension or units.NONE, f"1 {units.si(f.dimension or units.NONE)}")  # fmt: skip
+        dimension = f.dimension or units.NONE
+        return _QUANTITIES.get(dimension, f"1 {units.si(dimension)}")
     if f.form == "vector":
         return f"(1, 1, 1) {units.si(f.dimension or units.NONE)}"
     if f.form == "choice":
         return f.options[0]
     if f.form == "value":
-        return {"element": "tet4", "shape": "cylinder(length = 178 mm, radius = 19 mm)"}.get(f.kind, f"NAME_OF_{f.kind.upper()}")
+        return _VALUES.get(f.kind, f"NAME_OF_{f.kind.upper()}")
     return _SAMPLES.get(f.form, f"NAME_OF_{f.kind.upper()}")

@@ -15,7 +15,8 @@ from softmark.interpreter.commands.scenes import Unread, has_errors, read_scene,
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """FILE... [--check]"""
-    parser.add_argument("files", nargs="+", metavar="FILE", help="scene files; - formats standard input to standard output")
+    parser.add_argument("files", nargs="+", metavar="FILE",
+                        help="scene files; - formats standard input to standard output")
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a file is not in canonical form")
 
 
@@ -33,8 +34,9 @@ def _one(name: str, check: bool) -> int:
         show([unread.diagnostic])
         return 2
     if path is not None and not check and not os.path.isfile(name):
-        show([Diagnostic("E404", f"`{name}` is a scene of the standard library, which is not rewritten", None, None,
-                         help=f"give the path of a file of your own, or see with `dsl fmt --check {name}` whether it would change")])
+        problem = f"`{name}` is a scene of the standard library, which is not rewritten"
+        remedy = f"give the path of a file of your own; `dsl fmt --check {name}` says whether it would change"
+        show([Diagnostic("E404", problem, None, None, help=remedy)])
         return 2
     problems = parse(source)[1]
     if has_errors(problems):

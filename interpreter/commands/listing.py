@@ -11,7 +11,8 @@ from softmark.grammar.suggest import nearest
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """[WHAT]"""
-    parser.add_argument("what", nargs="?", help="models, materials, references, metrics, shapes, scenes, codes, units, ...")
+    parser.add_argument("what", nargs="?",
+                        help="models, materials, references, metrics, shapes, scenes, codes, units, ...")
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -42,9 +43,11 @@ def _topics() -> dict[str, Callable[[], Rows]]:
 
     plural = {"body": "bodies", "analysis": "analyses"}
     found: dict[str, Callable[[], Rows]] = {
-        plural.get(kind, kind + "s"): (lambda kind=kind: _constructors(kind)) for kind in schema.tables()  # type: ignore[misc]
+        plural.get(kind, kind + "s"): (lambda kind=kind: _constructors(kind))  # type: ignore[misc]
+        for kind in schema.tables()
     }
-    return found | {"elements": _elements, "scenes": _scenes, "codes": _codes, "units": _units, "functions": _functions}
+    own: dict[str, Callable[[], Rows]] = {"elements": _elements, "scenes": _scenes, "codes": _codes}
+    return found | own | {"units": _units, "functions": _functions}
 
 
 def _constructors(kind: str) -> Rows:
@@ -82,7 +85,8 @@ def _codes() -> Rows:
 def _units() -> Rows:
     from softmark.interpreter import units
 
-    rows = [(name, units.named(d) + (", takes prefixes" if prefixed else "")) for name, (_, d, prefixed) in units.UNITS.items() if name != "1"]
+    rows = [(name, units.named(d) + (", takes prefixes" if prefixed else ""))
+            for name, (_, d, prefixed) in units.UNITS.items() if name != "1"]
     return [*rows, ("prefixes", " ".join(units.PREFIXES))]
 
 

@@ -6,7 +6,6 @@ import os
 import tempfile
 from pathlib import Path
 
-from softmark.interpreter.report.html import render
 from softmark.interpreter.results import Report
 
 
@@ -14,12 +13,20 @@ def write(report: Report, folder: str | Path) -> list[Path]:
     """Write report.json and report.html into a folder, made if need be; their paths. Raises OSError."""
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
-    contents = {"report.json": report.dumps(), "report.html": render(report)}
-    return [_replace(target / name, content) for name, content in contents.items()]
+    written = [replace(target / "report.json", report.dumps())]  # first: it is what cannot be made again
+    from softmark.interpreter.report.html import render
+
+    return [*written, replace(target / "report.html", render(report))]
 
 
-def _replace(path: Path, content: str) -> Path:
-    """Write under another name in the same folder, then rename: nobody ever sees half a file."""
+def replace(path: Path, content: str) -> Path:
+    """Write under another name in the same folder, then rename: nobody ever sees half a file. Raises OSError.
+
+    What is no regular file, such as /dev/stdout or a pipe, is written to as it is.
+    """
+    if path.exists() and not path.is_file():
+        path.write_text(content, encoding="utf-8", errors="replace")
+        return path
     handle, temporary = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
     try:
         with os.fdopen(handle, "w", encoding="utf-8", errors="replace", newline="\n") as file:

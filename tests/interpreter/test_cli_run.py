@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -199,3 +200,19 @@ def test_bash_completes_scenes(tmp_path: Path) -> None:
         ["bash", "-c", f"{script}\n{probe}"], capture_output=True, text=True, check=True, cwd=tmp_path
     )
     assert done.stdout.split() == ["silicone-beam"]
+
+
+def test_junit_file(tmp_path: Path) -> None:
+    name = written(tmp_path, SMALL + "expect rod.eta < 10 %\nexpect rod.eta > 10 %\n")
+    done = dsl("run", name, "--junit", "junit.xml", cwd=tmp_path)
+    assert done.returncode == 1
+    suite = ElementTree.parse(tmp_path / "junit.xml").getroot()
+    assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("4", "1", "0")
+    (failure,) = suite.findall("*/failure")
+    assert "rod.eta > 10 %" in str(failure.get("message"))
+
+
+def test_a_device_is_written_to_and_not_replaced(tmp_path: Path) -> None:
+    done = dsl("run", written(tmp_path, SMALL), "--json", os.devnull, cwd=tmp_path)
+    assert done.returncode == 0
+    assert not Path(os.devnull).is_file()

@@ -124,7 +124,7 @@ def test_vectors_and_ranges_are_shown_in_one_unit() -> None:
      ("milimeter", "`mm`"), ("degC", "`K`"), ("N/mm/mm", "brackets"), ("J/kg*K", "brackets"),
      ("m^0.5", "sqrt"),
      ("furlong", "dsl list units"), ("m^13", "12"), ("kg/(m", "without spaces"), ("", "without spaces"),
-     ("Mmm", "`")],
+     ("GPa*b^4", "`GPa * b^4`"), ("m/s^2*L^2", "`m/s^2 * L^2`"), ("N*Mm2", "`"), ("Mmm", "`")],
 )  # fmt: skip
 def test_what_is_said_of_a_word_that_is_no_unit(wrong: str, help: str) -> None:
     with pytest.raises(UnitError) as refused:

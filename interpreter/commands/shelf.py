@@ -1,0 +1,108 @@
+"""Where a run's report goes: tried before anything is computed, and kept after each model."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from softmark.interpreter.results import Report
+    from softmark.interpreter.scene import Scene
+
+
+class Shelf:
+    """The folder of `--out` and the files of `--json` and `--junit`; nothing is lost when a later model fails."""
+
+    def __init__(self, parsed: argparse.Namespace, scene: Scene) -> None:
+        name = Path(scene.path).stem if scene.path else "scene"
+        default = None if parsed.json is not None else f"{name}-report"
+        out = default if parsed.out is None else parsed.out
+        self.folder = None if out is None else Path(out)
+        self.files = {
+            o: f for o, f in (("--json", parsed.json), ("--junit", parsed.junit)) if f not in (None, "-")
+        }
+        self.printed = parsed.json == "-"
+        self.failed = False
+        self.count = 0
+
+    def unusable(self) -> str:
+        """Why the report could not be written where it is asked for, or nothing."""
+        places = [("--out", str(self.folder))] if self.folder is not None else []
+        for option, place in (*places, *self.files.items()):
+            try:
+                _try_folder(Path(place) if option == "--out" else _parent(place))
+            except OSError as error:
+                return _message(place, error, option)
+        return ""
+
+    @property
+    def kept(self) -> str:
+        """What an interrupted run leaves."""
+        places = (
+            [str(self.folder / "report.json")]
+            if self.folder
+            else [f for o, f in self.files.items() if o == "--json"]
+        )
+        if self.count == 0 or self.failed or not places:
+            return "nothing was finished"
+        return f"{self.count} finished model{'s' if self.count != 1 else ''} in {places[0]}"
+
+    def keep(self, report: Report) -> None:
+        """Write an unfinished report."""
+        self.count = len(report.models)
+        self._write(report)
+
+    def finish(self, report: Report) -> str:
+        """Write the finished report; the value is where a person finds it."""
+        self._write(report)
+        if self.printed:
+            sys.stdout.write(report.dumps())
+        return str(self.folder / "report.html") if self.folder and not self.failed else ""
+
+    def _write(self, report: Report) -> None:
+        from softmark.interpreter.report import junit
+        from softmark.interpreter.report.files import replace, write
+
+        if self.folder is not None:
+            folder = self.folder
+            self._attempt("--out", str(folder), lambda: write(report, folder))
+        for option, place in self.files.items():
+            text = report.dumps() if option == "--json" else junit.render(report)
+            self._attempt(option, place, lambda place=place, text=text: replace(Path(place), text))  # type: ignore[misc]
+
+    def _attempt(self, option: str, place: str, action: Callable[[], object]) -> None:
+        try:
+            action()
+        except OSError as error:
+            if not self.failed:
+                print(_message(place, error, option), file=sys.stderr)
+            self.failed = True
+
+
+def _parent(place: str) -> Path:
+    """The folder of a file that can be written. Raises OSError."""
+    if not place:
+        raise OSError(None, "the name is empty")
+    if Path(place).is_dir():
+        raise OSError(None, "it is a folder")
+    if not Path(place).parent.is_dir():
+        raise OSError(None, "its folder does not exist")
+    if Path(place).exists() and not Path(place).is_file():  # a device or a pipe
+        return Path(tempfile.gettempdir())
+    return Path(place).parent
+
+
+def _try_folder(folder: Path) -> None:
+    """Write to the folder, or to the nearest one above it that exists. Raises OSError."""
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    tempfile.TemporaryFile(dir=folder).close()
+
+
+def _message(place: str, error: OSError, option: str) -> str:
+    reason = error.strerror or str(error)
+    return f"error[E404]: cannot write {place or 'the report'}: {reason}; choose another place with {option}"
