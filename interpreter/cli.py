@@ -28,10 +28,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         status = _dispatch(arguments)
         sys.stdout.flush()
-        return status
+        return _forgetting_signals(status)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
-        return 130
+        return _forgetting_signals(130)
     except BrokenPipeError:  # the reader of a pipe has gone, as in `dsl list | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
@@ -44,6 +44,17 @@ def main(argv: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
         return 70
+
+
+def _forgetting_signals(status: int) -> int:
+    """The status, after making Python forget an interrupt that a library's `exec` let through.
+
+    CPython remembers it and would end this process by a signal instead of by our status, although it was handled; it
+    forgets at the next `exec` of a text.
+    """
+    if status == 130:
+        exec("")
+    return status
 
 
 def _dispatch(arguments: list[str]) -> int:
