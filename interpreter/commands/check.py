@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 
+from softmark.interpreter.commands.options import override_option
 from softmark.interpreter.commands.scenes import has_errors, load, show
 
 
@@ -13,14 +14,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "files", nargs="+", metavar="FILE", help="a scene file, a standard scene, or - for standard input"
     )
-    parser.add_argument(
-        "-p",
-        action="append",
-        default=[],
-        dest="overrides",
-        metavar="NAME=VALUE",
-        help="replace a parameter or a field",
-    )
+    override_option(parser)
     parser.add_argument(
         "--diagnostics",
         choices=("text", "json"),

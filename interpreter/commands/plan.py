@@ -4,23 +4,13 @@ from __future__ import annotations
 
 import argparse
 
+from softmark.interpreter.commands.options import scene_options
 from softmark.interpreter.commands.scenes import errors, load, show
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """FILE [-p NAME=VALUE]... [--model NAME]..."""
-    parser.add_argument(
-        "file", metavar="FILE", help="a scene file, a standard scene, or - for standard input"
-    )
-    parser.add_argument(
-        "-p",
-        action="append",
-        default=[],
-        dest="overrides",
-        metavar="NAME=VALUE",
-        help="replace a parameter or a field",
-    )
-    parser.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
+    scene_options(parser)
 
 
 def run(parsed: argparse.Namespace) -> int:

@@ -6,6 +6,8 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
+from softmark.interpreter.commands.options import scene_options
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -16,18 +18,7 @@ if TYPE_CHECKING:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--junit FILE] [--repeat N]"""
-    parser.add_argument(
-        "file", metavar="FILE", help="a scene file, a standard scene, or - for standard input"
-    )
-    parser.add_argument(
-        "-p",
-        action="append",
-        default=[],
-        dest="overrides",
-        metavar="NAME=VALUE",
-        help="replace a parameter or a field",
-    )
-    parser.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
+    scene_options(parser)
     parser.add_argument(
         "--out", metavar="DIR", help="folder for report.html and report.json (default: NAME-report)"
     )

@@ -1,0 +1,18 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import argparse
+
+
+def scene_options(parser: argparse.ArgumentParser) -> None:
+    """FILE [-p NAME=VALUE]... [--model NAME]..."""
+    parser.add_argument("file", metavar="FILE", help="a scene file, a standard scene, or - for standard input")
+    override_option(parser)
+    parser.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
+
+
+def override_option(parser: argparse.ArgumentParser) -> None:
+    """[-p NAME=VALUE]..."""
+    meaning = "replace a parameter or a field"
+    parser.add_argument("-p", action="append", default=[], dest="overrides", metavar="NAME=VALUE", help=meaning)
