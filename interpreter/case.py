@@ -152,17 +152,35 @@ def _section_reach(shape: Any) -> tuple[float, ...]:
     return tuple(max(abs(c) for c in column) for column in zip(*_offsets(shape), strict=True))
 
 
-def borders(condition: Condition, shape: Any, samples: int = 400) -> list[float]:
-    """Stations (m) where a selection of whole cross-sections begins or ends inside the body, by bisection."""
-    grid = [shape.length * i / samples for i in range(samples + 1)]
-    held = [coverage(condition, shape, s) == "all" for s in grid]
-    found = []
-    for a, b, before, after in zip(grid[:-1], grid[1:], held[:-1], held[1:], strict=True):
-        if before != after:
-            inside, outside = (a, b) if before else (b, a)
-            for _ in range(60):
-                middle = 0.5 * (inside + outside)
-                inside, outside = (middle, outside) if coverage(condition, shape, middle) == "all" else (inside, middle)
-            found.append(inside)
-    # a border at an end face lies off it by the tolerance of conditions
-    return [s for s in found if 1e-6 * shape.length < s < (1 - 1e-6) * shape.length]
+def borders(condition: Condition, shape: Any) -> list[float]:
+    """Stations (m) where a selection of whole cross-sections begins or ends inside the body.
+
+    Slabs of the body that bounds settle are passed over; the others are halved, and bisected when they are thin. The
+    end faces are left out: a border there lies off them by the tolerance of conditions.
+    """
+    found, pending = [], [(END * shape.length, (1 - END) * shape.length)]
+    while pending:
+        a, b = pending.pop()
+        false, true = condition.over(*_slab(shape, a, b), math.dist(*shape.bounds))
+        if not (false and true):
+            continue
+        if b - a > shape.length / 256:
+            pending += [(a, 0.5 * (a + b)), (0.5 * (a + b), b)]
+        elif (before := _whole(condition, shape, a)) != _whole(condition, shape, b):
+            found.append(_border(condition, shape, *((a, b) if before else (b, a))))
+    return sorted(found)
+
+
+END = 1e-6  # of the length: borders closer to an end face are that face
+
+
+def _whole(condition: Condition, shape: Any, station: float) -> bool:
+    return coverage(condition, shape, station) == "all"
+
+
+def _border(condition: Condition, shape: Any, inside: float, outside: float) -> float:
+    """The last station of a selection, by bisection from one inside and one outside."""
+    while abs(outside - inside) > 1e-12 * shape.length:
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if _whole(condition, shape, middle) else (inside, middle)
+    return inside
