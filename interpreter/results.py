@@ -86,20 +86,21 @@ class ModelResult:
             "outline": self.outline,
             "size": dict(self.size),
             "solve": dict(self.solve),
-            "time": {n: _timing(t) for n, t in self.time.items()},
+            "time": {n: _timing(n, t) for n, t in self.time.items()},
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": {n: m.to_json() for n, m in self.metrics.items()},
         }
 
 
-def _timing(timing: Timing | None) -> dict[str, Any]:
+def _timing(name: str, timing: Timing | None) -> dict[str, Any]:
     if timing is None:
+        reason = "a static analysis has no time steps" if name == "step_s" else "it did not finish"
         return {
             "median": None,
             "min": None,
             "max": None,
             "runs": 0,
-            "reason": "a static analysis has no time steps",
+            "reason": reason,
         }
     return dict(timing.to_json())
 

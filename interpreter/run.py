@@ -138,10 +138,10 @@ def _model(work: _Run, name: str) -> ModelResult:
     solution, wall, cpu = _timed(work, name, prepared)
     clock = {
         "setup_s": Timing((setup,)),
-        "solve_s": Timing(tuple(wall)),
+        "solve_s": Timing(tuple(wall)) if wall else None,
         "step_s": None,
         "setup_cpu_s": Timing((setup_cpu,)),
-        "solve_cpu_s": Timing(tuple(cpu)),
+        "solve_cpu_s": Timing(tuple(cpu)) if cpu else None,
     }
     probes = {}
     if solution.displacement is not None:
@@ -189,11 +189,7 @@ def _timed(work: _Run, name: str, prepared: Prepared) -> tuple[Solution, list[fl
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
         what = "out of memory" if isinstance(error, MemoryError) else f"{type(error).__name__}: {error}"
-        return (
-            Solution("failed", f"the solver stopped with an error ({what})", {}),
-            wall or [0.0],
-            cpu or [0.0],
-        )
+        return Solution("failed", f"the solver stopped with an error ({what})", {}), wall, cpu
     return solution, wall, cpu
 
 

@@ -13,6 +13,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.models import solid
+from softmark.interpreter.report.html import render
 from softmark.solvers.statics import Equilibrium
 
 CONTRACT_MODEL = {"status", "message", "size", "solve", "time", "probes", "metrics"}
@@ -160,6 +161,10 @@ def test_a_failing_model_leaves_the_others(monkeypatch: pytest.MonkeyPatch) -> N
     assert run.models["corot_tet"].status == "failed"
     assert "ZeroDivisionError: sabotage" in str(run.models["corot_tet"].message)
     assert run.models["rod"].status == "converged"
+    timing = json.loads(run.dumps())["models"]["corot_tet"]["time"]["solve_s"]
+    assert timing["median"] is None  # nothing was measured
+    assert timing["reason"]
+    assert "corot_tet" in render(run)
 
 
 def test_scene_from_text_looks_for_files_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
