@@ -11,12 +11,11 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.case import Case, coverage, fault
 from softmark.interpreter.models import outcome
 from softmark.interpreter.models.beam6dof import Beam6Dof, station
-from softmark.interpreter.models.holding import conflict, must_be_held
+from softmark.interpreter.models.holding import Held, moved_by
 from softmark.interpreter.models.prepared import Solution
 from softmark.interpreter.models.rigid import point_rows
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
-from softmark.interpreter.vocabulary.supports import Displaced
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod import RodElastic, RodLoad
@@ -108,26 +107,21 @@ def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
 
 
 def _supports(case: Case, stations: Floats, points: Floats) -> tuple[Ints, Floats]:
-    values: dict[int, tuple[float, Declared]] = {}
-    rows = [np.zeros((0, 6))]
+    """Held degrees of freedom of the rod (c,) and their values (c,), m or rad. Raises Fault."""
+    held = Held(case, case.shape.length)
     for support in case.supports:
-        by = support.thing.by if isinstance(support.thing, Displaced) else (0.0, 0.0, 0.0)
-        nodes = [
-            i for i, s in enumerate(stations) if coverage(support.thing.where, case.shape, float(s)) == "all"
-        ]
-        turns = _held_turns(case.shape.axis, support.thing.components)
-        for node in nodes:
-            rows.append(point_rows(points[node : node + 1] - points.mean(axis=0), support.thing.components))
-            rows.append(np.eye(6)[[3 + t for t in turns]] * case.shape.length)
-            entries = [(c, by[c]) for c in support.thing.components]
-            entries += [(3 + b, 0.0) for b in _body_axes(case.shape.axis, turns)]
-            for c, value in entries:
-                known = values.setdefault(6 * node + c, (value, support))
-                if known[0] != value:
-                    raise conflict(known[1], support)
-    must_be_held(case, np.concatenate(rows) / case.shape.length ** np.array([0, 0, 0, 1, 1, 1]))
-    fixed = np.array(sorted(values), dtype=np.int64)
-    return fixed, np.array([values[d][0] for d in fixed.tolist()])
+        components = support.thing.components
+        turns = _held_turns(case.shape.axis, components)
+        for node, s in enumerate(stations.tolist()):
+            if coverage(support.thing.where, case.shape, s) != "all":
+                continue
+            held.rows.append(point_rows(points[node : node + 1] - points.mean(axis=0), components))
+            held.rows.append(np.eye(6)[[3 + t for t in turns]] * case.shape.length)
+            for c in components:
+                held.impose(6 * node + c, moved_by(support)[c], support)
+            for turn in _body_axes(case.shape.axis, turns):
+                held.impose(6 * node + 3 + turn, 0.0, support)
+    return held.finished()
 
 
 def _held_turns(axis: tuple[float, float, float], components: tuple[int, ...]) -> list[int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,21 +42,43 @@ def selected(case: Case, owner: Declared, points: Floats, what: str) -> np.ndarr
     return held
 
 
+@dataclass
+class Held:
+    """Values that supports impose on degrees of freedom, and what they do to rigid motions."""
+
+    case: Case
+    extent: float  # m, of the body: makes rotations comparable with displacements
+    values: dict[int, tuple[float, Declared]] = field(default_factory=dict)
+    rows: list[Floats] = field(default_factory=lambda: [np.zeros((0, 6))])
+
+    def impose(self, dof: int, value: float, support: Declared) -> None:
+        """Hold a degree of freedom. Raises Fault where another support holds it to another value."""
+        known, owner = self.values.setdefault(dof, (value, support))
+        if known != value:
+            raise conflict(owner, support)
+
+    def finished(self) -> tuple[Ints, Floats]:
+        """The degrees of freedom in order, and their values. Raises Fault where a rigid motion is left free."""
+        must_be_held(self.case, np.concatenate(self.rows) / self.extent ** np.array([0, 0, 0, 1, 1, 1]))
+        fixed = sorted(self.values)
+        return np.array(fixed, dtype=np.int64), np.array([self.values[dof][0] for dof in fixed])
+
+
+def moved_by(support: Declared) -> tuple[float, float, float]:
+    """The displacement that a support imposes, m."""
+    return support.thing.by if isinstance(support.thing, Displaced) else (0.0, 0.0, 0.0)
+
+
 def solid_supports(case: Case, mesh: Mesh) -> tuple[Ints, Floats]:
-    values: dict[int, tuple[float, Declared]] = {}
-    rows = [np.zeros((0, 6))]
+    """Held degrees of freedom of a mesh (c,) and their displacements (c,), m. Raises Fault."""
+    held = Held(case, mesh.extent)
     for support in case.supports:
         nodes = np.nonzero(selected(case, support, mesh.points, "point"))[0]
-        by = support.thing.by if isinstance(support.thing, Displaced) else (0.0, 0.0, 0.0)
-        rows.append(point_rows(mesh.points[nodes] - mesh.points.mean(axis=0), support.thing.components))
+        held.rows.append(point_rows(mesh.points[nodes] - mesh.points.mean(axis=0), support.thing.components))
         for c in support.thing.components:
-            for dof in 3 * nodes + c:
-                known = values.setdefault(int(dof), (by[c], support))
-                if known[0] != by[c]:
-                    raise conflict(known[1], support)
-    must_be_held(case, np.concatenate(rows) / mesh.extent ** np.array([0, 0, 0, 1, 1, 1]))
-    fixed = np.array(sorted(values), dtype=np.int64)
-    return fixed, np.array([values[d][0] for d in fixed.tolist()])
+            for dof in (3 * nodes + c).tolist():
+                held.impose(dof, moved_by(support)[c], support)
+    return held.finished()
 
 
 def conflict(first: Declared, second: Declared) -> Fault:

@@ -12,6 +12,11 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
+def no_stencils() -> Ints:
+    """The stencils of an energy without a Hessian (0, 0)."""
+    return np.zeros((0, 0), dtype=np.int64)
+
+
 class Energy(Protocol):
     """A value, a gradient and a Hessian over local stencils of degrees of freedom."""
 

@@ -6,11 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from softmark.solvers.energies.energy import Floats, Ints
-
-
-def _none() -> Ints:
-    return np.zeros((0, 0), dtype=np.int64)
+from softmark.solvers.energies.energy import Floats, Ints, no_stencils
 
 
 @dataclass(frozen=True)
@@ -18,7 +14,7 @@ class DeadForces:
     """Nodal forces `f` (dofs,) in N that keep their direction: E = -f . x."""
 
     f: Floats
-    stencils: Ints = field(default_factory=_none)
+    stencils: Ints = field(default_factory=no_stencils)
     conservative: bool = True
 
     def value(self, x: Floats) -> float:

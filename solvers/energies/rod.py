@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.energy import Floats, Ints, no_stencils
 from softmark.solvers.energies.rod_kinematics import Segments
 from softmark.solvers.energies.rod_section import RodStiffness
 from softmark.solvers.energies.rod_state import lengths
@@ -134,17 +134,13 @@ class RodElastic:
         return np.asarray(np.einsum("eij,ei->ej", segments.gradients, sigma))
 
 
-def _none() -> Ints:
-    return np.zeros((0, 0), dtype=np.int64)
-
-
 @dataclass(frozen=True)
 class RodLoad:
     """Nodal forces (nodes, 3) in N that keep their direction, no moments: E = -sum of f . (x - x_rest), J."""
 
     rest: Floats
     forces: Floats
-    stencils: Ints = field(default_factory=_none)
+    stencils: Ints = field(default_factory=no_stencils)
     conservative: bool = True
 
     @staticmethod
