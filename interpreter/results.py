@@ -34,10 +34,17 @@ class Timing:
 
 @dataclass(frozen=True)
 class ProbeResult:
-    """Displacements (n, 3) in m of the material points (n, 3), given by their undeformed position in m."""
+    """Displacements (n, 3) in m of the material points (n, 3), given by their undeformed position in m.
+
+    In a dynamic analysis `displacement` is that of the end, and `course` (t, n, 3) that of all `times` (t,) in s.
+    A probe of a surface has `triangles` (k, 3) over its points.
+    """
 
     points: NDArray[np.float64]
     displacement: NDArray[np.float64]
+    times: NDArray[np.float64] | None = None
+    course: NDArray[np.float64] | None = None
+    triangles: NDArray[np.int64] | None = None
 
     @property
     def position(self) -> NDArray[np.float64]:
@@ -46,22 +53,62 @@ class ProbeResult:
         return result
 
     def to_json(self) -> dict[str, Any]:
-        """As nested lists."""
-        return {"points": self.points.tolist(), "displacement": self.displacement.tolist()}
+        """As nested lists; the displacements of all times where there are several."""
+        own: dict[str, Any] = {"points": self.points.tolist()}
+        if self.course is not None and self.times is not None:
+            return {**own, "displacement": self.course.tolist(), "times": self.times.tolist()}
+        own["displacement"] = self.displacement.tolist()
+        return own if self.triangles is None else {**own, "triangles": self.triangles.tolist()}
+
+
+@dataclass(frozen=True)
+class Shape:
+    """The surface of a body as a model or a reference sees it: what the report draws.
+
+    `position` (n, 3) in m, after deformation; `triangles` (k, 3), outward. `frames` (t, n, 3) and `times` (t,) where
+    there is a history. `error` (n,) is the distance to what is `measured_from`, in m.
+    """
+
+    position: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    times: NDArray[np.float64] | None = None
+    frames: NDArray[np.float64] | None = None
+    error: NDArray[np.float64] | None = None
+    measured_from: str | None = None
 
 
 @dataclass(frozen=True)
 class MetricResult:
-    """A number in SI, or None with the reason why there is none."""
+    """A number in SI, or None with the reason why there is none.
+
+    `details` are further numbers and words that belong to it (SI); `samples` the values whose mean it is, for a
+    histogram; `uncertainty` that of the reference, in the metric's own unit: a value below it says no more than that
+    the two agree. `published` is what the scene says that others found.
+    """
 
     value: float | None
     unit: str
     reason: str | None = None
+    details: Mapping[str, Any] = field(default_factory=dict)
+    samples: tuple[float, ...] = ()
+    uncertainty: float | None = None
+    published: float | None = None
+
+    @property
+    def meaningful(self) -> bool:
+        """Whether the value is above the uncertainty of what it is measured from."""
+        return self.value is None or self.uncertainty is None or abs(self.value) > self.uncertainty
 
     def to_json(self) -> dict[str, Any]:
         """value and unit, and the reason where there is no value."""
-        own = {"value": self.value, "unit": self.unit}
-        return own if self.reason is None else {**own, "reason": self.reason}
+        own: dict[str, Any] = {"value": self.value, "unit": self.unit}
+        if self.reason is not None:
+            own["reason"] = self.reason
+        if self.uncertainty is not None:
+            own |= {"uncertainty": self.uncertainty, "meaningful": self.meaningful}
+        if self.published is not None:
+            own["published"] = self.published
+        return {**own, **self.details}
 
 
 @dataclass(frozen=True)
@@ -77,6 +124,8 @@ class ModelResult:
     time: Mapping[str, Timing | None] = field(default_factory=dict)
     probes: Mapping[str, ProbeResult] = field(default_factory=dict)
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
+    shape: Shape | None = None
+    mesh: Any = None  # the mesh and its nodal displacements, for files that other programs read
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""
@@ -117,6 +166,10 @@ class ReferenceResult:
     estimated_error: float | None = None
     probes: Mapping[str, ProbeResult] = field(default_factory=dict)
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
+    shape: Shape | None = None
+    facts: Mapping[str, Any] = field(
+        default_factory=dict
+    )  # where measured data came from, how it was registered
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a reference."""
@@ -126,6 +179,7 @@ class ReferenceResult:
             "kind": self.kind,
             "source": self.source,
             "estimated_error": self.estimated_error,
+            "facts": dict(self.facts),
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": {n: m.to_json() for n, m in self.metrics.items()},
         }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -13,10 +13,24 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.case import Case
-    from softmark.interpreter.scene import Declared
+    from softmark.interpreter.scene import Declared, Scene
     from softmark.solvers.statics import Watch
 
 Status = Literal["converged", "not_converged", "diverged", "failed", "skipped"]
+
+
+@dataclass(frozen=True)
+class History:
+    """What a dynamic analysis went through, at t accepted times; the first is the start."""
+
+    times: NDArray[np.float64]  # (t,) s
+    displacement: Callable[[NDArray[np.float64]], NDArray[np.float64]]  # (n, 3) -> (t, n, 3), m
+    step_s: tuple[float, ...]  # wall seconds of each step
+    step_cpu_s: tuple[float, ...]
+    step: float  # s, the step that the scene asked for
+    solved: tuple[bool, ...] = ()  # whether each step met its tolerance; empty: all did
+    events: tuple[tuple[float, str], ...] = ()  # (time in s, what happened): a step that was halved
+    energies: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)  # (t,) J
 
 
 @dataclass(frozen=True)
@@ -28,6 +42,7 @@ class Solution:
     facts: dict[str, Any]  # iterations, steps, residual, solver
     displacement: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None  # (n, 3) -> (n, 3), m
     notes: tuple[Diagnostic, ...] = ()
+    history: History | None = None  # of a dynamic analysis; `displacement` is then that of its end
 
 
 class Prepared(Protocol):
@@ -66,8 +81,9 @@ class Model(Protocol):
 
 @dataclass
 class Workshop:
-    """Meshes that models of one run share."""
+    """Meshes that models of one run share, and the scene for a model that must know what it is judged by."""
 
     meshes: dict[tuple[str, str, float], Any] = field(default_factory=dict)
     seconds: dict[tuple[str, str, float], tuple[float, float]] = field(default_factory=dict)  # wall, CPU
     borrowed: tuple[float, float] = (0.0, 0.0)  # what the meshes cost that the present model found made
+    scene: Scene | None = None

@@ -1,0 +1,72 @@
+"""What a metric may look at, and what it gives: its number with whatever belongs to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.interpreter.case import Case
+    from softmark.interpreter.models.prepared import History
+    from softmark.interpreter.results import Timing
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int64]
+    Field = Callable[[Floats], Floats]
+
+
+class Measured(Protocol):
+    """A measured surface: points (n, 3) in m in the scene's frame, triangles (k, 3), and how uncertain it is in m."""
+
+    points: Floats
+    triangles: Ints
+    uncertainty: float
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a metric is measured against: a field of displacements, or a measured surface."""
+
+    name: str
+    u: Floats | None = None  # (n, 3) m at the points of the metric's probe
+    displacement: Field | None = None  # (n, 3) -> (n, 3), of any material point
+    surface: Measured | None = None
+    uncertainty: float = 0.0  # m
+
+
+@dataclass(frozen=True)
+class Seen:
+    """One model or reference, as a metric sees it.
+
+    X, u: material points (n, 3) of the metric's probe and their displacements (n, 3), m, empty without a probe.
+    `triangles` (k, 3) over X for a probe of a surface; `weights` (n,) for a probe of a volume, m^3.
+    """
+
+    owner: str
+    case: Case
+    X: Floats
+    u: Floats
+    triangles: Ints | None = None
+    weights: Floats | None = None
+    known: Known | None = None
+    displacement: Field | None = None
+    clock: Mapping[str, Timing | None] = field(default_factory=dict)
+    history: History | None = None
+    solve: Mapping[str, Any] = field(default_factory=dict)  # iterations, tolerance, whether it was capped
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A value in the metric's unit, with further numbers (`details`, SI), and the `samples` that it sums up.
+
+    `at_points` (n,) is the error at each point of the probe in m, for pictures.
+    """
+
+    value: float
+    details: Mapping[str, Any] = field(default_factory=dict)
+    samples: Floats | None = None
+    at_points: Floats | None = None
