@@ -41,12 +41,13 @@ Rows = list[tuple[str, str]]
 def _topics() -> dict[str, Callable[[], Rows]]:
     from softmark.interpreter import schema
 
-    plural = {"body": "bodies", "analysis": "analyses"}
+    plural = {"body": "bodies", "analysis": "analyses", "published": "published"}
     found: dict[str, Callable[[], Rows]] = {
         plural.get(kind, kind + "s"): (lambda kind=kind: _constructors(kind))  # type: ignore[misc]
         for kind in schema.tables()
     }
-    own: dict[str, Callable[[], Rows]] = {"elements": _elements, "scenes": _scenes, "codes": _codes}
+    own: dict[str, Callable[[], Rows]] = {"elements": _elements, "scenes": _scenes, "codes": _codes,
+                                       "data": _data}
     return found | own | {"units": _units, "functions": _functions}
 
 
@@ -74,6 +75,12 @@ def _scenes() -> Rows:
         tree = parse(Source(name, path.read_text(encoding="utf-8")))[0]
         rows.append((name, next((d.text for d in tree.declarations if isinstance(d, Title)), "")))
     return rows
+
+
+def _data() -> Rows:
+    from softmark.references.data import PREFIX, TABLE
+
+    return [(f"{PREFIX}{name}", f"{entry.what}; {entry.licence}") for name, entry in TABLE.items()]
 
 
 def _codes() -> Rows:

@@ -17,13 +17,14 @@ if TYPE_CHECKING:
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--junit FILE] [--repeat N]"""
+    """FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--junit FILE] [--vtu] [--repeat N]"""
     scene_options(parser)
     parser.add_argument(
         "--out", metavar="DIR", help="folder for report.html and report.json (default: NAME-report)"
     )
     parser.add_argument("--json", metavar="FILE", help="write the JSON report to FILE; - is standard output")
     parser.add_argument("--junit", metavar="FILE", help="write models and expectations as a JUnit file")
+    parser.add_argument("--vtu", action="store_true", help="write meshes and surfaces for ParaView as well")
     parser.add_argument("--repeat", type=_count, default=1, metavar="N", help="time each solution N times")
 
 

@@ -26,6 +26,7 @@ class Shelf:
             o: f for o, f in (("--json", parsed.json), ("--junit", parsed.junit)) if f not in (None, "-")
         }
         self.printed = parsed.json == "-"
+        self.vtu = parsed.vtu
         self.failed = False
         self.count = 0
 
@@ -59,6 +60,9 @@ class Shelf:
     def finish(self, report: Report) -> str:
         """Write the finished report; the value is where a person finds it."""
         self._write(report)
+        if self.vtu and self.folder is not None:
+            folder = self.folder
+            self._attempt("--out", str(folder), lambda: self._paraview(report, folder))
         if self.printed:
             sys.stdout.write(report.dumps())
         return str(self.folder / "report.html") if self.folder and not self.failed else ""
@@ -73,6 +77,12 @@ class Shelf:
         for option, place in self.files.items():
             text = report.dumps() if option == "--json" else junit.render(report)
             self._attempt(option, place, lambda place=place, text=text: replace(Path(place), text))  # type: ignore[misc]
+
+    @staticmethod
+    def _paraview(report: Report, folder: Path) -> None:
+        from softmark.interpreter.report.vtu import write_vtu
+
+        write_vtu(report, folder)
 
     def _attempt(self, option: str, place: str, action: Callable[[], object]) -> None:
         try:
