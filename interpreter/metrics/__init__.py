@@ -1,7 +1,10 @@
-"""Metrics: how far a model is from a reference, as one number each.
+"""Metrics: how far a model is from a reference, how well it keeps its volume, how fast it is: one number each.
 
-To add one: a file with a class, a line in METRICS. A metric has fields (among them the probe or body that it looks
-at), the unit of its value, and `value(X, u, reference)` over plain arrays; it raises Undefined where it does not apply.
+To add one: a file with a class, a line in METRICS. A metric has fields (most have the probe that it looks at, errors
+the reference that they are measured `against`), the `unit` of its value, whether an uncertainty of the reference in m
+bounds it (`uncertain`), and `measure(seen) -> Measurement`, or `value(X, u, reference)` where plain arrays are all that
+it needs. It raises Undefined, with a reason, where it has no value. What it knows beyond the value goes into `details`,
+numbers in SI under keys that end in their unit; its documentation names them.
 """
 
 from __future__ import annotations
@@ -10,12 +13,26 @@ from typing import Any
 
 from softmark.interpreter.metrics.displacement import Displacement
 from softmark.interpreter.metrics.energy_norm import EnergyNorm
+from softmark.interpreter.metrics.hausdorff import Hausdorff
 from softmark.interpreter.metrics.max_error import MaxError
+from softmark.interpreter.metrics.mean_error import MeanError
+from softmark.interpreter.metrics.period import Period
+from softmark.interpreter.metrics.realtime import RealTime
+from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
+from softmark.interpreter.metrics.surface_distance import SurfaceDistance
 from softmark.interpreter.metrics.tip_error import TipError
+from softmark.interpreter.metrics.volume_change import VolumeChange
 
 METRICS: dict[str, type[Any]] = {
     "energy_norm": EnergyNorm,
     "tip_error": TipError,
     "max_error": MaxError,
+    "mean_error": MeanError,
+    "strain_energy_norm": StrainEnergyNorm,
+    "surface_distance": SurfaceDistance,
+    "hausdorff": Hausdorff,
+    "volume_change": VolumeChange,
     "displacement": Displacement,
+    "period": Period,
+    "realtime": RealTime,
 }

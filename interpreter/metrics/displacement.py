@@ -17,6 +17,7 @@ class Displacement:
     probe: Annotated[str, "probe", "its last point is looked at"]
     along: Annotated[tuple[float, float, float], "direction", "the direction, `-z` for a sag under gravity"]
     unit: ClassVar[str] = "m"
+    uncertain: ClassVar[bool] = False
 
     def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: None) -> float:
         """u_n . along in m."""

@@ -25,6 +25,7 @@ class EnergyNorm:
     probe: Annotated[str, "probe", "the points that are compared"]
     against: Annotated[str, "reference", "the solution that is taken as right"]
     unit: ClassVar[str] = "1"
+    uncertain: ClassVar[bool] = False
 
     def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
         """eta for displacements u and reference (n, 3), m."""

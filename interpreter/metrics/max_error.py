@@ -18,6 +18,7 @@ class MaxError:
     probe: Annotated[str, "probe", "the points that are compared"]
     against: Annotated[str, "reference", "the solution that is taken as right"]
     unit: ClassVar[str] = "m"
+    uncertain: ClassVar[bool] = True
 
     def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
         """max |u_i - reference_i| in m."""

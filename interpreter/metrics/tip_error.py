@@ -18,6 +18,7 @@ class TipError:
     probe: Annotated[str, "probe", "its last point is compared"]
     against: Annotated[str, "reference", "the solution that is taken as right"]
     unit: ClassVar[str] = "m"
+    uncertain: ClassVar[bool] = True
 
     def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
         """|u_n - reference_n| in m."""

@@ -1,0 +1,44 @@
+"""How well a body keeps its volume."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from softmark.interpreter.metrics.seen import Measurement
+from softmark.interpreter.metrics.undefined import Undefined
+from softmark.references.surfaces import open_edges, signed_volume
+
+if TYPE_CHECKING:
+    from softmark.interpreter.metrics.seen import Seen
+
+
+@dataclass(frozen=True)
+class VolumeChange:
+    """Relative change of the volume that a body's surface encloses.
+
+    v / V - 1, with v of the deformed surface and V of the undeformed one. Each is the sum of signed tetrahedra
+    a . (b x c) / 6 over the triangles (a, b, c) of the probe (divergence theorem), exact for the faceted surface: the
+    facets cut the same corners off both. An incompressible solid has 0 under any load; a solid of Poisson's ratio nu
+    under a uniaxial strain e has about (1 - 2 nu) e. It is measured of models and references alike, and needs a probe
+    of a whole surface.
+
+    Beside its value a report has volume_m3 and rest_volume_m3.
+    """
+
+    probe: Annotated[str, "probe", "the body's whole surface"]
+    unit: ClassVar[str] = "1"
+    uncertain: ClassVar[bool] = False
+
+    def measure(self, seen: Seen) -> Measurement:
+        """v / V - 1. Raises Undefined unless the triangles close."""
+        if seen.triangles is None or not len(seen.triangles):
+            raise Undefined("a volume needs a probe of the surface of the body")
+        if gaps := open_edges(seen.triangles):
+            raise Undefined(
+                f"the surface of the probe is not closed ({gaps} edges), so it encloses no volume"
+            )
+        rest, now = (signed_volume(x, seen.triangles) for x in (seen.X, seen.X + seen.u))
+        if rest == 0.0:
+            raise Undefined("the undeformed surface encloses no volume")
+        return Measurement(now / rest - 1.0, {"volume_m3": abs(now), "rest_volume_m3": abs(rest)})

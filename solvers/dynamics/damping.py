@@ -1,0 +1,78 @@
+"""Rayleigh damping of a step."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.solvers.dynamics.forces import Forces
+from softmark.solvers.dynamics.problem import Rayleigh
+from softmark.solvers.energies.energy import Floats
+
+
+class Damping:
+    """C = alpha M + beta K, K the definite tangent of the internal forces where the step starts."""
+
+    def __init__(self, forces: Forces, rayleigh: Rayleigh, target: Floats) -> None:
+        self.forces, self.rayleigh = forces, rayleigh
+        self.direction = np.zeros(forces.dofs)  # in which supports move
+        if len(target):
+            self.direction[forces.fixed] = target
+        self.length = float(self.direction @ self.direction)
+        self.data = np.zeros(0)  # of C in the shared pattern
+        self._C = forces.pattern.matrix(np.zeros(len(forces.pattern.indices)))
+        self._towing = np.zeros(forces.dofs)  # K direction
+        self._x = np.zeros(0)
+
+    @property
+    def active(self) -> bool:
+        """Whether there is any."""
+        return bool(self.rayleigh.alpha or self.rayleigh.beta)
+
+    def begin(self, x: Floats) -> None:
+        """Set C for the step that starts in x."""
+        if not self.active:
+            return
+        alpha, beta = self.rayleigh.alpha, self.rayleigh.beta
+        self._x = x
+        if not beta and len(self.data):
+            return
+        self.data = beta * self.forces.stiffness(x) if beta else np.zeros(len(self.forces.pattern.indices))
+        self.forces.add_mass(self.data, alpha)
+        self._C = self.forces.pattern.matrix(self.data)
+        if beta and self.length:
+            self._towing = self._stiffness_times(self.direction)
+
+    def force(self, v: Floats) -> Floats:
+        """C v on the free degrees of freedom, zero on the others (dofs,), N."""
+        f = np.zeros_like(v)
+        if not self.active:
+            return f
+        free, fixed = self.forces.free, self.forces.fixed
+        f[free] = self._C @ v[free]
+        if self.length:
+            supports = np.zeros_like(v)
+            supports[fixed] = v[fixed]
+            rate = float(supports @ self.direction) / self.length
+            f[free] += (
+                self.rayleigh.alpha * (self.forces.M @ supports) + self.rayleigh.beta * rate * self._towing
+            )[free]
+        return f
+
+    def reaction(self, v: Floats) -> Floats:
+        """C v on the supports, zero elsewhere (dofs,), N; by a difference of forces, good to about 1e-7."""
+        f = np.zeros_like(v)
+        if self.active and self.length:
+            fixed = self.forces.fixed
+            f[fixed] = self.rayleigh.alpha * (self.forces.M @ v)[fixed]
+            if self.rayleigh.beta:
+                f[fixed] += self.rayleigh.beta * self._stiffness_times(v)[fixed]
+        return f
+
+    def _stiffness_times(self, d: Floats) -> Floats:
+        """K d by a central difference of the internal forces."""
+        largest = float(np.abs(d).max())
+        if largest == 0.0:
+            return np.zeros_like(d)
+        eps = 1e-6 * max(1e-3, float(np.abs(self._x).max())) / largest
+        ahead, back = (self.forces.at(self._x + s * eps * d, 0.0).internal for s in (1.0, -1.0))
+        return (ahead - back) / (2.0 * eps)

@@ -1,0 +1,129 @@
+"""Forces and matrices of a problem of dynamics at a time: an Assembly with one factor for each load, and a mass."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from softmark.solvers.assembly import Pattern, prepare
+from softmark.solvers.dynamics.problem import Course, Dynamics, constant
+from softmark.solvers.energies.energy import Energy, Floats, Ints
+
+
+@dataclass(frozen=True)
+class Force:
+    """Minus the forces (dofs,) on every degree of freedom, N: the gradients of the energies."""
+
+    internal: Floats
+    external: Floats
+
+    @property
+    def total(self) -> Floats:
+        """What balances inertia and damping."""
+        return self.internal + self.external
+
+
+class Forces:
+    """Energies of internal forces and of loads whose factors follow time, on one sparse pattern with the mass."""
+
+    def __init__(self, problem: Dynamics) -> None:
+        assembly = problem.assembly
+        self.dofs, self.internal, self.loads = assembly.dofs, assembly.internal, assembly.loads
+        self.courses: tuple[Course, ...] = problem.courses or (constant,) * len(self.loads)
+        self.conservative = assembly.conservative
+        self.fixed = np.asarray(problem.fixed, dtype=np.int64)
+        self.free = np.setdiff1d(np.arange(self.dofs), self.fixed)
+        mass = problem.mass
+        self.lumped: Floats | None = mass if isinstance(mass, np.ndarray) else None
+        self.M = sparse.diags(mass).tocsr() if isinstance(mass, np.ndarray) else mass.tocsr()
+        self.M_free = _sorted(self.M[self.free][:, self.free])
+        self.pattern, self._mass_slots = _with_mass(assembly.pattern, self)
+
+    def factors(self, time: float) -> list[float]:
+        """The factor of each load at a time."""
+        return [course(time) for course in self.courses]
+
+    def scaled(self, time: float) -> list[tuple[Energy, float]]:
+        """Every energy with its factor, in the order of the pattern's slots."""
+        return [(e, 1.0) for e in self.internal] + list(zip(self.loads, self.factors(time), strict=True))
+
+    def value(self, x: Floats, time: float) -> float:
+        """Potential energy, J; infinite outside the domain of a law."""
+        return sum(scale * e.value(x) for e, scale in self.scaled(time) if scale != 0.0)
+
+    def strain(self, x: Floats) -> float:
+        """Energy of the internal forces, J."""
+        return sum(e.value(x) for e in self.internal)
+
+    def at(self, x: Floats, time: float) -> Force:
+        """Gradients of the energies."""
+        internal, external = np.zeros(self.dofs), np.zeros(self.dofs)
+        for energy in self.internal:
+            energy.add_gradient(x, internal)
+        for energy, scale in zip(self.loads, self.factors(time), strict=True):
+            if scale != 0.0:
+                energy.add_gradient(x, external, scale)
+        return Force(internal, external)
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the forces, N."""
+        return sum(e.rounding(x) for e in (*self.internal, *self.loads))
+
+    def stiffness(self, x: Floats) -> Floats:
+        """Entries (nnz,) of the definite tangent of the internal forces, in the shared pattern."""
+        data = np.zeros(len(self.pattern.indices))
+        for energy, slots in zip(self.internal, self.pattern.slots, strict=False):
+            if energy.stencils.size:
+                energy.add_hessian(x, data, slots, 1.0, True)
+        return data
+
+    def tangent(self, x: Floats, time: float, projected: bool = False) -> sparse.csr_matrix:
+        """K over the free degrees of freedom, in the shared pattern."""
+        data = np.zeros(len(self.pattern.indices))
+        for (energy, scale), slots in zip(self.scaled(time), self.pattern.slots, strict=False):
+            if energy.stencils.size and scale != 0.0:
+                energy.add_hessian(x, data, slots, scale, projected)
+        return self.pattern.matrix(data)
+
+    def add_mass(self, data: Floats, scale: float) -> None:
+        """data (nnz,) += scale M."""
+        data[self._mass_slots] += scale * self.M_free.data
+
+
+def _with_mass(pattern: Pattern, forces: Forces) -> tuple[Pattern, Ints]:
+    """The pattern, made again with the entries that the mass has and it has not; where the mass's entries go."""
+    slots = _places(pattern, forces.M_free)
+    if slots is None:
+        entries = forces.M.tocoo()
+        pairs = np.stack([entries.row, entries.col], axis=1).astype(np.int64)
+        energies: Sequence[Energy] = (*forces.internal, *forces.loads)
+        pattern = prepare(forces.dofs, forces.fixed, [*(e.stencils for e in energies), pairs])
+        slots = _places(pattern, forces.M_free)
+    if slots is None:
+        raise ValueError("the mass matrix is not a matrix over the degrees of freedom")
+    return pattern, slots
+
+
+def _places(pattern: Pattern, M: sparse.csr_matrix) -> Ints | None:
+    """Where the entries of M lie among those of the pattern; None where one does not."""
+    size = pattern.size
+    rows = np.repeat(np.arange(size), np.diff(pattern.indptr))
+    known = rows * size + pattern.indices  # ascending, for both are sorted
+    wanted = np.repeat(np.arange(size), np.diff(M.indptr)) * size + M.indices
+    places: Ints = np.searchsorted(known, wanted)
+    inside = places < len(known)
+    if not np.all(inside) or not np.array_equal(known[places], wanted):
+        return None
+    return places
+
+
+def _sorted(M: sparse.csr_matrix) -> sparse.csr_matrix:
+    """In canonical order, without zeros."""
+    M = M.tocsr()
+    M.sum_duplicates()
+    M.eliminate_zeros()
+    M.sort_indices()
+    return M

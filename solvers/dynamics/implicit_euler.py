@@ -1,0 +1,32 @@
+"""Backward Euler."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from softmark.solvers.dynamics.scheme import Motion, Past, Stage
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.system import System
+
+
+@dataclass(frozen=True)
+class ImplicitEuler:
+    """Implicit (backward) Euler: first order, damps every motion, never unstable.
+
+    x1 = x0 + h v1, v1 = v0 + h a1, balance at the end of the step. A vibration of angular frequency w shrinks by
+    1/sqrt(1 + (w h)^2) per step, as if it had a damping ratio of about w h / 2, and a body that spins freely at
+    w loses a part (w h)^2 of its angular momentum per step. Conserves linear momentum. Source: Hairer, Norsett
+    and Wanner (1993), section II.7; Baraff and Witkin (1998) brought it into graphics.
+    """
+
+    explicit: ClassVar[bool] = False
+
+    def begin(self, system: System, start: Motion, step: float) -> None:
+        """Nothing to refuse."""
+
+    def advance(self, system: System, past: Past, step: float) -> Motion:
+        """a1 = (x1 - x0 - h v0) / h^2, v1 = (x1 - x0) / h."""
+        now = past.now
+        return system.solve(Stage(now, step, 1.0 / step**2, 1.0 / step, now.x + step * now.v, now.v))

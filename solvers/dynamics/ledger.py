@@ -1,0 +1,63 @@
+"""The balance of energy along a motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from softmark.solvers.dynamics.forces import Force
+from softmark.solvers.dynamics.scheme import Motion
+from softmark.solvers.dynamics.system import System
+
+NAMES = ("kinetic", "strain", "load_work", "support_work", "damping", "drift")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Energies at a time, J (see Trajectory)."""
+
+    motion: Motion
+    force: Force
+    kinetic: float
+    strain: float
+    load_work: float = 0.0
+    support_work: float = 0.0
+    damping: float = 0.0
+    drift: float = 0.0
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """In the order of NAMES."""
+        return tuple(float(getattr(self, name)) for name in NAMES)
+
+
+def open_entry(system: System, motion: Motion) -> Entry:
+    """Energies of a motion by itself."""
+    kinetic = 0.5 * float(motion.v @ (system.forces.M @ motion.v))
+    force = system.forces.at(motion.x, motion.time)
+    return Entry(motion, force, kinetic, system.forces.strain(motion.x))
+
+
+def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
+    """Work over a step by the trapezoidal rule; damping by the mean velocity of the step."""
+    here = open_entry(system, motion)
+    h, way = motion.time - last.motion.time, motion.x - last.motion.x
+    drag = system.damping.force(way / h) + system.damping.reaction(way / h)
+    mean = 0.5 * (last.force.total + here.force.total)
+    reaction = system.forces.M @ ((motion.v - last.motion.v) / h) + mean + drag
+    fixed = system.forces.fixed
+    load_work = last.load_work - 0.5 * float((last.force.external + here.force.external) @ way)
+    support_work = last.support_work + float(reaction[fixed] @ way[fixed])
+    damping = last.damping + float(drag @ way)
+    gained = here.kinetic + here.strain - last.kinetic - last.strain
+    spent = (load_work - last.load_work) + (support_work - last.support_work) - (damping - last.damping)
+    drift = last.drift + gained - spent
+    return replace(here, load_work=load_work, support_work=support_work, damping=damping, drift=drift)
+
+
+def finite(entry: Entry) -> bool:
+    """Whether the motion and its energies are numbers, so that it may be shown."""
+    motion = entry.motion
+    arrays = (motion.x, motion.v, motion.a, np.array(entry.values))
+    return all(bool(np.all(np.isfinite(a))) for a in arrays)

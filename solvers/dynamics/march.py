@@ -1,0 +1,137 @@
+"""The march through time: steps of one length, halved where they fail, and a record of all of them."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from softmark.solvers.dynamics.ledger import NAMES, Entry, finite, next_entry, open_entry
+from softmark.solvers.dynamics.problem import Dynamics
+from softmark.solvers.dynamics.scheme import Motion, Past, StepFailed
+from softmark.solvers.dynamics.system import System
+from softmark.solvers.dynamics.trajectory import Event, NotConverged, Trajectory
+
+Observer = Callable[[Motion], Any]
+
+
+def whole(motion: Motion) -> Motion:
+    """Observes everything."""
+    return motion
+
+
+def march(problem: Dynamics, duration: float, step: float, observe: Observer = whole) -> Trajectory:
+    """The motion from 0 to `duration` in steps of `step` (s); the last one is cut where it would go beyond.
+
+    `observe` is called at time 0 and after every accepted step, outside the clock; what it gives back is kept.
+    A step that fails is halved and later ones grow back. Raises NotConverged, with the trajectory so far, where a
+    step fails at `problem.shortest` of its length, StepTooLong where an explicit integrator cannot take the
+    step, ValueError for a duration or step that is not positive.
+    """
+    if not (0.0 < step < math.inf and 0.0 < duration < math.inf):
+        raise ValueError("duration and step must be positive")
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        return _March(problem, duration, step, observe).run()
+
+
+class _March:
+    """The record that grows while the body moves."""
+
+    def __init__(self, problem: Dynamics, duration: float, step: float, observe: Observer) -> None:
+        self.problem, self.duration, self.step, self.observe = problem, duration, step, observe
+        self.system = System(problem, step)
+        self.entries: list[tuple[float, ...]] = []
+        self.times: list[float] = []
+        self.observed: list[Any] = []
+        self.costs: list[tuple[float, float, int]] = []  # wall, cpu, iterations
+        self.events: list[Event] = []
+        self.ticks = 2 ** max(0, round(-math.log2(problem.shortest)))  # of the shortest step in a whole one
+
+    def run(self) -> Trajectory:
+        """All steps. Raises NotConverged."""
+        try:
+            start = self.system.start()
+            entry = open_entry(self.system, start)
+        except StepFailed as failure:
+            raise self._stopped(f"no start: {failure.reason}") from failure
+        if not (finite(entry) and self.problem.sound(start.x)):
+            raise self._stopped("the initial state is outside the domain of the law or has inverted cells")
+        self.problem.integrator.begin(self.system, start, self.step)
+        self._keep(entry)
+        past, ticks = Past(start), self.ticks
+        for number in range(math.ceil(self.duration / self.step - 1e-9)):
+            past, entry, ticks = self._whole_step(number, past, entry, ticks)
+        return self._trajectory(complete=True)
+
+    def _whole_step(self, number: int, past: Past, entry: Entry, ticks: int) -> tuple[Past, Entry, int]:
+        """One step of the grid, in parts of `ticks` where need be; the size of the next part."""
+        start = number * self.step
+        length = min(self.step, self.duration - start)
+        done, wall, cpu = 0, time.perf_counter(), time.process_time()
+        while done < self.ticks:
+            end = start + length * ((done + ticks) / self.ticks)
+            count = len(self.system.newton.history)
+            try:
+                motion = self._attempt(past, end)
+                spent = (time.perf_counter() - wall, time.process_time() - cpu)
+                entry = self._sound(next_entry(self.system, entry, motion))
+            except StepFailed as failure:
+                ticks = self._halved(past.now.time, length, ticks, failure)
+                continue
+            self.costs.append((*spent, max(0, len(self.system.newton.history) - count - 1)))
+            self._keep(entry)
+            past, done = Past(motion, past.now), done + ticks
+            if ticks < self.ticks and done % (2 * ticks) == 0:
+                ticks *= 2
+            wall, cpu = time.perf_counter(), time.process_time()
+        return past, entry, ticks
+
+    def _attempt(self, past: Past, end: float) -> Motion:
+        self.system.damping.begin(past.now.x)
+        motion = self.problem.integrator.advance(self.system, past, end - past.now.time)
+        if not self.problem.sound(motion.x):
+            raise StepFailed("cells are inside out")
+        return Motion(end, motion.x, motion.v, motion.a)
+
+    def _sound(self, entry: Entry) -> Entry:
+        if not finite(entry):
+            raise StepFailed("the state is outside the domain of the law")
+        return entry
+
+    def _halved(self, now: float, length: float, ticks: int, failure: StepFailed) -> int:
+        """Half the step, noted. Raises NotConverged at the shortest."""
+        if ticks == 1:
+            shortest = length / self.ticks
+            raise self._stopped(
+                f"no step from {now:.6g} s, down to {shortest:.3g} s: {failure.reason}"
+            ) from failure
+        size = length * (ticks // 2) / self.ticks
+        self.events.append(Event(now, f"step halved to {size:.4g} s: {failure.reason}"))
+        return ticks // 2
+
+    def _keep(self, entry: Entry) -> None:
+        self.times.append(entry.motion.time)
+        self.entries.append(entry.values)
+        self.observed.append(self.observe(entry.motion))
+
+    def _stopped(self, reason: str) -> NotConverged:
+        return NotConverged(reason, self._trajectory(complete=False), tuple(self.system.newton.history))
+
+    def _trajectory(self, complete: bool) -> Trajectory:
+        times = np.array(self.times)
+        table = np.array(self.entries).reshape(-1, len(NAMES)).T
+        wall, cpu, iterations = np.array(self.costs).reshape(-1, 3).T
+        return Trajectory(
+            times,
+            np.diff(times),
+            tuple(self.observed),
+            dict(zip(NAMES, table, strict=True)),
+            iterations.astype(np.int64),
+            wall,
+            cpu,
+            tuple(self.events),
+            complete,
+        )

@@ -1,0 +1,44 @@
+"""Newmark's family."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from softmark.solvers.dynamics.scheme import Motion, Past, Stage
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.system import System
+
+
+@dataclass(frozen=True)
+class Newmark:
+    """Newmark's method; by default the average acceleration, second order and without numerical damping.
+
+    x1 = x0 + h v0 + h^2 ((1/2 - beta) a0 + beta a1), v1 = v0 + h ((1 - gamma) a0 + gamma a1), balance at the end of
+    the step. Second order for gamma = 1/2 only; in linear problems never unstable for 2 beta >= gamma >= 1/2.
+    Conserves linear momentum; with the defaults also the energy of linear problems, while under finite rotations
+    energy and angular momentum oscillate by O(h^2). beta = 0 is explicit: use central_differences. Source: Newmark
+    (1959), J. Eng. Mech. 85(3).
+    """
+
+    beta: Annotated[float, "1 in (0, 1]", "weight of the new acceleration in the displacement"] = 0.25
+    gamma: Annotated[float, "1 in (0, 1]", "weight of the new acceleration in the velocity"] = 0.5
+
+    explicit: ClassVar[bool] = False
+
+    def begin(self, system: System, start: Motion, step: float) -> None:
+        """Nothing to refuse."""
+
+    def advance(self, system: System, past: Past, step: float) -> Motion:
+        """One Newmark step."""
+        return system.solve(newmark_stage(past.now, step, self.beta, self.gamma))
+
+
+def newmark_stage(
+    now: Motion, h: float, beta: float, gamma: float, alpha_m: float = 0.0, alpha_f: float = 0.0
+) -> Stage:
+    """Newmark's formulas solved for a1 and v1: a1 = (x1 - coast) / (beta h^2), v1 as in `Stage`."""
+    coast = now.x + h * now.v + h**2 * (0.5 - beta) * now.a
+    speed = now.v + h * (1.0 - gamma) * now.a
+    return Stage(now, h, 1.0 / (beta * h**2), gamma / (beta * h), coast, speed, alpha_m, alpha_f)

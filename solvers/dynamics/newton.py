@@ -1,0 +1,259 @@
+"""Newton's method for the end of an implicit step.
+
+The equations of a step under conservative forces are those of a minimum, the incremental potential (Ortiz and
+Stainier 1999): inertia and damping are a quadratic function of the end of the step, the forces a potential. Whole
+Newton steps that lower the imbalance by much are kept; others must lower the potential, or the imbalance under
+follower loads, and where the tangent does not lead downhill the definite one does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import sparse
+
+from softmark.solvers.dynamics.forces import Force
+from softmark.solvers.dynamics.scheme import Motion, Stage, StepFailed
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.linear import Singular
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.system import System
+
+EPS = float(np.finfo(np.float64).eps)
+MUCH = 0.25  # of the imbalance: a whole step that leaves less is kept without asking for the potential
+SHORTEST = 1e-5  # part of a Newton step that is tried
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """A Newton iteration of the step that ends at `time`: the residual, relative, that `length` of it led to."""
+
+    time: float
+    step: float
+    number: int
+    residual: float
+    length: float
+
+
+class Newton:
+    """Solves stages; keeps the history of all iterations and the size of forces of the last accepted step."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.history: list[Iteration] = []
+        self.scale = 0.0
+
+    def solve(self, stage: Stage) -> Motion:
+        """The end of the step. Raises StepFailed."""
+        balance = Balance(self.system, stage)
+        trial = self._descend(balance)
+        self.scale = trial.scale
+        return Motion(balance.end, trial.x, trial.v, trial.a)
+
+    def _descend(self, balance: Balance) -> Trial:
+        most = self.system.problem.max_iterations
+        trial, before, length = balance.start(), np.inf, 0.0
+        for number in range(most + 1):
+            scale = max(trial.scale, self.scale)
+            residual = trial.size / scale if scale else trial.size
+            self.history.append(Iteration(balance.end, balance.stage.step, number, residual, length))
+            if not np.isfinite(residual):
+                raise StepFailed("forces are not finite")
+            if balance.met(trial, scale, before):
+                return trial
+            if number < most:
+                before = trial.size
+                trial, length = balance.better(trial, scale)
+        raise StepFailed(f"residual {residual:.1e} after {most} Newton iterations")
+
+
+@dataclass(frozen=True)
+class Trial:
+    """An end of a step on trial: what is out of balance there is computed when it is asked for."""
+
+    balance: Balance
+    x: Floats
+    v: Floats
+    a: Floats
+    inertia: Floats
+    drag: Floats
+
+    @property
+    def steady(self) -> Floats:
+        """Inertia, damping and the forces of the start: linear in x."""
+        return self.inertia + self.drag + self.balance.past
+
+    @cached_property
+    def force(self) -> Force:
+        """The forces that balance them."""
+        return self.balance.forces.at(self.balance.weighted(self.x), self.balance.time)
+
+    @cached_property
+    def potential(self) -> float:
+        """Potential energy of the forces, J; of the internal ones alone where loads have none."""
+        forces, x = self.balance.forces, self.balance.weighted(self.x)
+        return forces.value(x, self.balance.time) if forces.conservative else forces.strain(x)
+
+    @cached_property
+    def r(self) -> Floats:
+        """What is out of balance (free,), N."""
+        r: Floats = (self.steady + self.balance.weight * self.force.total)[self.balance.forces.free]
+        return r
+
+    @cached_property
+    def size(self) -> float:
+        """Its norm."""
+        return float(np.linalg.norm(self.r))
+
+    @cached_property
+    def scale(self) -> float:
+        """The largest of the forces that balance each other, N, internal ones with those on supports."""
+        free = self.balance.forces.free
+        forces = (self.inertia[free], self.drag[free], self.force.internal, self.force.external[free])
+        return max(float(np.linalg.norm(f)) for f in forces)
+
+
+class Balance:
+    """The equations of one stage: residual, incremental potential, Newton steps."""
+
+    def __init__(self, system: System, stage: Stage) -> None:
+        self.system, self.stage, self.forces = system, stage, system.forces
+        start = stage.start
+        self.share = 1.0 - stage.alpha_f
+        self.weight = 1.0 if stage.between else self.share  # of the forces in the residual
+        self.end = start.time + stage.step
+        self.time = start.time + self.share * stage.step if stage.between else self.end  # of the forces
+        self.past = np.zeros(self.forces.dofs)
+        if stage.alpha_f and not stage.between:
+            self.past = stage.alpha_f * self.forces.at(start.x, start.time).total
+
+    def trial(self, x: Floats) -> Trial:
+        """The end x, with the velocity and the acceleration that belong to it."""
+        stage, system, fixed = self.stage, self.system, self.forces.fixed
+        way = x - stage.coast
+        a, v = stage.A * way, stage.speed + stage.B * way
+        a[fixed], v[fixed] = system.support_acceleration(self.time), system.support_velocity(self.end)
+        inertia = self.forces.M @ ((1.0 - stage.alpha_m) * a + stage.alpha_m * stage.start.a)
+        drag = system.damping.force(self.share * v + stage.alpha_f * stage.start.v)
+        return Trial(self, x, v, a, inertia, drag)
+
+    def weighted(self, x: Floats) -> Floats:
+        """The state whose forces count."""
+        return self.share * x + self.stage.alpha_f * self.stage.start.x if self.stage.between else x
+
+    def met(self, trial: Trial, scale: float, before: float) -> bool:
+        """The tolerance is met, or the last iteration has lowered nothing and rounding is all that is left."""
+        if trial.size <= self.system.problem.tolerance * scale:
+            return True
+        return 0.3 * before < trial.size <= 4.0 * (self.forces.rounding(trial.x) + self._blur(trial))
+
+    def _blur(self, trial: Trial) -> float:
+        """Norm of what rounding of x leaves in the inertia, N."""
+        lost = self.forces.M @ (np.abs(trial.x) + np.abs(self.stage.coast))
+        return EPS * abs(1.0 - self.stage.alpha_m) * self.stage.A * float(np.linalg.norm(lost))
+
+    # ------------------------------------------------------------------ start
+
+    def start(self) -> Trial:
+        """The best of staying, coasting on and speeding up as before; where supports move, following them."""
+        now, h, fixed = self.stage.start, self.stage.step, self.forces.fixed
+        stay = self.system.supported(now.x, self.end)
+        if np.any(stay[fixed] != now.x[fixed]):
+            return self._towed(stay)
+        coasting = now.x + h * now.v
+        trials = [self.trial(x) for x in (stay, coasting, coasting + 0.5 * h**2 * now.a)]
+        for trial in trials[1:]:
+            trial.x[fixed] = stay[fixed]
+        inside = [t for t in trials if np.isfinite(t.potential)]
+        if not inside:
+            raise StepFailed("the state is outside the domain of the law")
+        if self.forces.conservative:
+            return min(inside, key=lambda t: self.rise(inside[0], t))
+        return min(inside, key=lambda t: t.size)
+
+    def _towed(self, moved: Floats) -> Trial:
+        """One linear step from the start of the step, for the motion of the supports over it."""
+        now = self.stage.start
+        here, d = self.trial(now.x), moved - now.x
+        eps = 1e-6 / max(1.0, 1e3 * float(np.abs(d).max()))
+        there = self.trial(now.x + eps * d)
+        # inertia and damping know the motion of the supports at the end: only their displacement is to come
+        coupling = self.weight * (there.force.total - here.force.total) / eps
+        d[self.forces.free] = self._direction(here, here.r + coupling[self.forces.free], 1e-6, True)
+        towed = self.trial(now.x + d)
+        if not np.isfinite(towed.potential):
+            raise StepFailed("the motion of the supports turns cells inside out")
+        return towed
+
+    # ------------------------------------------------------------------ iteration
+
+    def better(self, trial: Trial, scale: float) -> tuple[Trial, float]:
+        """The next trial, and the part of the Newton step that leads there. Raises StepFailed."""
+        goal = (
+            0.1 * self.system.problem.tolerance * scale / trial.size
+        )  # of the linear system: no more than needed
+        reason = "no Newton step lowers the energy"
+        for projected in (False, True):
+            try:
+                d = self._direction(trial, trial.r, float(np.clip(goal, 1e-12, 1e-3)), projected)
+            except StepFailed as failure:
+                reason = failure.reason
+                continue
+            if projected or not self.forces.conservative or trial.r @ d < 0.0:
+                found = self._along(trial, d)
+                if found is not None:
+                    return found
+        raise StepFailed(reason)
+
+    def _direction(self, trial: Trial, r: Floats, tolerance: float, projected: bool) -> Floats:
+        """-J^-1 r (free,). Raises StepFailed."""
+        J = self._jacobian(trial.x, projected)
+        try:
+            d = -self.system.linear.solve(J, r, tolerance)
+        except (Singular, np.linalg.LinAlgError) as error:
+            raise StepFailed(f"the tangent is singular ({error})") from error
+        if not np.all(np.isfinite(d)):
+            raise StepFailed("the tangent is singular")
+        return d
+
+    def _jacobian(self, x: Floats, projected: bool) -> sparse.csr_matrix:
+        """dr/dx = (1 - alpha_m) A M + (1 - alpha_f) (B C + K), in the shared pattern."""
+        stage = self.stage
+        J = self.forces.tangent(self.weighted(x), self.time, projected)
+        J.data *= self.share
+        self.forces.add_mass(J.data, (1.0 - stage.alpha_m) * stage.A)
+        if self.system.damping.active:
+            J.data += self.share * stage.B * self.system.damping.data
+        return J
+
+    def _along(self, trial: Trial, d: Floats) -> tuple[Trial, float] | None:
+        """The whole step, or the part of it that lowers the potential enough (Armijo 1966); None where none does."""
+        length, slope = 1.0, float(trial.r @ d)
+        while length > SHORTEST:
+            x = trial.x.copy()
+            x[self.forces.free] += length * d
+            there = self.trial(x)
+            if there.size <= MUCH * trial.size and length == 1.0:
+                return there, length
+            if np.isfinite(there.potential) and self._lower(trial, there, length * slope):
+                return there, length
+            length *= 0.5
+        return None
+
+    def _lower(self, trial: Trial, there: Trial, slope: float) -> bool:
+        if self.forces.conservative:
+            noise = 1e-13 * (abs(trial.potential) + abs(there.potential))
+            return self.rise(trial, there) <= 1e-4 * slope + noise
+        return there.size <= (1.0 - 1e-4) * trial.size
+
+    def rise(self, here: Trial, there: Trial) -> float:
+        """By how much the incremental potential is larger there, J."""
+        free = self.forces.free
+        step = (there.x - here.x)[free]
+        quadratic = 0.5 * float(step @ (here.steady + there.steady)[free])  # exact: its gradient is linear
+        weight = 1.0 / self.share if self.stage.between else self.share
+        return quadratic + weight * (there.potential - here.potential)

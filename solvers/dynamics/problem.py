@@ -1,0 +1,104 @@
+"""A problem of dynamics: energies, mass, damping, supports, loads and their course in time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from scipy import sparse
+
+from softmark.solvers.assembly import Assembly
+from softmark.solvers.dynamics.scheme import Integrator
+from softmark.solvers.dynamics.trapezoidal import Trapezoidal
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.linear import factor
+
+Course = Callable[[float], float]
+
+
+class LinearSolver(Protocol):
+    """Solves one system after the other; may keep what it knows of a pattern from step to step."""
+
+    def solve(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats:
+        """x with |K x - b| <= tolerance |b|. Raises linear.Singular where it cannot."""
+
+
+@dataclass(frozen=True)
+class Direct:
+    """Factorises every matrix anew."""
+
+    symmetric: bool = True
+
+    def solve(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats:
+        """x with K x = b to rounding. Raises Singular."""
+        return factor(K, symmetric=self.symmetric).solve(b)
+
+
+@dataclass(frozen=True)
+class Rayleigh:
+    """Damping C = alpha M + beta K, `alpha` in 1/s, `beta` in s (Rayleigh 1877; Clough and Penzien 1993, section 12-5).
+
+    A mode of angular frequency w gets the damping ratio alpha/(2 w) + beta w/2. K is the tangent at the start of
+    each step, made positive semi-definite: damping then never drives, its force is linear in the velocity, and the
+    equations of a step stay those of a minimum. The price is an error of O(h) in the force of beta K where the
+    stiffness changes along the motion; where it does not, the integrators keep their order. alpha M brakes rigid
+    motion as well; beta K does not touch translations, and slightly brakes the rotation of a stressed body.
+    """
+
+    alpha: float = 0.0
+    beta: float = 0.0
+
+
+def constant(time: float) -> float:
+    """The course of what has its full size from the start: 1."""
+    return 1.0
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """M a + C v + dE/dx = 0, E(x, t) = internal energies + sum_i courses_i(t) loads_i, from `rest` at time 0.
+
+    A state is its own degrees of freedom (`VectorSpace`): displacements of solids or of particles. `mass` is a
+    sparse matrix or its diagonal (dofs,), in kg. The degrees of freedom `fixed` are at rest + target *
+    support_course(t); their velocities and accelerations are central differences of that course over one step.
+    `assembly.loads` follow `courses`, one for each; none means constant. Courses are asked for times a step
+    before 0 and a step after the end too.
+
+    A step is solved by Newton's method until the out-of-balance force is at most `tolerance` times the largest
+    of the forces that balance each other: inertia, internal forces with the reactions of supports, loads, damping,
+    now or at the start of the step; or until rounding is all that is left of it.
+
+    `sound` says whether a state may be accepted. A step that fails is halved, down to `shortest` times the step.
+    """
+
+    assembly: Assembly
+    mass: sparse.csr_matrix | Floats
+    rest: Floats  # (dofs,)
+    velocity: Floats  # (dofs,)
+    fixed: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))  # (c,)
+    target: Floats = field(default_factory=lambda: np.zeros(0))  # (c,) m
+    support_course: Course = constant
+    courses: tuple[Course, ...] = ()
+    damping: Rayleigh = Rayleigh()
+    integrator: Integrator = field(default_factory=Trapezoidal)
+    tolerance: float = 1e-8
+    max_iterations: int = 20
+    shortest: float = 2.0**-10
+    linear: LinearSolver | None = None  # None: Direct
+    sound: Callable[[Floats], bool] = field(default=lambda x: True)
+
+    def __post_init__(self) -> None:
+        """Raises ValueError where the parts do not fit together."""
+        loads = len(self.assembly.loads)
+        if self.courses and len(self.courses) != loads:
+            raise ValueError(f"{len(self.courses)} courses for {loads} loads")
+        if len(self.target) not in (0, len(self.fixed)):
+            raise ValueError(f"{len(self.target)} targets for {len(self.fixed)} supports")
+        dofs = self.assembly.dofs
+        if self.mass.shape not in ((dofs,), (dofs, dofs)):
+            raise ValueError(f"a mass of shape {self.mass.shape} for {dofs} degrees of freedom")
+        if not self.integrator.explicit or self.mass.ndim == 1:
+            return
+        raise ValueError("an explicit integrator needs a lumped mass")

@@ -1,0 +1,85 @@
+"""What an integrator is: how one step of time is made of states, velocities and forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Protocol
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.solvers.dynamics.system import System
+
+    Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A state with its velocity and acceleration (dofs,) at a `time` in s."""
+
+    time: float
+    x: Floats
+    v: Floats
+    a: Floats
+
+
+@dataclass(frozen=True)
+class Past:
+    """What a step starts from: the last accepted motion, and the one `before` it, None at the start."""
+
+    now: Motion
+    before: Motion | None = None
+
+
+@dataclass(frozen=True)
+class Stage:
+    """The equations of an implicit step of `step` seconds from `start`, for its unknown end x.
+
+    The ends of the step are a = A (x - coast) and v = speed + B (x - coast), with `coast` the state to which the
+    body would come without forces. The balance holds at a weighted time within the step:
+
+        (1 - alpha_m) M a + alpha_m M a0 + C ((1 - alpha_f) v + alpha_f v0) + f = 0,
+
+    with forces f of the weighted state, f((1 - alpha_f) x + alpha_f x0), where `between`, and otherwise the
+    weighted forces (1 - alpha_f) f(x) + alpha_f f(x0).
+    """
+
+    start: Motion
+    step: float
+    A: float  # 1/s^2
+    B: float  # 1/s
+    coast: Floats
+    speed: Floats
+    alpha_m: float = 0.0
+    alpha_f: float = 0.0
+    between: bool = False
+
+
+class Integrator(Protocol):
+    """A way through time. `explicit` ones solve no equations, need a lumped mass and have a critical step."""
+
+    explicit: ClassVar[bool]
+
+    def begin(self, system: System, start: Motion, step: float) -> None:
+        """Refuse what the integrator cannot do, before the first step."""
+
+    def advance(self, system: System, past: Past, step: float) -> Motion:
+        """The motion `step` seconds later. Raises StepFailed."""
+
+
+class StepFailed(Exception):
+    """This step cannot be made; a shorter one may."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
+class StepTooLong(Exception):
+    """The step asked for exceeds the `critical` one (s) of an explicit integrator, its safety included."""
+
+    def __init__(self, step: float, critical: float) -> None:
+        super().__init__(f"the step of {step:.4g} s exceeds the critical step, {critical:.4g} s")
+        self.step = step
+        self.critical = critical

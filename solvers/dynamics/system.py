@@ -1,0 +1,110 @@
+"""What integrators ask of a body: its supports, accelerations, and the end of an implicit step."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from softmark.solvers.dynamics.damping import Damping
+from softmark.solvers.dynamics.forces import Forces
+from softmark.solvers.dynamics.frequencies import Frequencies
+from softmark.solvers.dynamics.newton import Newton
+from softmark.solvers.dynamics.problem import Direct, Dynamics, LinearSolver
+from softmark.solvers.dynamics.scheme import Motion, Stage, StepFailed
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.linear import Factor, Singular, factor
+
+
+class System:
+    """A problem made ready to march in steps of `step` seconds, the longest."""
+
+    def __init__(self, problem: Dynamics, step: float) -> None:
+        self.problem, self.step = problem, step
+        self.forces = Forces(problem)
+        self.damping = Damping(self.forces, problem.damping, problem.target)
+        self.linear: LinearSolver = problem.linear or Direct(self.forces.conservative)
+        self.newton = Newton(self)
+
+    @cached_property
+    def frequencies(self) -> Frequencies:
+        """The largest frequency of the body, for explicit integrators."""
+        return Frequencies(self.forces, self.problem.damping)
+
+    def start(self) -> Motion:
+        """The motion at time 0, with the acceleration that balances its forces. Raises StepFailed."""
+        problem = self.problem
+        x = self.supported(problem.rest.astype(np.float64), 0.0)
+        v = problem.velocity.astype(np.float64)
+        v[self.forces.fixed] = self.support_velocity(0.0)
+        self.damping.begin(x)
+        g = self.forces.at(x, 0.0).total + self.damping.force(v)
+        return Motion(0.0, x, v, self.acceleration(g, 0.0))
+
+    # ------------------------------------------------------------------ supports
+
+    @property
+    def _moving(self) -> bool:
+        return bool(np.any(self.problem.target))
+
+    def supported(self, x: Floats, time: float) -> Floats:
+        """x with the supports where they are at a time."""
+        if self._moving:
+            fixed, course = self.forces.fixed, self.problem.support_course(time)
+            x = x.copy()
+            x[fixed] = self.problem.rest[fixed] + course * self.problem.target
+        return x
+
+    def support_velocity(self, time: float) -> Floats | float:
+        """Velocity (c,) of the supports, m/s."""
+        if not self._moving:
+            return 0.0
+        course, h = self.problem.support_course, self.step
+        return (course(time + h) - course(time - h)) / (2.0 * h) * self.problem.target
+
+    def support_acceleration(self, time: float) -> Floats | float:
+        """Acceleration (c,) of the supports, m/s^2; a kink of their course is spread over a step."""
+        if not self._moving:
+            return 0.0
+        course, h = self.problem.support_course, self.step
+        return (course(time + h) - 2.0 * course(time) + course(time - h)) / h**2 * self.problem.target
+
+    # ------------------------------------------------------------------ accelerations
+
+    def acceleration(self, g: Floats, time: float) -> Floats:
+        """a (dofs,) with M a = -g on free degrees of freedom, and that of the supports. Raises StepFailed."""
+        forces, a = self.forces, np.zeros_like(g)
+        a[forces.fixed] = self.support_acceleration(time)
+        if forces.lumped is not None:
+            a[forces.free] = -g[forces.free] / forces.lumped[forces.free]
+        else:
+            a[forces.free] = -self._mass.solve((g + forces.M @ a)[forces.free])
+        if not np.all(np.isfinite(a)):
+            raise StepFailed("forces or accelerations are not finite")
+        return a
+
+    @cached_property
+    def _mass(self) -> Factor:
+        """The mass matrix, factorised. Raises ValueError where it is singular."""
+        try:
+            return factor(self.forces.M_free)
+        except Singular as error:
+            raise ValueError("the mass matrix is singular") from error
+
+    def kick(self, now: Motion, x: Floats, half: Floats, time: float) -> tuple[Floats, Floats]:
+        """Acceleration and velocity at the end of an explicit step, from the velocity `half` of its middle."""
+        h, alpha, fixed = time - now.time, self.problem.damping.alpha, self.forces.fixed
+        g = self.forces.at(x, time).total
+        if self.problem.damping.beta:
+            g = g + self.damping.force(half) - alpha * (self.forces.M @ half)
+        a = self.acceleration(g, time)
+        v = (half + 0.5 * h * a) / (1.0 + 0.5 * alpha * h)
+        a = a - alpha * v
+        a[fixed], v[fixed] = self.support_acceleration(time), self.support_velocity(time)
+        return a, v
+
+    # ------------------------------------------------------------------ implicit steps
+
+    def solve(self, stage: Stage) -> Motion:
+        """The end of an implicit step. Raises StepFailed."""
+        return self.newton.solve(stage)

@@ -1,0 +1,69 @@
+"""What a march leaves: times, what was observed, energies, events and the cost of every step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from softmark.solvers import statics
+from softmark.solvers.dynamics.newton import Iteration
+from softmark.solvers.energies.energy import Floats, Ints
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened on the way, at a `time` in s."""
+
+    time: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Seconds of the steps: the median, the 95th and 99th percentiles (linear interpolation), and the worst."""
+
+    median: float
+    p95: float
+    p99: float
+    worst: float
+
+
+def timing(seconds: Floats) -> Timing:
+    """Statistics of the seconds (n,) of steps; not a number where there were none."""
+    if not len(seconds):
+        return Timing(np.nan, np.nan, np.nan, np.nan)
+    return Timing(*(float(p) for p in np.percentile(seconds, [50.0, 95.0, 99.0, 100.0])))
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """n accepted steps between n + 1 times. `complete` says whether they reach the end.
+
+    `observed` holds what the observer gave back at each time. `energies`, each (n + 1,) in J: `kinetic`, `strain`
+    (internal energies), `load_work` done on the body by loads and `support_work` by moving supports since the
+    start, `damping` lost by it since then, and `drift` = what kinetic and strain energy have gained beyond
+    load_work + support_work - damping: what the integrator adds (or, where negative, loses). `wall` and `cpu`
+    are the seconds that each step cost, failed attempts before it included, observation and energies not.
+    `iterations` counts the linear systems of each accepted step.
+    """
+
+    times: Floats
+    steps: Floats  # (n,) s
+    observed: tuple[Any, ...]
+    energies: dict[str, Floats]
+    iterations: Ints  # (n,)
+    wall: Floats  # (n,) s
+    cpu: Floats  # (n,) s
+    events: tuple[Event, ...] = ()
+    complete: bool = True
+
+
+class NotConverged(statics.NotConverged):
+    """A step failed at its shortest; `trajectory` holds what came before, `iterations` every Newton iteration."""
+
+    def __init__(self, reason: str, trajectory: Trajectory, iterations: tuple[Iteration, ...]) -> None:
+        super().__init__(reason)
+        self.trajectory = trajectory
+        self.iterations = iterations
