@@ -1,0 +1,1 @@
+"""Sparse positive definite systems, again and again with one pattern: ordering, factorisation, iteration."""

@@ -1,0 +1,48 @@
+"""BLAS and LAPACK inside compiled kernels, by address: the library that scipy brings, no wrapper in between.
+
+Kernels receive a table of addresses as an argument, so that they can be kept on disk: an address is valid in one
+process only.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from llvmlite import ir  # type: ignore[import-untyped]
+from numba import types
+from numba.extending import get_cython_function_address, intrinsic
+from numpy.typing import NDArray
+
+ROUTINES = (("lapack", "potrf"), ("blas", "trsm"), ("blas", "syrk"), ("blas", "trsv"), ("blas", "gemv"))
+POTRF, TRSM, SYRK, TRSV, GEMV = range(5)  # columns of the table
+
+
+@cache
+def table(letter: str) -> NDArray[np.int64]:
+    """Addresses of ROUTINES for letter "d" (float64) or "s" (float32)."""
+    found = [
+        get_cython_function_address(f"scipy.linalg.cython_{library}", letter + name)
+        for library, name in ROUTINES
+    ]
+    return np.array(found, dtype=np.int64)
+
+
+def _call(typing: Any, address: Any, arguments: Any) -> Any:
+    """Call the C function at `address`; all arguments are pointers, given as integers in a tuple."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        pointer = ir.IntType(8).as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [pointer] * len(arguments))
+        function = builder.inttoptr(values[0], kind.as_pointer())
+        pointers = [
+            builder.inttoptr(builder.extract_value(values[1], i), pointer) for i in range(len(arguments))
+        ]
+        builder.call(function, pointers)
+        return context.get_dummy_value()
+
+    return types.void(address, arguments), generate
+
+
+call: Any = intrinsic(_call)

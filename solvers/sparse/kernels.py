@@ -1,0 +1,279 @@
+"""Compiled loops of the sparse factorisation, over plain arrays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.solvers.jit import kernel
+from softmark.solvers.sparse.blas import GEMV, POTRF, SYRK, TRSM, TRSV, call
+
+Ints = NDArray[np.int64]
+Places = NDArray[np.uint64]
+Shorts = NDArray[np.int32]
+Bytes = NDArray[np.uint8]
+Values = NDArray[Any]  # of float32 or float64
+Floats = NDArray[np.float64]
+
+
+@kernel
+def minimum_degree(indptr: Ints, indices: Ints, order: Ints) -> None:
+    """Elimination order (n,) of a symmetric graph without loops, by approximate minimum degree.
+
+    Quotient graph with element absorption and the degree bound of Amestoy, Davis and Duff (1996), without
+    supervariables. An adjacency list keeps its place: it never grows, for each new element replaces an old entry.
+    """
+    n = len(indptr) - 1
+    entries = indices.copy()  # elements first, then variables, of each live variable
+    elements = np.zeros(n, np.int64)
+    length = np.diff(indptr)
+    degree = length.copy()
+    alive = np.ones(n, np.bool_)  # not eliminated
+    absorbed = np.zeros(n, np.bool_)
+    start = np.zeros(n, np.int64)  # variables of an element, in `pool`
+    count = np.zeros(n, np.int64)
+    pool = np.empty(4 * len(indices) + 16 * n, np.int64)
+    used = 0
+    head = np.full(n + 1, -1, np.int64)  # variables by degree, in linked lists
+    after = np.full(n, -1, np.int64)
+    before = np.full(n, -1, np.int64)
+    for i in range(n - 1, -1, -1):
+        d = degree[i]
+        after[i] = head[d]
+        if head[d] >= 0:
+            before[head[d]] = i
+        head[d] = i
+    mark = np.full(n, -1, np.int64)
+    outside = np.zeros(n, np.int64)  # |L_e \ L_p|
+    stamp = np.full(n, -1, np.int64)
+    lowest = 0
+    for step in range(n):
+        while head[lowest] < 0:
+            lowest += 1
+        p = head[lowest]
+        head[lowest] = after[p]
+        if after[p] >= 0:
+            before[after[p]] = -1
+        order[step] = p
+        alive[p] = False
+        # L_p: live variables that p touches, directly or through its elements
+        if used + n > len(pool):
+            larger = np.empty(2 * len(pool) + n, np.int64)
+            larger[:used] = pool[:used]
+            pool = larger
+        start[p] = used
+        mark[p] = step
+        for t in range(indptr[p], indptr[p] + length[p]):
+            if t < indptr[p] + elements[p]:
+                e = entries[t]
+                absorbed[e] = True
+                for s in range(start[e], start[e] + count[e]):
+                    i = pool[s]
+                    if alive[i] and mark[i] != step:
+                        mark[i] = step
+                        pool[used] = i
+                        used += 1
+            else:
+                i = entries[t]
+                if alive[i] and mark[i] != step:
+                    mark[i] = step
+                    pool[used] = i
+                    used += 1
+        count[p] = used - start[p]
+        for s in range(start[p], used):
+            i = pool[s]
+            for t in range(indptr[i], indptr[i] + elements[i]):
+                e = entries[t]
+                if not absorbed[e]:
+                    if stamp[e] != step:
+                        stamp[e] = step
+                        live = 0
+                        for q in range(start[e], start[e] + count[e]):
+                            if alive[pool[q]]:
+                                live += 1
+                        outside[e] = live
+                    outside[e] -= 1
+        for s in range(start[p], used):
+            i = pool[s]
+            base = indptr[i]
+            write = base
+            total = count[p] - 1
+            kept = elements[i]
+            buffer_end = base + length[i]
+            # elements that live on, then the new one, then variables not covered by it
+            for t in range(base, base + kept):
+                e = entries[t]
+                if not absorbed[e] and outside[e] > 0:
+                    entries[write] = e
+                    write += 1
+                    total += outside[e]
+            number = write - base
+            hold = write
+            for t in range(base + kept, buffer_end):
+                j = entries[t]
+                if alive[j] and mark[j] != step:
+                    entries[hold] = j
+                    hold += 1
+                    total += 1
+            # the new element goes in front of the variables: the first of them moves to the end
+            if hold > write:
+                entries[hold] = entries[write]
+            entries[write] = p
+            elements[i] = number + 1
+            length[i] = hold + 1 - base
+            new = min(total, min(degree[i] + count[p] - 1, n - step - 2))
+            if before[i] >= 0:
+                after[before[i]] = after[i]
+            else:
+                head[degree[i]] = after[i]
+            if after[i] >= 0:
+                before[after[i]] = before[i]
+            degree[i] = new
+            before[i] = -1
+            after[i] = head[new]
+            if head[new] >= 0:
+                before[head[new]] = i
+            head[new] = i
+            lowest = min(lowest, new)
+
+
+@kernel
+def factorise(
+    data: Floats,
+    source: Places,
+    target: Places,
+    entry_start: Ints,
+    pivots: Ints,
+    rows: Ints,
+    panel: Ints,
+    child_start: Ints,
+    children: Ints,
+    update: Ints,
+    index_start: Ints,
+    local: Places,
+    L: Values,
+    U: Values,
+    blas: Ints,
+    letters: Bytes,
+    numbers: Shorts,
+    reals: Values,
+) -> int:
+    """Multifrontal Cholesky of fronts in postorder (Duff and Reid 1983); 0, or 1 + the front that is not definite.
+
+    Front s has pivots[s] columns of rows[s] rows at L[panel[s]:], column by column; its update matrix, the lower
+    triangle of the rest, lies at U[update[s]:]. Places are unsigned: signed ones would be tested for being negative.
+    """
+    potrf, trsm, syrk = blas[POTRF], blas[TRSM], blas[SYRK]
+    size = L.itemsize
+    lower = letters.ctypes.data
+    right, transposed, plain = lower + 1, lower + 2, lower + 3
+    K = numbers.ctypes.data
+    M, LD, INFO = K + 4, K + 8, K + 12
+    one = reals.ctypes.data
+    minus, zero = one + size, one + 2 * size
+    for s in range(len(pivots)):
+        k, n = pivots[s], rows[s]
+        m = n - k
+        L[panel[s] : panel[s] + n * k] = 0
+        for t in range(np.uint64(entry_start[s]), np.uint64(entry_start[s + 1])):
+            L[target[t]] += data[source[t]]
+        for q in range(child_start[s], child_start[s + 1]):
+            c = children[q]
+            _add(U, update[c], rows[c] - pivots[c], 0, k, local, index_start[c], L, panel[s], n)
+        numbers[0], numbers[1], numbers[2], numbers[3] = k, m, n, 0
+        at = L.ctypes.data + size * panel[s]
+        call(potrf, (lower, K, at, LD, INFO))
+        if numbers[3] != 0:
+            return s + 1
+        for j in range(k):  # numbers that are not finite pass through the factorisation without a word
+            if not L[panel[s] + j * n + j] < np.inf:
+                return s + 1
+        if m > 0:
+            call(trsm, (right, lower, transposed, plain, M, K, one, at, LD, at + size * k, LD))
+            to = U.ctypes.data + size * update[s]
+            call(syrk, (lower, plain, M, K, minus, at + size * k, LD, zero, to, M))
+            for q in range(child_start[s], child_start[s + 1]):
+                c = children[q]
+                _add(U, update[c], rows[c] - pivots[c], k, n, local, index_start[c], U, update[s], m)
+    return 0
+
+
+@kernel
+def _add(
+    U: Values,
+    source: int,
+    m: int,
+    lowest: int,
+    highest: int,
+    local: Places,
+    start: int,
+    target: Values,
+    base: int,
+    height: int,
+) -> None:
+    """Add the columns of an update matrix that are columns lowest ... highest - 1 of the parent's front.
+
+    `local` are rows in the parent's front; the target holds its rows from `lowest` on if lowest > 0, else all.
+    """
+    first = 0
+    while first < m and local[start + first] < lowest:
+        first += 1
+    for j in range(first, m):
+        column = np.int64(local[np.uint64(start + j)])
+        if column >= highest:
+            break
+        to = np.uint64(base + (column - lowest) * height - lowest)
+        at = np.uint64(source + j * m)
+        for i in range(np.uint64(j), np.uint64(m)):
+            target[to + local[np.uint64(start) + i]] += U[at + i]
+
+
+@kernel
+def substitute(
+    pivots: Ints,
+    rows: Ints,
+    panel: Ints,
+    first: Ints,
+    index_start: Ints,
+    index: Places,
+    L: Values,
+    x: Values,
+    work: Values,
+    blas: Ints,
+    letters: Bytes,
+    numbers: Shorts,
+    reals: Values,
+) -> None:
+    """x <- (L L^T)^-1 x in place, in the order of elimination."""
+    trsv, gemv = blas[TRSV], blas[GEMV]
+    size = L.itemsize
+    lower = letters.ctypes.data
+    transposed, plain = lower + 2, lower + 3
+    K = numbers.ctypes.data
+    M, LD, ONE = K + 4, K + 8, K + 12
+    one = reals.ctypes.data
+    minus, zero = one + size, one + 2 * size
+    numbers[3] = 1
+    w = work.ctypes.data
+    for s in range(len(pivots)):
+        k, n = pivots[s], rows[s]
+        numbers[0], numbers[1], numbers[2] = k, n - k, n
+        at, to = L.ctypes.data + size * panel[s], x.ctypes.data + size * first[s]
+        call(trsv, (lower, plain, plain, K, at, LD, to, ONE))
+        if n > k:
+            call(gemv, (plain, M, K, one, at + size * k, LD, to, ONE, zero, w, ONE))
+            p = np.uint64(index_start[s])
+            for i in range(np.uint64(n - k)):
+                x[index[p + i]] -= work[i]
+    for s in range(len(pivots) - 1, -1, -1):
+        k, n = pivots[s], rows[s]
+        numbers[0], numbers[1], numbers[2] = k, n - k, n
+        at, to = L.ctypes.data + size * panel[s], x.ctypes.data + size * first[s]
+        if n > k:
+            p = np.uint64(index_start[s])
+            for i in range(np.uint64(n - k)):
+                work[i] = x[index[p + i]]
+            call(gemv, (transposed, M, K, minus, at + size * k, LD, w, ONE, one, to, ONE))
+        call(trsv, (lower, transposed, plain, K, at, LD, to, ONE))
