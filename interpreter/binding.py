@@ -311,8 +311,12 @@ class Binder:
 
     def _file(self, field: Field, node: tree.Expression, place: Place) -> str:
         name = self._text(field, node, place)
+        if name.startswith("data:"):
+            return self._data_set(name, node, place)
         path = self.module.folder / name
         if "\0" not in name and os.path.isfile(path):
+            return str(path)
+        if "\0" not in name and os.path.isdir(path) and "folder" in field.doc:
             return str(path)
         folder = path.parent
         close = nearest(path.name, os.listdir(folder)) if os.path.isdir(folder) else None
@@ -322,6 +326,17 @@ class Binder:
         if close:
             hint = f"did you mean `{Path(name).with_name(close).as_posix()}`?"
         raise place.fail("E401", node.span, f"there is no file `{name}`", "not found", hint)
+
+    def _data_set(self, name: str, node: tree.Expression, place: Place) -> str:
+        """The name of a public data set, which is fetched when the scene runs."""
+        from softmark.references.data import TABLE
+
+        known = [f"data:{own}" for own in TABLE]
+        if name in known:
+            return name
+        close = nearest(name, known)
+        hint = f"did you mean `{close}`?" if close else "`dsl list data` names them"
+        raise place.fail("E401", node.span, f"there is no data set `{name}`", "not found", hint)
 
     def _direction(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         match node:
@@ -380,8 +395,19 @@ class Binder:
             raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text", hint)
         if not isinstance(node, tree.Name):
             raise self._wrong(field, node, place)
-        self.compiler.named(node, field.kind, self.module, place)
+        also = ("model",) if field.name == "against" else ()  # one model may be held against another
+        self.compiler.named(node, field.kind, self.module, place, also)
         return self.module.prefix + node.text
+
+    def _names(self, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
+        if not isinstance(node, tree.List) or node.unit is not None:
+            raise self._wrong(field, node, place)
+        return tuple(self._name(field, item, place) for item in node.items)
+
+    def _list(self, field: Field, node: tree.Expression, place: Place) -> VectorValue:
+        if not isinstance(node, tree.List):
+            raise self._wrong(field, node, place)
+        return self.compiler.scope.evaluator(self.module, place).values(node)
 
     def _value_object(self, field: Field, node: tree.Expression, place: Place) -> Any:
         if field.kind == "element":

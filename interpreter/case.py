@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -12,7 +12,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import units
 from softmark.interpreter.conditions import Condition, Point
 from softmark.interpreter.scene import Declared, Location, Scene
-from softmark.interpreter.vocabulary.analyses import Static
+from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.loads import Gravity
 
 
@@ -36,7 +36,8 @@ class Case:
     body: Declared
     supports: tuple[Declared, ...]
     loads: tuple[Declared, ...]
-    analysis: Static
+    analysis: Static | Dynamic
+    other_material: Any = None  # that a model takes instead of the body's
 
     @property
     def shape(self) -> Any:
@@ -46,7 +47,7 @@ class Case:
     @property
     def material(self) -> Any:
         """What the body is made of."""
-        return self.body.thing.material
+        return self.other_material or self.body.thing.material
 
     @property
     def gravity(self) -> tuple[float, float, float]:
@@ -65,6 +66,13 @@ def case_of(scene: Scene, body: str) -> Case:
         loads=scene.acting("load", body),
         analysis=analyses[0].thing if analyses else Static(),
     )
+
+
+def case_for(scene: Scene, worker: Declared) -> Case:
+    """The case of a model or reference, with the material that it takes instead of the body's. Raises Fault."""
+    other = getattr(worker.thing, "material", None)
+    case = case_of(scene, body_of(scene, worker))
+    return case if other is None else replace(case, other_material=other)
 
 
 def body_of(scene: Scene, declared: Declared) -> str:

@@ -12,11 +12,12 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import lints, units
 from softmark.interpreter.cantilever import cantilever_of
-from softmark.interpreter.case import Case, Fault, body_of, case_of, reach
+from softmark.interpreter.case import Case, Fault, body_of, case_for, reach
 from softmark.interpreter.conditions import Point
 from softmark.interpreter.scene import Declared, Location, Scene
+from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import PointForce
-from softmark.interpreter.vocabulary.supports import Displaced
+from softmark.interpreter.vocabulary.supports import Displaced, Follows
 from softmark.solvers.mesh.shapes import contains
 
 
@@ -123,14 +124,14 @@ def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
     """Models or references with their cases, those without a clear body left out."""
     for declared in scene.of_kind(kind).values():
         try:
-            body = body_of(scene, declared)
+            yield declared, case_for(scene, declared)
         except Fault:
             continue
-        yield declared, case_of(scene, body)
 
 
 def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    loose = {case.body.name: case for _, case in _cases(scene, "model") if not case.supports}
+    cases = [case for _, case in _cases(scene, "model") if not isinstance(case.analysis, Dynamic)]
+    loose = {case.body.name: case for case in cases if not case.supports}
     for case in loose.values():
         body = case.body.name
         remedy = f"hold a part of it: `support wall = fixed({body}, where = x <= 0 mm)`"
@@ -148,7 +149,8 @@ def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _driven(case: Case) -> bool:
-    return any(isinstance(support.thing, Displaced) for support in case.supports)
+    moved = any(isinstance(support.thing, Displaced | Follows) for support in case.supports)
+    return moved or isinstance(case.analysis, Dynamic)  # which may start with a velocity
 
 
 def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -169,6 +171,8 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
+        if not hasattr(reference.thing, "solve"):  # measured: it says how the body was, whatever holds it
+            continue
         loose = not case.supports and _blamed(case.body, found)
         if loose or any(_blamed(d, found) for d in (*case.supports, *case.loads)):
             continue
@@ -206,6 +210,21 @@ def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
                 yield _diagnostic("E505", at, problem, "different bodies", remedy)
 
 
+def _published(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """A published column has one value for each model, of the dimension of its metric."""
+    for column in scene.of_kind("published").values():
+        thing, unit = column.thing, scene.declared[column.thing.metric].thing.unit
+        due = units.parse(unit).dimension
+        if len(thing.of) != len(thing.values.values):
+            yield _diagnostic("E506", column.at("values"),
+                              f"`{column.name}` names {len(thing.of)} models and {len(thing.values.values)} values",
+                              "not one for each", "give as many values as models, in the same order")  # fmt: skip
+        elif thing.values.dimension != due:
+            name, given = units.named(due), units.named(thing.values.dimension)
+            yield _diagnostic("E204", column.at("values"), f"expected {name}, found {given}", given,
+                              f"`{thing.metric}` is {name}; give the values in {units.usual(due)}")  # fmt: skip
+
+
 def _looks_at(scene: Scene, metric: str) -> str | None:
     """The body whose points a metric compares."""
     probe = getattr(scene.declared[metric].thing, "probe", None)
@@ -233,4 +252,4 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _selections, _places, _lints)
-WHOLE: tuple[Check, ...] = (_bodies, _held, _loaded, _models, _references, _metrics, _expectations, _use)
+WHOLE: tuple[Check, ...] = (_bodies, _held, _loaded, _models, _references, _metrics, _published, _expectations, _use)

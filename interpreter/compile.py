@@ -172,11 +172,13 @@ class Compiler:
         location, own = Location(module.source, node.span), Location(module.source, node.name_span)
         return Declared(node.kind, full, target.constructor, target.thing, location, name_at=own)
 
-    def named(self, name: tree.Name, kind: str, module: Module, place: Place) -> Declared:
-        """The declaration that a name stands for, which must be of a kind. Raises Bad."""
+    def named(
+        self, name: tree.Name, kind: str, module: Module, place: Place, also: tuple[str, ...] = ()
+    ) -> Declared:
+        """The declaration that a name stands for, which must be of a kind, or of those `also` taken. Raises Bad."""
         symbol = self.scope.resolve(name, module, place, kind)
         found = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "parameter"
-        if found != kind:
+        if found not in (kind, *also):
             others = self.scope.names(module, [kind])
             hint = f"declare one: `{kind} NAME = ...`"
             if others:

@@ -143,7 +143,11 @@ class Evaluator:
             raise self.place.fail("E219", span, "the number is too large", "numbers go up to 1.8e308")
         return value
 
-    def _vector(self, node: tree.Vector) -> VectorValue:
+    def values(self, node: tree.List) -> VectorValue:
+        """The numbers of a list, of one dimension; it may have one item."""
+        return self._vector(node)
+
+    def _vector(self, node: tree.Vector | tree.List) -> VectorValue:
         items = [self.quantity(item) for item in node.items]
         if node.unit is not None:
             measure = self.measure(node.unit)

@@ -85,6 +85,15 @@ def _settled(scene: Scene) -> Iterator[Diagnostic]:
                            "compare a metric of a model or reference, such as `rod.eta`")  # fmt: skip
 
 
+def _registered(scene: Scene) -> Iterator[Diagnostic]:
+    for reference in scene.of_kind("reference").values():
+        if getattr(reference.thing, "register", "none") == "icp":
+            yield _warning("W316", reference.at("register"),
+                           f"`{reference.name}` is moved onto each computed surface before it is compared",
+                           "hides errors",
+                           "errors that look like a motion disappear; `clamp` registers the held face")  # fmt: skip
+
+
 def idle(scene: Scene) -> Iterator[Diagnostic]:
     """Models that nothing asks about."""
     plan = plan_of(scene)
@@ -108,4 +117,6 @@ def unused(scene: Scene) -> Iterator[Diagnostic]:
             yield _warning("W309", at, f"nothing uses the {kind} `{name}`", "not used", remedy)
 
 
-LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (_densities, _stiffnesses, _gravities, _settled)
+LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (
+    _densities, _stiffnesses, _gravities, _registered, _settled,
+)  # fmt: skip

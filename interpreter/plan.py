@@ -63,17 +63,20 @@ def _askers(scene: Scene) -> dict[tuple[str, str], Location]:
     """The first question in the text about a `body`, or about a model or reference by its `name`."""
     found: dict[tuple[str, str], Location] = {}
     for question in (*scene.of_kind("probe").values(), *scene.of_kind("metric").values()):
-        found.setdefault(("body", _body(scene, question)), question.location)
+        for body in _bodies(scene, question):
+            found.setdefault(("body", body), question.location)
     for expectation in scene.expectations:
         for name in named_in(expectation.node):
             found.setdefault(("name", name), expectation.location)
     return found
 
 
-def _body(scene: Scene, question: Declared) -> str:
+def _bodies(scene: Scene, question: Declared) -> tuple[str, ...]:
+    """The body that a probe or metric looks at; all where a metric is about the computation itself."""
+    if question.kind == "metric" and not hasattr(question.thing, "probe"):
+        return tuple(scene.of_kind("body"))
     probe = question if question.kind == "probe" else scene.declared[question.thing.probe]
-    body: str = probe.thing.body
-    return body
+    return (probe.thing.body,)
 
 
 def named_in(node: tree.Expression) -> set[str]:
@@ -86,11 +89,10 @@ def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -
     wanted: dict[tuple[object, ...], list[str]] = {}
     for name in models:
         model = scene.declared[name].thing
-        if hasattr(model, "size"):
-            key = (body_of(scene, scene.declared[name]), model.element, model.size)
-            wanted.setdefault(key, []).append(name)
+        if hasattr(model, "mesh_key"):
+            wanted.setdefault((body_of(scene, scene.declared[name]), *model.mesh_key()), []).append(name)
     found = []
-    for (body, _, _), names in wanted.items():
+    for (body, *_), names in wanted.items():
         model = scene.declared[names[0]].thing
         detail = model.outline(case_of(scene, str(body))).rsplit(",", 1)[0] + " for " + ", ".join(names)
         found.append(Task("mesh", str(body), detail, asked[names[0]]))
@@ -100,7 +102,7 @@ def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -
 def _solve(scene: Scene, name: str, asked: Location) -> Task:
     declared = scene.declared[name]
     body = body_of(scene, declared)
-    needs = (f"mesh {body}",) if hasattr(declared.thing, "size") else ()
+    needs = (f"mesh {body}",) if hasattr(declared.thing, "mesh_key") else ()
     return Task("solve", name, declared.thing.outline(case_of(scene, body)), asked, needs)
 
 
@@ -110,8 +112,7 @@ def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...
         workers[body_of(scene, scene.declared[name])].append(name)
     for probe in scene.of_kind("probe").values():
         owners = workers[probe.thing.body]
-        count = len(probe.thing.stations)
-        points = f"{count} point" + ("s" if count > 1 else "")
+        points = _points(probe)
         found.append(
             Task(
                 "probe",
@@ -122,12 +123,20 @@ def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...
             )
         )
     for metric in scene.of_kind("metric").values():
-        against = getattr(metric.thing, "against", None)
-        compared = f" against {against}" if against else ""
-        detail = f"{metric.constructor.name}{compared} over {metric.thing.probe}"
-        needs = (metric.thing.probe, *((against,) if against else ()))
+        over, against = (getattr(metric.thing, field, None) for field in ("probe", "against"))
+        compared = (f" against {against}" if against else "") + (f" over {over}" if over else "")
+        detail = f"{metric.constructor.name}{compared}"
+        needs = tuple(str(name) for name in (over, against) if name)
         found.append(Task("metric", metric.name, detail, metric.location, needs))
     for expectation in scene.expectations:
         needs = tuple(sorted(named_in(expectation.node)))
         found.append(Task("expect", "", expectation.text, expectation.location, needs))
     return found
+
+
+def _points(probe: Declared) -> str:
+    """How many points, or what kind."""
+    if not hasattr(probe.thing, "stations"):
+        return f"a {probe.constructor.name}" if probe.constructor.name != "markers" else "tracked points"
+    count = len(probe.thing.stations)
+    return f"{count} point" + ("s" if count > 1 else "")

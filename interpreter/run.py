@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
-import math
 import os
-import platform
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -15,29 +12,28 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import units
 from softmark.interpreter.cantilever import cantilever_of
-from softmark.interpreter.case import Fault, body_of, case_of, fault
-from softmark.interpreter.expectations import truth
-from softmark.interpreter.expressions import Bad, Evaluator, Place, Quantity, Value
-from softmark.interpreter.metrics.undefined import Undefined
-from softmark.interpreter.models.prepared import Prepared, Solution, Workshop
-from softmark.interpreter.plan import Plan, named_in, plan_of
+from softmark.interpreter.case import Case, Fault, case_for, case_of, fault
+from softmark.interpreter.environment import describe, environment
+from softmark.interpreter.judging import judge
+from softmark.interpreter.looking import Place, drawn, held_face, place_of, surface_of
+from softmark.interpreter.measuring import View, metrics_of
+from softmark.interpreter.models.prepared import History, Prepared, Solution, Workshop
+from softmark.interpreter.plan import Plan, plan_of
 from softmark.interpreter.results import (
-    ExpectationResult,
-    MetricResult,
     ModelResult,
     ProbeResult,
     ReferenceResult,
     Report,
+    Shape,
     Timing,
     Warned,
 )
-from softmark.interpreter.scene import Declared, Expectation, Scene, SceneError
+from softmark.interpreter.scene import Declared, Scene, SceneError
 
 if TYPE_CHECKING:
-    from softmark.grammar import tree
     from softmark.solvers.statics import Iteration
 
 Say = Callable[[str, str], None]  # (what is being done, detail)
@@ -52,6 +48,7 @@ class Options:
     say: Say = lambda what, detail: None
     keep: Callable[[Report], None] = lambda report: None
     warn: Callable[[Sequence[Diagnostic]], None] = lambda found: None
+    draw: bool = True  # find the surfaces that a report shows
 
 
 @dataclass
@@ -63,20 +60,46 @@ class _Run:
     prepared: dict[str, tuple[Prepared, float, float]] = field(default_factory=dict)
     models: dict[str, ModelResult] = field(default_factory=dict)
     references: dict[str, ReferenceResult] = field(default_factory=dict)
+    views: dict[str, View] = field(default_factory=dict)
+    measured: dict[str, Any] = field(default_factory=dict)  # what references of measured data hold
+    places: dict[str, Place] = field(default_factory=dict)  # of probes
+    surfaces: dict[str, Place] = field(default_factory=dict)  # of bodies, for pictures
     warnings: list[Diagnostic] = field(default_factory=list)
     compiling: bool = False
+
+    def case(self, declared: Declared) -> Case:
+        """The case that a model or reference is about."""
+        return case_for(self.scene, declared)
+
+    def place(self, probe: Declared) -> Place:
+        """The points of a probe, found once. Raises Fault."""
+        if probe.name not in self.places:
+            case = case_of(self.scene, probe.thing.body)
+            self.places[probe.name] = place_of(probe, case, lambda name: self.measured[name].X)
+        return self.places[probe.name]
+
+    def probes(self, body: str) -> list[Declared]:
+        """The probes of a body, without those of tracked points that could not be read."""
+        own = [p for p in self.scene.of_kind("probe").values() if p.thing.body == body]
+        return [p for p in own if getattr(p.thing, "of", None) in (None, *self.measured)]
 
 
 def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
     """The report of a scene. Raises SceneError before anything is solved if something cannot be built."""
     work = _Run(scene, options, plan_of(scene, options.only), warnings=list(warnings))
+    _read_all(work)
     _prepare_all(work)
     for name in work.plan.references:
-        options.say("reference", name)
-        work.references[name] = _reference(work, scene.declared[name])
+        if not _waits(scene.declared[name]):
+            options.say("reference", name)
+            _reference(work, scene.declared[name])
     for name in work.plan.models:
-        work.models[name] = _model(work, name)
+        _model(work, name)
         options.keep(_report(work, partial=True))
+    for name in work.plan.references:
+        if _waits(scene.declared[name]):
+            options.say("scan", name)
+            _virtual(work, scene.declared[name])
     return _report(work, partial=False)
 
 
@@ -85,10 +108,10 @@ def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
 
 def _prepare_all(work: _Run) -> None:
     """Build every model; report everything that cannot be built at once."""
-    faults, workshop = [], Workshop()
+    faults, workshop = [], Workshop(scene=work.scene)
     for name in work.plan.models:
         declared = work.scene.declared[name]
-        case = case_of(work.scene, body_of(work.scene, declared))
+        case = work.case(declared)
         work.options.say("prepare", name)
         declared.thing.load()
         workshop.borrowed = (0.0, 0.0)
@@ -118,8 +141,10 @@ def _probes_inside(work: _Run, body: str, prepared: Prepared) -> None:
     outside = getattr(prepared, "outside", None)
     if outside is None:
         return
-    for probe in _probes(work, body):
-        if (distance := outside(np.array(probe.thing.stations))) > 0:
+    for probe in work.probes(body):
+        if not hasattr(probe.thing, "stations"):
+            continue
+        if (distance := outside(work.place(probe).X)) > 0:
             field = "at" if "at" in probe.fields else "to"
             raise fault(
                 "E504",
@@ -130,39 +155,52 @@ def _probes_inside(work: _Run, body: str, prepared: Prepared) -> None:
             )
 
 
-def _model(work: _Run, name: str) -> ModelResult:
+def _model(work: _Run, name: str) -> None:
+    """Solve a model and keep what came of it."""
     declared = work.scene.declared[name]
-    case = case_of(work.scene, body_of(work.scene, declared))
+    case = work.case(declared)
     prepared, setup, setup_cpu = work.prepared[name]
-    outline = declared.thing.outline(case)
     solution, wall, cpu = _timed(work, name, prepared)
+    history = solution.history
     clock = {
         "setup_s": Timing((setup,)),
         "solve_s": Timing(tuple(wall)) if wall else None,
-        "step_s": None,
+        "step_s": Timing(history.step_s) if history and history.step_s else None,
         "setup_cpu_s": Timing((setup_cpu,)),
         "solve_cpu_s": Timing(tuple(cpu)) if cpu else None,
     }
     probes = {}
     if solution.displacement is not None:
-        probes = _look(work, case.body.name, solution.displacement)
+        probes = _look(work, case.body.name, solution.displacement, history)
         if not all(np.all(np.isfinite(p.displacement)) for p in probes.values()):
             solution, probes = (
                 Solution("failed", "the displacements are not finite numbers", solution.facts),
                 {},
             )
     _warn(work, solution.notes)
-    metrics = _metrics(work, name, case.body.name, probes, solution.message)
-    return ModelResult(
+    message = solution.message if solution.displacement is None else None
+    work.views[name] = View(
+        name,
+        case.body.name,
+        case,
+        message or (None if solution.displacement else "it was not computed"),
+        solution.displacement,
+        probes,
+        _weights(work, case.body.name),
+        clock=clock,
+        history=history,
+        solve=solution.facts,
+    )
+    work.models[name] = ModelResult(
         name,
         solution.status,
         solution.message,
-        outline,
+        declared.thing.outline(case),
         prepared.size,
         solution.facts,
         clock,
         probes,
-        metrics,
+        mesh=solution.mesh,
     )
 
 
@@ -209,19 +247,141 @@ def _warm(work: _Run, name: str, prepared: Prepared) -> None:
 # ------------------------------------------------------------------ references
 
 
-def _reference(work: _Run, declared: Declared) -> ReferenceResult:
-    cls, body = type(declared.thing), body_of(work.scene, declared)
+def _read_all(work: _Run) -> None:
+    """Read measured data first: probes and supports may lie where something was measured."""
+    for name in work.plan.references:
+        thing = work.scene.declared[name].thing
+        if hasattr(thing, "load") and not _waits(work.scene.declared[name]):
+            work.options.say("reference", f"reading {name}")
+            try:
+                work.measured[name] = _loaded(work, work.scene.declared[name])
+            except Exception as failure:  # whatever is wrong with a file, the models can still be computed
+                if os.environ.get("SOFTMARK_DEBUG"):
+                    raise
+                _failed(work, work.scene.declared[name], str(failure))
+
+
+def _waits(reference: Declared) -> bool:
+    """Whether a reference is made from what a model computes."""
+    return getattr(reference.thing, "of", None) is not None
+
+
+def _loaded(work: _Run, declared: Declared) -> Any:
+    """A measurement, moved onto the held face of the body where the scene asks for that."""
+    thing, register = declared.thing, getattr(declared.thing, "register", "none")
+    if register == "clamp":
+        return thing.load(held=held_face(work.case(declared)))
+    return replace(thing, register="none").load() if register == "icp" else thing.load()
+
+
+def _failed(work: _Run, declared: Declared, message: str) -> None:
+    cls, case = type(declared.thing), work.case(declared)
+    work.views[declared.name] = View(declared.name, case.body.name, case, message)
+    work.references[declared.name] = ReferenceResult(declared.name, "failed", message, cls.kind, cls.source)
+
+
+def _reference(work: _Run, declared: Declared) -> None:
+    """Solve a reference, or look at what was measured."""
+    if declared.name in work.references:  # it could not be read
+        return
     try:
-        line = declared.thing.solve(cantilever_of(declared, case_of(work.scene, body)))
+        if declared.name in work.measured:
+            _keep_measured(work, declared, work.measured[declared.name])
+            return
+        line = declared.thing.solve(cantilever_of(declared, work.case(declared)))
         error = float(line.estimated_error)
-        probes = _look(work, body, lambda X: _above(line.displacement(X), error))
+        _keep_reference(work, declared, lambda X: _above(line.displacement(X), error), error)
     except Fault as refused:
         raise SceneError([refused.diagnostic]) from refused
     except Exception as failure:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
-        return ReferenceResult(declared.name, "failed", str(failure), cls.kind, cls.source)
-    return ReferenceResult(declared.name, "converged", None, cls.kind, cls.source, error, probes)
+        _failed(work, declared, str(failure))
+
+
+def _keep_reference(
+    work: _Run, declared: Declared, displacement: Callable[[Any], Any], error: float, **facts: Any
+) -> None:
+    """A reference that has a field of displacements."""
+    cls, case = type(declared.thing), work.case(declared)
+    probes = _look(work, case.body.name, displacement)
+    weights = _weights(work, case.body.name)
+    work.views[declared.name] = View(
+        declared.name, case.body.name, case, None, displacement, probes, weights, uncertainty=error
+    )
+    work.references[declared.name] = ReferenceResult(
+        declared.name, "converged", None, cls.kind, cls.source, error, probes, facts=facts
+    )
+
+
+def _keep_measured(work: _Run, declared: Declared, data: Any) -> None:
+    """A measured surface, or the displacements of tracked points."""
+    cls, case = type(declared.thing), work.case(declared)
+    surface = data if hasattr(data, "triangles") else None
+    if getattr(declared.thing, "register", "none") == "icp":
+
+        def surface(points: np.ndarray, triangles: np.ndarray) -> Any:
+            return declared.thing.load(target=(points, triangles))
+
+    resolution = getattr(data, "resolution", data.uncertainty)  # with what registering it has left
+    probes = {}
+    if surface is None:
+        for probe in work.probes(case.body.name):
+            if getattr(probe.thing, "of", None) == declared.name:
+                X = work.place(probe).X
+                probes[probe.name] = ProbeResult(X, _tracked(data, X))
+    work.views[declared.name] = View(
+        declared.name, case.body.name, case, None, None, probes, surface=surface, uncertainty=resolution
+    )
+    work.references[declared.name] = ReferenceResult(
+        declared.name,
+        "converged",
+        None,
+        cls.kind,
+        getattr(data, "source", "") or cls.source,
+        resolution,
+        probes,
+        shape=Shape(data.points, data.triangles) if hasattr(data, "triangles") else None,
+        facts=_facts(data),
+    )
+
+
+def _tracked(data: Any, X: np.ndarray) -> np.ndarray:
+    """Displacements (n, 3) of tracked points, which are found by where they were."""
+    which = np.array([int(np.argmin(((data.X - x) ** 2).sum(axis=1))) for x in X], dtype=int)
+    u: np.ndarray = data.u[which]
+    return u
+
+
+def _facts(data: Any) -> dict[str, Any]:
+    """What a report says of a measurement."""
+    found: dict[str, Any] = {"uncertainty": data.uncertainty, "notes": list(data.notes)}
+    residual = getattr(data, "residual", None)
+    if residual is not None:
+        found["registration"] = {
+            "mean": residual.mean,
+            "rms": residual.rms,
+            "max": residual.max,
+            "points": residual.points,
+        }
+    return found
+
+
+def _virtual(work: _Run, declared: Declared) -> None:
+    """A scan of a shape that a model computed: what an imaging chain makes of known truth."""
+    thing, model = declared.thing, work.views.get(declared.thing.of)
+    if model is None or model.displacement is None:
+        _failed(work, declared, f"the model `{thing.of}` has no shape to scan")
+        return
+    place = drawn(model.case)
+    try:
+        data = thing.load(place.X + model.displacement(place.X), place.triangles)
+    except Exception as failure:
+        if os.environ.get("SOFTMARK_DEBUG"):
+            raise
+        _failed(work, declared, str(failure))
+        return
+    _keep_measured(work, declared, data)
 
 
 def _above(u: np.ndarray, error: float) -> np.ndarray:
@@ -232,117 +392,69 @@ def _above(u: np.ndarray, error: float) -> np.ndarray:
 # ------------------------------------------------------------------ looking and judging
 
 
-def _probes(work: _Run, body: str) -> list[Declared]:
-    return [p for p in work.scene.of_kind("probe").values() if p.thing.body == body]
-
-
-def _look(work: _Run, body: str, displacement: Callable[[Any], Any]) -> dict[str, ProbeResult]:
+def _look(
+    work: _Run, body: str, displacement: Callable[[Any], Any], history: History | None = None
+) -> dict[str, ProbeResult]:
     found = {}
-    for probe in _probes(work, body):
-        X = np.array(probe.thing.stations)
-        found[probe.name] = ProbeResult(X, np.asarray(displacement(X)))
+    for probe in work.probes(body):
+        place = work.place(probe)
+        times = course = None
+        if history is not None and place.triangles is None:
+            times, course = history.times, np.asarray(history.displacement(place.X))
+        u = np.asarray(displacement(place.X))
+        found[probe.name] = ProbeResult(place.X, u, times, course, place.triangles)
     return found
 
 
-def _metrics(
-    work: _Run, owner: str, body: str, probes: dict[str, ProbeResult], message: str | None
-) -> dict[str, MetricResult]:
-    found = {}
-    for metric in work.scene.of_kind("metric").values():
-        if (
-            work.scene.declared[metric.thing.probe].thing.body == body
-            and getattr(metric.thing, "against", None) != owner
-        ):
-            found[metric.name] = _metric(work, metric, probes, message)
-    return found
-
-
-def _metric(
-    work: _Run, metric: Declared, probes: dict[str, ProbeResult], message: str | None
-) -> MetricResult:
-    thing = metric.thing
-    if thing.probe not in probes:
-        return MetricResult(None, thing.unit, message or "it was not computed")
-    against = getattr(thing, "against", None)
-    known = None
-    if against is not None:
-        reference = work.references.get(against)
-        if reference is None or thing.probe not in reference.probes:
-            return MetricResult(None, thing.unit, f"the reference `{against}` has no solution")
-        known = reference.probes[thing.probe].displacement
-    own = probes[thing.probe]
-    try:
-        value = float(thing.value(own.points, own.displacement, known))
-    except Undefined as undefined:
-        return MetricResult(None, thing.unit, str(undefined))
-    if not math.isfinite(value):
-        return MetricResult(None, thing.unit, "the value is not a finite number")
-    return MetricResult(value, thing.unit)
-
-
-def _judge(work: _Run, expectation: Expectation) -> ExpectationResult:
-    text, line = expectation.text, expectation.location.span.line
-    missing = sorted(
-        named_in(expectation.node) - set(work.models) - set(work.references) - set(work.scene.parameters)
-    )
-    if missing:
-        return ExpectationResult(
-            text, line, None, None, reason=f"{', '.join(missing)} was not run", left_out=True
-        )
-    place = Place(expectation.location.source, [])
-    evaluator = Evaluator(place, lambda name: _known(work, name))
-    try:
-        passed = truth(expectation.node, evaluator)
-        first = _first_value(expectation.node, evaluator)
-    except _NoValue as nothing:
-        return ExpectationResult(text, line, None, None, reason=str(nothing))
-    except Bad as bad:
-        return ExpectationResult(text, line, None, None, reason=str(bad))
-    return ExpectationResult(
-        text, line, passed, first.value if first else None, units.si(first.dimension) if first else ""
-    )
-
-
-class _NoValue(Exception):
-    """A metric that an expectation names has no value."""
-
-
-def _known(work: _Run, name: tree.Name) -> Value:
-    """The value of a metric or of a parameter, after the run."""
-    if name.text in work.scene.parameters:
-        return work.scene.parameters[name.text].value
-    owner, metric = name.parts
-    result: ModelResult | ReferenceResult = (
-        work.models[owner] if owner in work.models else work.references[owner]
-    )
-    known = result.metrics.get(metric)
-    if known is None or known.value is None:
-        raise _NoValue(f"{name.text} has no value" + (f": {known.reason}" if known and known.reason else ""))
-    return Quantity(known.value, units.parse(known.unit).dimension)
-
-
-def _first_value(node: Any, evaluator: Evaluator) -> Quantity | None:
-    """What an expectation is about: the first operand of its comparison."""
-    from softmark.grammar import tree
-
-    comparison = next((n for n, _ in tree.walk(node) if isinstance(n, tree.Compare)), None)
-    return evaluator.quantity(comparison.operands[0]) if comparison else None
+def _weights(work: _Run, body: str) -> dict[str, np.ndarray]:
+    places = {p.name: work.place(p) for p in work.probes(body)}
+    return {name: place.weights for name, place in places.items() if place.weights is not None}
 
 
 # ------------------------------------------------------------------ the report
 
 
+def _measure(work: _Run, partial: bool) -> None:
+    """Metrics and shapes of what is there."""
+    results: list[dict[str, Any]] = [work.models, work.references]
+    for kept in results:
+        for name, result in kept.items():
+            metrics, errors = metrics_of(work.scene, work.views[name], work.views)
+            shape = _shape(work, name, errors) if work.options.draw and not partial else None
+            kept[name] = replace(result, metrics=metrics, shape=shape or result.shape)
+
+
+def _shape(work: _Run, name: str, errors: dict[str, np.ndarray]) -> Shape | None:
+    """The surface of a body as a model or a theory has it, coloured by its error where there is one."""
+    view = work.views[name]
+    if view.displacement is None:
+        return None
+    probe = next((p for p in work.probes(view.body) if work.place(p).triangles is not None), None)
+    if view.body not in work.surfaces:
+        work.surfaces[view.body] = work.place(probe) if probe else drawn(view.case)
+    place = work.surfaces[view.body]
+    asked = {m.name: m.thing for m in work.scene.of_kind("metric").values()}
+    for metric, error in errors.items():
+        if probe is not None and asked[metric].probe == probe.name:
+            return surface_of(view, place, error, getattr(asked[metric], "against", None))
+    known = next((v for v in work.views.values() if v.name in work.references and v.displacement), None)
+    if known is None or known.name == name or known.body != view.body or known.displacement is None:
+        return surface_of(view, place, None, None)
+    error = np.linalg.norm(view.displacement(place.X) - known.displacement(place.X), axis=1)
+    return surface_of(view, place, error, known.name)
+
+
 def _report(work: _Run, partial: bool) -> Report:
-    if not partial:
-        for name, reference in work.references.items():
-            body = body_of(work.scene, work.scene.declared[name])
-            metrics = _metrics(work, name, body, dict(reference.probes), reference.message)
-            work.references[name] = replace(reference, metrics=metrics)
+    _measure(work, partial)
     warnings = tuple(
         Warned(d.code, d.message, d.span.line if d.span and d.source is work.scene.source else None, d.help)
         for d in dict.fromkeys(work.warnings)
     )
-    expectations = () if partial else tuple(_judge(work, e) for e in work.scene.expectations)
+    expectations = (
+        ()
+        if partial
+        else tuple(judge(work.scene, {**work.models, **work.references}, e) for e in work.scene.expectations)
+    )
     return Report(
         describe(work.scene),
         environment(work.started),
@@ -352,50 +464,3 @@ def _report(work: _Run, partial: bool) -> Report:
         warnings,
         partial,
     )
-
-
-def describe(scene: Scene) -> dict[str, Any]:
-    """Title, file, digest, text and parameters of a scene."""
-    source: Source = scene.source
-    parameters = {}
-    for name, p in scene.parameters.items():
-        value = p.value.value if isinstance(p.value, Quantity) else list(p.value.values)
-        parameters[name] = {"value": value, "unit": units.si(p.value.dimension), "text": p.text}
-    return {
-        "title": scene.title,
-        "file": scene.path or source.name,
-        "sha256": hashlib.sha256(source.text.encode()).hexdigest(),
-        "parameters": parameters,
-        "text": source.text,
-        "overridden": sorted(n for n, p in scene.parameters.items() if p.overridden),
-        "overrides": list(scene.overrides),
-    }
-
-
-def environment(started: datetime) -> dict[str, Any]:
-    """What a number may depend on besides the scene."""
-    from importlib.metadata import version
-
-    import softmark
-
-    return {
-        "softmark": softmark.__version__,
-        "python": platform.python_version(),
-        "numpy": version("numpy"),
-        "scipy": version("scipy"),
-        "numba": version("numba"),
-        "platform": platform.platform(),
-        "cpu": _cpu(),
-        "threads": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
-        "started": started.isoformat(timespec="seconds"),
-    }
-
-
-def _cpu() -> str:
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
-            return next(
-                (line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "unknown"
-            )
-    except OSError:
-        return platform.processor() or "unknown"

@@ -19,7 +19,7 @@ from softmark.interpreter.units import Dimension
 
 Form = Literal[
     "quantity", "vector", "integer", "flag", "choice", "text", "file", "direction", "condition", "components",
-    "name", "value"
+    "name", "names", "list", "value"
 ]
 
 
@@ -76,6 +76,8 @@ class Field:
         if self.form == "choice":
             *others, last = self.options
             return f"{', '.join(others)} or {last}" if others else last
+        if self.form == "names":
+            return f"a list of {plural(self.kind)} such as `[a, b]`"
         return _EXPECTED.get(self.form) or f"{article(self.kind)} {self.kind}"
 
     @property
@@ -93,6 +95,7 @@ _EXPECTED = {
     "direction": "a direction such as `-z` or `(0, 0, -1)`",
     "condition": "a condition on the coordinates, such as `x <= 0 mm`",
     "components": "components such as `x` or `(x, y)`",
+    "list": "a list of values such as `[10, 5, 2.5] mm`",
 }
 
 
@@ -106,7 +109,9 @@ def plural(kind: str) -> str:
     return _PLURALS.get(kind, f"{kind}s")
 
 
-_PLURALS = {"body": "bodies", "analysis": "analyses"}
+_PLURALS = {
+    "body": "bodies", "analysis": "analyses", "published": "published values", "stiffness": "stiffnesses",
+}  # fmt: skip
 
 
 def listed(names: Sequence[str], most: int = 12) -> str:
@@ -139,7 +144,16 @@ def tables() -> dict[str, Mapping[str, type[Any]]]:
     """Kind of declaration -> constructors: every kind that a scene can declare."""
     from softmark.interpreter.metrics import METRICS
     from softmark.interpreter.models import MODELS
-    from softmark.interpreter.vocabulary import ANALYSES, BODIES, LOADS, PROBES, SUPPORTS
+    from softmark.interpreter.models.mass_spring import STIFFNESSES
+    from softmark.interpreter.vocabulary import (
+        ANALYSES,
+        BODIES,
+        COURSES,
+        LOADS,
+        PROBES,
+        PUBLISHED,
+        SUPPORTS,
+    )
     from softmark.references import REFERENCES
     from softmark.solvers.materials import MATERIALS
     from softmark.solvers.mesh.shapes import SHAPES
@@ -155,6 +169,9 @@ def tables() -> dict[str, Mapping[str, type[Any]]]:
         "reference": REFERENCES,
         "probe": PROBES,
         "metric": METRICS,
+        "published": PUBLISHED,
+        "course": COURSES,
+        "stiffness": STIFFNESSES,
     }
 
 
@@ -206,12 +223,17 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "text"}
     if base is int:
         return {"form": "integer", "interval": _interval(spec)}
-    if spec in ("shape", "material", "element"):
+    if spec in ("shape", "material", "element", "course", "stiffness"):
         return {"form": "value", "kind": spec}
-    if spec in ("body", "reference", "probe", "analysis"):
+    if spec in ("body", "reference", "probe", "analysis", "metric", "model"):
         return {"form": "name", "kind": spec}
+    if spec == "models":
+        return {"form": "names", "kind": "model"}
+    if spec == "values":
+        return {"form": "list"}
     unit = spec.split(" in ")[0]
-    form = "vector" if get_origin(base) is tuple else "quantity"
+    vector = tuple in (get_origin(base), *(get_origin(part) for part in get_args(base)))
+    form = "vector" if vector else "quantity"
     return {"form": form, "dimension": units.parse(unit).dimension, "interval": _interval(spec)}
 
 
@@ -299,6 +321,7 @@ WORDS = {
     "saint_venant_kirchhoff": "st_venant_kirchhoff",
     "hooke": "linear_elastic", "elastic": "linear_elastic", "linear": "linear_elastic",
     "isotropic": "linear_elastic",
+    "springs": "mass_spring", "spring": "mass_spring", "msm": "mass_spring", "spring_network": "mass_spring",
     "beam": "beam6dof", "rod": "beam6dof", "cosserat": "beam6dof", "tetrahedron": "tet4", "tetra": "tet4",
     "tet": "tet4", "C3D4": "tet4", "P1": "tet4", "T4": "tet4", "cube": "box", "brick": "box", "block": "box",
     "rod_shape": "cylinder", "tube": "cylinder", "clamp": "fixed", "fix": "fixed", "dirichlet": "displaced",
@@ -306,6 +329,7 @@ WORDS = {
     "force": "point_force",
     "prescribed": "displaced", "displacement_bc": "displaced", "l2": "energy_norm", "l2_norm": "energy_norm",
     "timoshenko": "simo_reissner", "reissner": "simo_reissner", "euler_bernoulli": "small_deflection",
+    "real_time": "realtime", "hausdorff_distance": "hausdorff", "rmse": "mean_error", "mae": "mean_error",
     "object": "body", "solid": "body", "boundary": "support", "constraint": "support", "bc": "support",
     "force_": "load", "solver": "analysis", "simulation": "analysis", "method": "model", "measure": "metric",
     "error": "metric", "geometry": "shape", "let": "param", "parameter": "param", "const": "param",

@@ -7,21 +7,37 @@
     simo_reissner      large deflections with shear and stretch
     small_deflection   the closed form for small ones
 
+and what was measured:
+
+    data               public data sets, by name and checksum
+    measured           surfaces and tracked points in metres, with their uncertainty
+    surface, ct_volume, markers, virtual_scan   how they are read or made
+    surfaces, registration, smoothing, volumes  geometry that they share
+
 To add one, write a file with a frozen dataclass: fields as in `Elastica` (the scene language reads them),
-class attributes `kind`, `source` and `error_meaning`, and `solve(cantilever) -> CentreLine`; then add its
-line to `REFERENCES`. Its docstring is what `dsl list` (first line) and `dsl explain` (the rest) show.
+class attributes `kind`, `source` and `error_meaning`, and either `solve(cantilever) -> CentreLine` or `load()`, which
+gives a `MeasuredSurface` or `MeasuredPoints`; then add its line to `REFERENCES`.
+Its docstring is what `dsl list` (first line) and `dsl explain` (the rest) show.
 
 Importing this package imports neither numpy nor scipy: naming a reference costs nothing until it is solved.
 """
 
 from __future__ import annotations
 
+from softmark.references.ct_volume import CtVolume
 from softmark.references.elastica import Elastica
+from softmark.references.markers import Markers
 from softmark.references.simo_reissner import SimoReissner
 from softmark.references.small_deflection import SmallDeflection
+from softmark.references.surface import SurfaceScan
+from softmark.references.virtual_scan import VirtualScan
 
 REFERENCES: dict[str, type] = {
     "elastica": Elastica,
     "small_deflection": SmallDeflection,
     "simo_reissner": SimoReissner,
+    "surface": SurfaceScan,
+    "markers": Markers,
+    "ct_volume": CtVolume,
+    "virtual_scan": VirtualScan,
 }

@@ -33,6 +33,9 @@ class Elastica:
     """
 
     body: Annotated[Any, "body", "the straight beam, clamped at one end, that gravity bends"]
+    young: Annotated[
+        float | None, "Pa in (0, inf)", "another modulus than the body's, where one is to be identified"
+    ] = None
 
     kind: ClassVar[str] = "ordinary differential equation"
     source: ClassVar[str] = "Marchal, Allard, Duriez and Cotin 2008, ISBMS, LNCS 5104:176, equation (3)"

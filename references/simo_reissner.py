@@ -38,6 +38,9 @@ class SimoReissner:
     """
 
     body: Annotated[Any, "body", "the straight beam, clamped at one end, that gravity bends"]
+    young: Annotated[
+        float | None, "Pa in (0, inf)", "another modulus than the body's, where one is to be identified"
+    ] = None
 
     kind: ClassVar[str] = "ordinary differential equation"
     source: ClassVar[str] = "Reissner 1972, ZAMP 23:795; Simo 1985, Comput. Methods Appl. Mech. Eng. 49:55"

@@ -170,6 +170,8 @@ def _dimension(f: Field) -> str:
 
 
 def _default(f: Field) -> str:
+    if f.default is None:
+        return "the only one" if f.form == "name" else "none"
     if f.form == "flag":
         return "yes" if f.default else "no"
     if f.form == "quantity" and f.dimension is not None:
@@ -182,7 +184,7 @@ def _default(f: Field) -> str:
         return next(named, str(f.default))
     if f.form == "vector":
         return "(" + ", ".join(f"{v:g}" for v in f.default) + f") {units.si(f.dimension or units.NONE)}"
-    return "the only one" if f.default is None else str(f.default)
+    return str(f.default)
 
 
 _QUANTITIES = {

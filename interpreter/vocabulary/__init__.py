@@ -1,4 +1,4 @@
-"""What a scene says about the experiment itself: bodies, supports, loads, analyses and probes.
+"""What a scene says about the experiment itself: bodies, supports, loads, analyses, probes, and what others found.
 
 To add one: a class in the file of its kind, a line in that kind's table here.
 """
@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from softmark.interpreter.vocabulary.analyses import Static
+from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.bodies import Solid
+from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
-from softmark.interpreter.vocabulary.probes import Line, Point
-from softmark.interpreter.vocabulary.supports import Displaced, Fixed
+from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
+from softmark.interpreter.vocabulary.published import Column
+from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows
 
 BODIES: dict[str, type[Any]] = {
     "solid": Solid,
@@ -20,6 +22,7 @@ BODIES: dict[str, type[Any]] = {
 SUPPORTS: dict[str, type[Any]] = {
     "fixed": Fixed,
     "displaced": Displaced,
+    "follows": Follows,
 }
 
 LOADS: dict[str, type[Any]] = {
@@ -31,9 +34,25 @@ LOADS: dict[str, type[Any]] = {
 
 ANALYSES: dict[str, type[Any]] = {
     "static": Static,
+    "dynamic": Dynamic,
+}
+
+COURSES: dict[str, type[Any]] = {
+    "ramp": Ramp,
+    "smooth": Smooth,
+    "pulse": Pulse,
+    "sine": Sine,
 }
 
 PROBES: dict[str, type[Any]] = {
     "point": Point,
     "line": Line,
+    "surface": Surface,
+    "volume": Volume,
+    "nodes": Nodes,
+    "markers": Markers,
+}
+
+PUBLISHED: dict[str, type[Any]] = {
+    "column": Column,
 }

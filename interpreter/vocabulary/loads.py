@@ -14,6 +14,9 @@ class Gravity:
 
     magnitude: Annotated[float, "m/s^2 in [0, inf)", "acceleration of free fall, 9.81 m/s^2 on Earth"]
     direction: Annotated[Vector3, "direction", "where it pulls"] = (0.0, 0.0, -1.0)
+    course: Annotated[
+        Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"
+    ] = None
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,9 @@ class Traction:
     body: Annotated[str, "body", "the body that is loaded"]
     where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
     vector: Annotated[Vector3, "Pa", "force per undeformed area"]
+    course: Annotated[
+        Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"
+    ] = None
 
 
 @dataclass(frozen=True)
@@ -40,6 +46,9 @@ class Pressure:
     body: Annotated[str, "body", "the body that is loaded"]
     where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
     magnitude: Annotated[float, "Pa", "pressure, positive inward"]
+    course: Annotated[
+        Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"
+    ] = None
 
 
 @dataclass(frozen=True)
@@ -53,3 +62,6 @@ class PointForce:
     body: Annotated[str, "body", "the body that is loaded"]
     at: Annotated[Vector3, "m", "the point, by its coordinates before deformation"]
     vector: Annotated[Vector3, "N", "the force"]
+    course: Annotated[
+        Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"
+    ] = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 Vector3 = tuple[float, float, float]
 
@@ -38,3 +38,59 @@ class Line:
             tuple(a + (b - a) * (i / n) for a, b in zip(self.from_, self.to, strict=True))  # type: ignore[misc]
             for i in range(self.points)
         )
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The surface of a body, or a part of it: triangles over material points.
+
+    The points are those of the surface mesh of the body's shape, of about `size`; or the boundary points of a given
+    `mesh`, which makes them the same as in a study that used it.
+    """
+
+    body: Annotated[str, "body", "the body that is looked at"]
+    where: Annotated[
+        Any | None, "condition", "which part, by coordinates before deformation; all without it"
+    ] = None
+    size: Annotated[
+        float | None, "m in (0, inf)", "edge length of its triangles; a fortieth of the extent"
+    ] = None
+    mesh: Annotated[Any | None, "shape", "a mesh whose boundary points are taken"] = None
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """The points of a mesh of the body, as studies that compare node by node take them."""
+
+    body: Annotated[str, "body", "the body that is looked at"]
+    mesh: Annotated[Any, "shape", "the mesh whose points are taken"]
+    where: Annotated[
+        Any | None, "condition", "which part, by coordinates before deformation; all without it"
+    ] = None
+
+
+@dataclass(frozen=True)
+class Volume:
+    """Points throughout a body, each with the part of the volume that it stands for.
+
+    Centroids of a tetrahedral mesh of about `size`: what integrals over the body are made of.
+    """
+
+    body: Annotated[str, "body", "the body that is looked at"]
+    size: Annotated[float | None, "m in (0, inf)", "edge length of the cells; a fortieth of the extent"] = (
+        None
+    )
+
+
+@dataclass(frozen=True)
+class Markers:
+    """The points that were tracked in an experiment: beads, corners, ink dots.
+
+    Points that the condition leaves out were measured and are not judged, such as those whose motion is imposed.
+    """
+
+    body: Annotated[str, "body", "the body that is looked at"]
+    of: Annotated[str, "reference", "the measurement: a reference of tracked points"]
+    where: Annotated[
+        Any | None, "condition", "which of them, by coordinates before deformation; all without it"
+    ] = None

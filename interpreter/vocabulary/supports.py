@@ -29,3 +29,20 @@ class Displaced:
     where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
     by: Annotated[Vector3, "m", "displacement at full load"]
     components: Annotated[tuple[int, ...], "components", "directions in which it is imposed"] = (0, 1, 2)
+    course: Annotated[Any | None, "course", "how it moves in a dynamic analysis; at once without"] = None
+
+
+@dataclass(frozen=True)
+class Follows:
+    """Moves the selected part of a body as tracked points moved in an experiment.
+
+    Between the points their displacements are interpolated by thin plate splines (Duchon 1977) that pass through them,
+    and beyond the outermost ones extrapolated. Only points near the selected part count: those within `reach` of it. In
+    a solid model every node of the selected part is moved.
+    """
+
+    body: Annotated[str, "body", "the body that is moved"]
+    where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
+    of: Annotated[str, "reference", "the measurement: a reference of tracked points"]
+    reach: Annotated[float, "m in (0, inf)", "how far from the selected part a tracked point may lie"]
+    components: Annotated[tuple[int, ...], "components", "directions in which it is imposed"] = (0, 1, 2)

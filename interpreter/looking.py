@@ -1,0 +1,133 @@
+"""Where answers are looked at: the material points of a probe, and the surface of a body that a report draws."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.case import Case, fault
+from softmark.interpreter.datasets import located
+from softmark.interpreter.measuring import View
+from softmark.interpreter.results import Shape
+from softmark.interpreter.scene import Declared
+from softmark.interpreter.skin import skin_of
+from softmark.interpreter.vocabulary.probes import Markers, Nodes, Surface, Volume
+from softmark.interpreter.vocabulary.supports import Fixed
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Field = Callable[[Floats], Floats]
+
+FINENESS = 40  # points along the longest extent of a body, where a scene says nothing
+FRAMES = 40  # of a history that a report keeps of a surface
+DRAWN = 1500  # points of a surface that is drawn only: enough for a smooth picture
+
+
+@dataclass(frozen=True)
+class Place:
+    """Material points X (n, 3) in m, with triangles (k, 3) over them or the volume (n,) that each stands for."""
+
+    X: Floats
+    triangles: Ints | None = None
+    weights: Floats | None = None
+
+
+def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Place:
+    """The points of a probe; `tracked` gives those of a measurement by its name. Raises Fault."""
+    match probe.thing:
+        case Surface():
+            return _surface(probe, case)
+        case Volume(size=size):
+            return _volume(located(case.shape, case.body.at("shape")), size or _size(case.shape))
+        case Nodes(mesh=mesh):
+            return Place(_part(probe, located(mesh, probe.at("mesh")).points()))
+        case Markers(of=of):
+            return Place(_part(probe, tracked(of)))
+    return Place(np.array(probe.thing.stations))
+
+
+def _size(shape: Any) -> float:
+    """An edge length that resolves a shape; of a mesh from a file, which has its own, any."""
+    if not hasattr(shape, "bounds"):
+        return 1.0
+    low, high = shape.bounds
+    return float(max(b - a for a, b in zip(low, high, strict=True)) / FINENESS)
+
+
+def _surface(probe: Declared, case: Case) -> Place:
+    shape = located(probe.thing.mesh or case.shape, probe.at("mesh"))
+    X, triangles = shape.surface(probe.thing.size or _size(shape))
+    if probe.thing.where is None:
+        return Place(X, triangles)
+    chosen = _chosen(probe, X)
+    kept = triangles[chosen[triangles].all(axis=1)]
+    number = np.cumsum(chosen) - 1
+    return Place(X[chosen], number[kept])
+
+
+def _part(probe: Declared, X: Floats) -> Floats:
+    """The points that the probe's condition selects, all where it has none. Raises Fault."""
+    return X if probe.thing.where is None else X[_chosen(probe, X)]
+
+
+def _chosen(probe: Declared, X: Floats) -> NDArray[np.bool_]:
+    """Which points a probe's condition selects. Raises Fault if none."""
+    extent = float(np.linalg.norm(np.ptp(X, axis=0)))
+    held = np.broadcast_to(probe.thing.where.holds(*X.T, extent), len(X))
+    if not held.any():
+        raise fault(
+            "E302",
+            probe.at("where"),
+            f"`{probe.name}` selects no points",
+            "selects nothing",
+            "the condition is on coordinates before deformation",
+        )
+    return held
+
+
+def _volume(shape: Any, size: float) -> Place:
+    mesh = shape.mesh("tet4", size)
+    return Place(mesh.points[mesh.cells].mean(axis=1), weights=mesh.volumes)
+
+
+def drawn(case: Case) -> Place:
+    """A surface of the body for pictures."""
+    shape = located(case.shape, case.body.at("shape"))
+    if hasattr(shape, "section"):
+        return Place(*skin_of(shape))
+    size = _size(shape)
+    X, triangles = shape.surface(size)
+    if len(X) > DRAWN and not getattr(shape, "prebuilt", False):
+        X, triangles = shape.surface(size * (len(X) / DRAWN) ** 0.5)
+    return Place(X, triangles)
+
+
+def held_face(case: Case) -> tuple[Floats, Ints] | None:
+    """The part of the undeformed surface that supports hold in place, None where they hold none."""
+    place = drawn(case)
+    if place.triangles is None:
+        return None
+    held = np.zeros(len(place.X), dtype=bool)
+    for support in case.supports:
+        if isinstance(support.thing, Fixed):
+            held |= np.broadcast_to(
+                support.thing.where.holds(*place.X.T, np.ptp(place.X, axis=0).max()), len(held)
+            )
+    triangles = place.triangles[held[place.triangles].all(axis=1)]
+    return (place.X, triangles) if len(triangles) else None
+
+
+def surface_of(view: View, place: Place, error: Floats | None, measured_from: str | None) -> Shape | None:
+    """The deformed surface, and some frames of it where there is a history."""
+    if view.displacement is None or place.triangles is None:
+        return None
+    times = frames = None
+    if view.history is not None:
+        chosen = np.unique(np.linspace(0, len(view.history.times) - 1, FRAMES).round().astype(int))
+        times, frames = view.history.times[chosen], place.X + view.history.displacement(place.X)[chosen]
+    position = place.X + view.displacement(place.X)
+    return Shape(position, place.triangles, times, frames, error, measured_from)

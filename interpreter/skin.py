@@ -1,0 +1,57 @@
+"""The surface of a straight prism for pictures, without a mesh: rings along its axis, and a cap at each end."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+AROUND, ALONG = 32, 48
+
+
+def skin_of(shape: Any) -> tuple[Floats, Ints]:
+    """Points (n, 3) in m and triangles (t, 3), outward, of a shape with `section`, `axis`, `root` and `length`."""
+    from softmark.solvers.mesh.shapes import transverse
+
+    ring = _outline(shape.section)  # (k, 2), counter-clockwise
+    k = len(ring)
+    frame = np.array(transverse(shape.axis))  # (2, 3)
+    stations = np.linspace(0.0, shape.length, ALONG + 1)
+    axis = np.array(shape.root) + stations[:, None] * np.array(shape.axis)
+    sides = (axis[:, None, :] + ring @ frame).reshape(-1, 3)
+    points = np.concatenate([sides, axis[:1], axis[-1:]])
+    first, last = len(sides), len(sides) + 1
+    i = np.arange(k)
+    j = (i + 1) % k
+    rows = [_between(k * s, i, j, k) for s in range(ALONG)]
+    caps = [_fan(first, j, i), _fan(last, i + k * ALONG, j + k * ALONG)]
+    return points, np.concatenate([*rows, *caps]).astype(np.int64)
+
+
+def _outline(section: Any) -> Floats:
+    if hasattr(section, "radius"):
+        turn = 2 * math.pi * np.arange(AROUND) / AROUND
+        circle: Floats = section.radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        return circle
+    n = AROUND // 4
+    t = np.linspace(-0.5, 0.5, n + 1)[:-1]
+    half = np.full(n, 0.5)
+    sides = [(t, -half), (half, t), (-t, half), (-half, -t)]
+    unit = np.concatenate([np.stack(side, axis=1) for side in sides])
+    rectangle: Floats = unit * np.array([section.width, section.height])
+    return rectangle
+
+
+def _between(start: int, i: Ints, j: Ints, k: int) -> Ints:
+    """Two triangles for each quadrilateral between a ring and the next."""
+    a, b, c, d = start + i, start + j, start + j + k, start + i + k
+    return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+
+
+def _fan(centre: int, i: Ints, j: Ints) -> Ints:
+    return np.stack([np.full(len(i), centre), i, j], axis=1)

@@ -1,0 +1,96 @@
+"""The surface of a body in voxel data, by marching cubes and a smoothing that keeps its volume."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+
+from softmark.references.data import cited, find
+from softmark.references.measured import Frame, MeasuredSurface, Unreadable, Vector
+from softmark.references.smoothing import taubin
+from softmark.references.surface import tidied
+from softmark.references.volumes import Volume, imported, read_volume
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    Ints = NDArray[np.int64]
+else:
+    from softmark.references.deferred import np
+
+
+@dataclass(frozen=True)
+class CtVolume:
+    """The surface of a body in voxel data: where the values pass a level, by marching cubes.
+
+    Formats: NumPy (.npy, .npz) with `spacing`; NRRD; NIfTI; DICOM, by the folder of a series or one file of it. What a
+    file says of its voxels' size, place and directions is used; NRRD and NIfTI are in the frame of their own
+    header, DICOM in that of the patient. The body is what lies above `iso`; the level halfway between background
+    and body is unbiased for flat faces. `smoothing` is the number of steps of Taubin's filter, which
+    keeps the volume. `x` and `z` say which directions of the file are the scene's axes, y follows.
+
+    `uncertainty` is how far any point of the surface may be from where it was: differences below it say
+    nothing. A `virtual_scan` with the same voxels measures what the chain itself adds.
+    Needs the extra `imaging`: `pip install "softmark[imaging]"`.
+    Source: Lewiner, Lopes, Vieira and Tavares 2003, J. Graphics Tools 8:1 (marching cubes); Taubin 1995.
+    """
+
+    path: Annotated[str, "file", "the file or folder, relative to the scene, or a data set such as `data:...`"]
+    iso: Annotated[float, "1", "the level of the body's surface, in the file's own values"]
+    uncertainty: Annotated[float, "m in [0, inf)", "how far a measured point may lie from the true one"]
+    spacing: Annotated[Vector | None, "m in (0, inf)", "size of a voxel, where the file does not say it"] = None
+    unit: Annotated[float | None, "m in (0, inf)", "length of one unit of the file, where it does not say it"] = None
+    smoothing: Annotated[int, "1 in [0, 1000]", "steps of Taubin's filter"] = 10
+    keep: Annotated[Literal["all", "largest"], "whether parts that hang on no other are kept"] = "largest"
+    x: Annotated[Vector, "direction", "which direction of the file is the scene's x axis"] = (1.0, 0.0, 0.0)
+    z: Annotated[Vector, "direction", "which direction of the file is the scene's z axis"] = (0.0, 0.0, 1.0)
+    origin: Annotated[Vector, "m", "where the file's origin lies in the scene"] = (0.0, 0.0, 0.0)
+    citation: Annotated[str, "who measured it"] = ""
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    kind: ClassVar[str] = "experimental"
+    source: ClassVar[str] = "the file that the scene names"
+    error_meaning: ClassVar[str] = "uncertainty of the place of a measured point, m, as the scene states it"
+
+    def load(self, beside: Path | None = None) -> MeasuredSurface:
+        """The surface in the scene's frame. Raises Unreadable."""
+        file = find(self.path, beside)
+        volume = read_volume(file, self.spacing, self.unit)
+        points, triangles, notes = isosurface(volume, self.iso, self.smoothing, self.keep, file.name)
+        placed = Frame(1.0, self.x, self.z, self.origin).points(points, file.name)
+        by = self.citation or cited(self.path) or f"the file {file.name}"
+        return MeasuredSurface(placed, triangles, self.uncertainty, by, notes=notes)
+
+
+def isosurface(
+    volume: Volume, iso: float, smoothing: int, keep: str, name: str
+) -> tuple[Array, Ints, tuple[str, ...]]:
+    """The closed surface (points in m, triangles turned outwards) of what lies above `iso`, and what to know of it.
+
+    Source: Lewiner, Lopes, Vieira and Tavares 2003, J. Graphics Tools 8:1. Raises Unreadable.
+    """
+    measure = imported("skimage.measure", name)
+    low, high = float(volume.values.min()), float(volume.values.max())
+    if not low <= iso < high:
+        reason = f"no surface passes the level {iso:g}: its values lie between {low:g} and {high:g}"
+        raise Unreadable(name, reason, f"give an `iso` between them, such as {(low + high) / 2:g}")
+    values, corner, cut = _cropped(volume, iso, low)
+    indices, faces, *_ = measure.marching_cubes(values, iso, gradient_direction="ascent", allow_degenerate=False)
+    triangles = np.ascontiguousarray(faces[:, ::-1] if np.linalg.det(volume.axes) < 0 else faces, dtype=np.int64)
+    points, triangles, notes = tidied(name, volume.points(indices + corner), triangles, keep)
+    ended = ("the body reaches the edge of the voxels: it is closed there by a flat face",) if cut else ()
+    return taubin(points, triangles, smoothing), triangles, (*ended, *notes)
+
+
+def _cropped(volume: Volume, iso: float, low: float) -> tuple[Array, Array, bool]:
+    """Values around the body in a layer of background, the index of their corner, and whether the body is cut."""
+    above = volume.values > iso
+    spans = [np.flatnonzero(above.any(axis=tuple({0, 1, 2} - {axis}))) for axis in range(3)]
+    first, last = (np.array([int(s[end]) for s in spans]) for end in (0, -1))
+    cut = bool((first == 0).any() or (last == np.array(above.shape) - 1).any())
+    inner = tuple(slice(max(a - 1, 0), b + 2) for a, b in zip(first, last, strict=True))
+    start = np.array([s.start for s in inner]) - 1
+    return np.pad(volume.values[inner], 1, constant_values=low), start.astype(float), cut

@@ -1,0 +1,240 @@
+"""A scan of a shape that is known: voxels, blur and noise, then the same reconstruction that a real scan undergoes.
+
+What comes back is compared with the shape that went in: the error of the imaging chain, on known truth.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from softmark.references.ct_volume import isosurface
+from softmark.references.measured import MeasuredSurface, Unreadable, Vector
+from softmark.references.surfaces import Target, open_edges, signed_volume, vertex_normals
+from softmark.references.volumes import Volume
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    Ints = NDArray[np.int64]
+else:
+    from softmark.references.deferred import np
+
+NAME = "virtual_scan"
+RAYS = 4
+"""Rays per voxel and transverse axis: the share of a voxel that is filled is then right to some 1/16 at its worst."""
+
+VOXELS = 200_000_000
+"""A grid beyond this would fill the memory; the published scanner's whole view has 29.6 million voxels."""
+
+MARGIN = 3  # voxels of background around the body, beyond four standard deviations of the blur
+PAIRS = 4_000_000  # rays and triangles that are looked at together
+
+
+@dataclass(frozen=True)
+class Scanner:
+    """What an imaging device does to a body of value 1 in a background of 0."""
+
+    voxel: Vector  # m
+    blur: float = 0.0  # m, standard deviation of its Gaussian point spread
+    noise: float = 0.0  # standard deviation of white noise, in contrasts
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class ChainError:
+    """Distances of the points of a reconstructed surface from the true one, m."""
+
+    mean: float
+    sd: float  # standard deviation of the distances
+    max: float
+    bias: float  # mean of the signed distances: above zero, the surface lies outside the true one
+    missed: float  # the largest distance of a point of the true surface from the reconstructed one
+
+    @property
+    def rms(self) -> float:
+        """Root of the mean of the squares."""
+        return math.hypot(self.mean, self.sd)
+
+    @property
+    def words(self) -> str:
+        """For a note."""
+        parts = (("mean", self.mean), ("sd", self.sd), ("max", self.max), ("bias", self.bias))
+        return ", ".join(f"{name} {1e3 * value:.3g} mm" for name, value in parts)
+
+
+@dataclass(frozen=True)
+class VirtualScan:
+    """The deformed shape that a model computes, as a scanner would see it: voxels, blur, noise, marching cubes.
+
+    The shape is filled into voxels by the share of each that it covers, blurred by a Gaussian, and given white noise;
+    the surface is then found as for `ct_volume`. How far it lies from the shape that was scanned is the
+    error of the imaging chain, which becomes the uncertainty of this reference. The default voxel is that of the CT of
+    Marchal et al. 2008, whose field of view had 512 x 512 x 113 of them.
+
+    Needs the extra `imaging`: `pip install "softmark[imaging]"`.
+    Source: Marchal, Allard, Duriez and Cotin 2008, ISBMS, LNCS 5104:176 (voxel size); Taubin 1995 (smoothing).
+    """
+
+    of: Annotated[str, "model", "the model whose deformed shape is scanned"]
+    voxel: Annotated[Vector, "m in (0, inf)", "size of a voxel along x, y and z"] = (0.425e-3, 0.425e-3, 0.62e-3)
+    blur: Annotated[float, "m in [0, inf)", "standard deviation of the point spread"] = 0.4e-3
+    noise: Annotated[float, "1 in [0, 1)", "standard deviation of the noise, in contrasts of body and air"] = 0.02
+    seed: Annotated[int, "1 in [0, 1000000000]", "where the noise starts: the same seed, the same noise"] = 0
+    iso: Annotated[float, "1 in (0, 1)", "the level of the surface between air (0) and body (1)"] = 0.5
+    smoothing: Annotated[int, "1 in [0, 1000]", "steps of Taubin's filter"] = 10
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    kind: ClassVar[str] = "virtual measurement"
+    source: ClassVar[str] = "the computed shape of a model of the scene"
+    error_meaning: ClassVar[str] = "root mean square distance of the reconstruction from the shape scanned, m"
+
+    def load(self, points: Array, triangles: Ints) -> MeasuredSurface:
+        """The reconstruction of a closed surface (n, 3) m, (t, 3); its uncertainty is the error of the chain.
+
+        Raises Unreadable.
+        """
+        volume = scan(points, triangles, Scanner(self.voxel, self.blur, self.noise, self.seed))
+        found, faces, notes = isosurface(volume, self.iso, self.smoothing, "largest", NAME)
+        error = chain_error(found, faces, points, triangles)
+        grid = " x ".join(map(str, volume.values.shape))
+        notes = (f"imaging chain on {grid} voxels: {error.words}", *notes)
+        return MeasuredSurface(found, faces, error.rms, f"a virtual scan of `{self.of}`", notes=notes)
+
+
+def chain_error(found: Array, faces: Ints, points: Array, triangles: Ints) -> ChainError:
+    """How far a reconstructed surface lies from the true one, over the points of the reconstruction."""
+    truth = Target(points, triangles).closest(found)
+    outward = np.einsum("ni,ni->n", found - truth.points, vertex_normals(found, faces))
+    d = truth.distances
+    missed = float(Target(found, faces).closest(points).distances.max())
+    return ChainError(
+        float(d.mean()), float(d.std()), float(d.max()), float((np.sign(outward) * d).mean()), missed
+    )
+
+
+def scan(
+    points: Array, triangles: Ints, scanner: Scanner, shape: tuple[int, int, int] | None = None
+) -> Volume:
+    """What a scanner makes of a closed surface: values of about 0 outside and 1 inside.
+
+    The grid is cropped to the body and its blur, or has `shape` voxels about the body's middle. Raises Unreadable.
+    """
+    if len(triangles) == 0 or open_edges(triangles):
+        raise Unreadable(NAME, "the surface that is scanned is not closed", "scan the whole boundary of a body")
+    origin, size = _grid(points[np.unique(triangles)], scanner, shape)
+    values = coverage(points, triangles, origin, np.asarray(scanner.voxel), size)
+    if scanner.blur > 0:
+        from scipy.ndimage import gaussian_filter
+
+        values = gaussian_filter(values, [scanner.blur / v for v in scanner.voxel], mode="constant")
+    if scanner.noise > 0:
+        values = values + np.random.default_rng(scanner.seed).normal(0.0, scanner.noise, values.shape)
+    return Volume(values, np.diag(scanner.voxel), origin)
+
+
+def _grid(
+    body: Array, scanner: Scanner, shape: tuple[int, int, int] | None
+) -> tuple[Array, tuple[int, int, int]]:
+    """The centre of the first voxel (3,), m, and how many there are along each axis."""
+    voxel = np.asarray(scanner.voxel)
+    low, high = body.min(axis=0), body.max(axis=0)
+    if shape is not None:
+        size = np.array(shape)
+        origin = (low + high) / 2 - voxel * (size - 1) / 2
+    else:
+        margin = 4 * scanner.blur + MARGIN * voxel
+        size = np.ceil((high - low + 2 * margin) / voxel).astype(int)
+        origin = low - margin
+    if size.prod() > VOXELS:
+        reason = f"the grid would have {size.prod():.3g} voxels"
+        raise Unreadable(NAME, reason, "give larger voxels")
+    return origin, (int(size[0]), int(size[1]), int(size[2]))
+
+
+def coverage(points: Array, triangles: Ints, origin: Array, voxel: Array, size: tuple[int, int, int]) -> Array:
+    """The share of each voxel that lies inside a closed surface, (nx, ny, nz).
+
+    Rays along the longest edge of a voxel, RAYS x RAYS of them per voxel: each crossing at the height h fills what lies
+    below it, with the sign of the direction in which the ray leaves or enters. The filled length is exact along
+    the ray, and crossings need no order. Where the surface meets itself, windings add up.
+    """
+    first = (int(np.argmax(voxel)) + 1) % 3  # a cyclic change of axes keeps the surface outside out
+    order = [first, (first + 1) % 3, (first + 2) % 3]
+    n = tuple(size[i] for i in order)
+    corner = (origin - voxel / 2)[order]
+    P = (points[:, order] - corner) / voxel[order]  # in voxels; the voxel (i, j, k) is [i, i + 1] x ...
+    filled = np.zeros((n[0] * n[1], n[2] + 1))
+    for block in _blocks(P, triangles):
+        column, height, sign = _crossings(P, block, n[0], n[1])
+        _fill(filled, column, np.clip(height, 0, n[2]), sign)
+    whole = np.cumsum(filled[:, ::-1], axis=1)[:, ::-1][:, 1:] / RAYS**2  # below: every voxel under a crossing
+    values = whole.reshape(n) * np.sign(signed_volume(points, triangles))
+    return np.ascontiguousarray(np.moveaxis(values, (0, 1, 2), order))
+
+
+def _blocks(P: Array, triangles: Ints) -> list[Ints]:
+    """The triangles in lots of about PAIRS rays."""
+    extent = np.ptp(P[triangles][:, :, :2], axis=1) * RAYS + 2
+    group = np.cumsum(extent[:, 0] * extent[:, 1]) // PAIRS
+    return np.split(triangles, np.flatnonzero(np.diff(group)) + 1)
+
+
+def _crossings(P: Array, triangles: Ints, nx: int, ny: int) -> tuple[Ints, Array, Array]:
+    """Where rays pass triangles: the column of voxels (c,), the height (c,), +1 for leaving and -1 for entering.
+
+    A ray stands at ((p + 1/2) / RAYS, (q + 1/2) / RAYS). One that meets an edge is counted as if it stood a
+    little aside, so that it passes exactly one of the two triangles.
+    """
+    Q = P * np.array([RAYS, RAYS, 1.0]) - np.array([0.5, 0.5, 0.0])  # rays at whole numbers
+    flat = Q[triangles][:, :, :2]
+    limits = np.array([nx * RAYS, ny * RAYS])
+    low = np.clip(np.ceil(flat.min(axis=1)), 0, limits).astype(np.int64)
+    count = np.maximum(np.clip(np.floor(flat.max(axis=1)) + 1, 0, limits).astype(np.int64) - low, 0)  # (t, 2)
+    number = count.prod(axis=1)
+    t = np.repeat(np.arange(len(triangles)), number)
+    local = np.arange(len(t)) - np.repeat(np.cumsum(number) - number, number)
+    ray = low[t] + np.stack([local // np.maximum(count[t, 1], 1), local % np.maximum(count[t, 1], 1)], axis=1)
+    corners = Q[triangles[t]]  # (r, 3, 3)
+    sides = [_side(corners[:, i, :2], corners[:, (i + 1) % 3, :2], ray) for i in range(3)]
+    hit = (sides[0] == sides[1]) & (sides[1] == sides[2])
+    height = _height(corners[hit], ray[hit])
+    column = (ray[hit, 0] // RAYS) * ny + ray[hit, 1] // RAYS
+    return column, height, sides[0][hit]
+
+
+def _side(a: Array, b: Array, p: Array) -> Array:
+    """+1 where p lies to the left of the line from a to b, -1 to the right; on it, as a point a little aside."""
+    swapped = (a[:, 0] > b[:, 0]) | ((a[:, 0] == b[:, 0]) & (a[:, 1] > b[:, 1]))
+    low, high = np.where(swapped[:, None], b, a), np.where(swapped[:, None], a, b)
+    e, f = high - low, p - low
+    left = e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0] >= 0  # the same for both triangles of an edge
+    return np.where(left != swapped, 1.0, -1.0)
+
+
+def _height(corners: Array, p: Array) -> Array:
+    """The height of a ray on the plane of a triangle, kept between its corners: it may be steep."""
+    a, e, f = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    d = p - a[:, :2]
+    area = e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        v = (d[:, 0] * f[:, 1] - d[:, 1] * f[:, 0]) / area
+        w = (e[:, 0] * d[:, 1] - e[:, 1] * d[:, 0]) / area
+    height = np.where(area != 0, a[:, 2] + v * e[:, 2] + w * f[:, 2], a[:, 2])
+    return np.clip(height, corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1))
+
+
+def _fill(filled: Array, column: Ints, height: Array, sign: Array) -> None:
+    """Add crossings to columns (c, nz + 1): entry k + 1 counts for the voxels up to k, see `coverage`.
+
+    A crossing in the voxel m fills a share of it, height - m, and all of the m voxels below. In sums from
+    above, that is the share at m and the rest of one at m - 1.
+    """
+    m = np.minimum(np.floor(height).astype(np.int64), filled.shape[1] - 2)
+    share = height - m
+    flat, stride = filled.reshape(-1), filled.shape[1]
+    for level, part in ((m + 1, share), (m, 1 - share)):
+        flat += np.bincount(column * stride + level, weights=sign * part, minlength=len(flat))

@@ -1,0 +1,203 @@
+"""Voxel data: values on a grid and where the grid lies, read from NumPy, NRRD, NIfTI and DICOM files.
+
+A voxel stands for its centre. Readers are imported when a file needs them; one that is missing is a message.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from softmark.references.measured import Unreadable, Vector
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    Values = NDArray[np.floating[Any]]
+else:
+    from softmark.references.deferred import np
+
+EXTRA = 'run `pip install "softmark[imaging]"`'
+UNITS = {"m": 1.0, "meter": 1.0, "cm": 1e-2, "mm": 1e-3, "millimeter": 1e-3, "um": 1e-6, "micron": 1e-6, "μm": 1e-6}
+EQUAL = 1e-2  # share of the spacing by which slices may lie apart from equally spaced ones
+
+
+@dataclass(frozen=True)
+class Volume:
+    """Values on a grid: the voxel (i, j, k) has its centre at A (i, j, k) + b."""
+
+    values: Values  # (nx, ny, nz)
+    axes: Array  # A (3, 3), m: its columns are the steps along i, j and k
+    origin: Array  # b (3,), m
+
+    def points(self, indices: Array) -> Array:
+        """Places (n, 3), m, of points given by fractional indices (n, 3)."""
+        return np.asarray(indices @ self.axes.T + self.origin)
+
+
+def imported(module: str, name: str) -> Any:
+    """A package of the extra `imaging`. Raises Unreadable with the command that installs it."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        reason = f"reading it needs the package {module.split('.')[0]}, which is not installed"
+        raise Unreadable(name, reason, EXTRA) from None
+
+
+def read_volume(file: Path, spacing: Vector | None = None, unit: float | None = None) -> Volume:
+    """The voxels of a file, or of the DICOM series in a folder.
+
+    `spacing`, m, overrides what the file says and is needed where it says nothing (NumPy); `unit`, m, likewise for the
+    unit of its lengths. Raises Unreadable.
+    """
+    read = _reader(file)
+    try:
+        volume = read(file, spacing, unit)
+    except (Unreadable, MemoryError):
+        raise
+    except Exception as error:  # readers raise what they like
+        reason = f"it cannot be read ({error or type(error).__name__})"
+        raise Unreadable(file.name, reason, "write the file again") from None
+    if spacing is not None:
+        volume = _spaced(volume, spacing)
+    return _checked(file.name, volume)
+
+
+def _reader(file: Path) -> Callable[[Path, Vector | None, float | None], Volume]:
+    name = file.name.lower()
+    if file.is_dir() or name.endswith((".dcm", ".ima")):
+        return _dicom
+    for ending, reader in _READERS.items():
+        if name.endswith(ending):
+            return reader
+    reason = "voxel data are read from .npy, .npz, .nrrd, .nhdr, .nii, .nii.gz and DICOM"
+    raise Unreadable(file.name, reason, "convert the file to one of them")
+
+
+def _numpy(file: Path, spacing: Vector | None, unit: float | None) -> Volume:
+    if spacing is None:
+        raise Unreadable(file.name, "a NumPy file does not say how large its voxels are",
+                         "give `spacing`, such as `spacing = (0.425 mm, 0.425 mm, 0.62 mm)`")  # fmt: skip
+    found = np.load(file, allow_pickle=False)
+    if isinstance(found, np.ndarray):
+        return Volume(found, np.diag(spacing), np.zeros(3))
+    if len(found.files) != 1:
+        reason = f"it holds {len(found.files)} arrays ({', '.join(found.files)})"
+        raise Unreadable(file.name, reason, "keep the voxels alone in it")
+    return Volume(found[found.files[0]], np.diag(spacing), np.zeros(3))
+
+
+def _nrrd(file: Path, spacing: Vector | None, unit: float | None) -> Volume:
+    values, header = imported("nrrd", file.name).read(str(file))
+    if "space directions" in header:
+        axes = np.asarray(header["space directions"], dtype=float).T
+        said = header.get("space units", header.get("units"))
+    elif "spacings" in header:
+        axes, said = np.diag(np.asarray(header["spacings"], dtype=float)), header.get("units")
+    elif spacing is not None:
+        return Volume(values, np.diag(spacing), np.zeros(3))
+    else:
+        raise Unreadable(file.name, "it does not say how large its voxels are", "give `spacing`")
+    origin = np.asarray(header.get("space origin", np.zeros(3)), dtype=float)
+    length = unit or _length(file.name, said)
+    return Volume(values, length * axes, length * origin)
+
+
+def _nifti(file: Path, spacing: Vector | None, unit: float | None) -> Volume:
+    image: Any = imported("nibabel", file.name).load(str(file))
+    length = unit or _length(file.name, [image.header.get_xyzt_units()[0]])
+    affine = length * np.asarray(image.affine, dtype=float)
+    return Volume(np.asarray(image.get_fdata(dtype=np.float32)), affine[:3, :3], affine[:3, 3])
+
+
+def _length(name: str, said: Iterable[str] | None) -> float:
+    """The length that a file's word for its unit stands for, m. Raises Unreadable without one."""
+    words = {str(word).strip().lower() for word in said or ()}
+    if len(words) == 1 and (word := words.pop()) in UNITS:
+        return UNITS[word]
+    reason = "it does not say in which unit its lengths are"
+    raise Unreadable(name, reason, "give `unit`, such as `unit = 1 mm`")
+
+
+def _dicom(file: Path, spacing: Vector | None, unit: float | None) -> Volume:
+    """The series of a folder, or the one that a file belongs to. Source: DICOM PS3.3, C.7.6.2.1.1 (mm)."""
+    slices = _series(file)
+    across, down = (np.asarray(slices[0].ImageOrientationPatient, dtype=float)[k : k + 3] for k in (0, 3))
+    places = np.array([s.ImagePositionPatient for s in slices], dtype=float)
+    order = np.argsort(places @ np.cross(across, down))
+    rows, columns = (float(v) for v in slices[0].PixelSpacing)
+    values = np.stack([_pixels(slices[i]) for i in order], axis=-1)  # (row, column, slice)
+    step = _step(file.name, places[order])
+    axes = np.stack([rows * down, columns * across, step], axis=1)
+    return Volume(values, 1e-3 * axes, 1e-3 * places[order[0]])
+
+
+def _series(file: Path) -> list[Any]:
+    """The slices of one series: of the file named, or the only one of the folder. Raises Unreadable."""
+    pydicom = imported("pydicom", file.name)
+    found: dict[str, list[Any]] = {}
+    for one in sorted((file if file.is_dir() else file.parent).iterdir()):
+        try:
+            slice_ = pydicom.dcmread(one)
+        except (pydicom.errors.InvalidDicomError, OSError):
+            continue  # what else lies in the folder
+        if hasattr(slice_, "ImagePositionPatient") and "PixelData" in slice_:
+            found.setdefault(str(slice_.SeriesInstanceUID), []).append(slice_)
+    if file.is_file():
+        return found.get(str(getattr(pydicom.dcmread(file), "SeriesInstanceUID", "")), [])
+    if len(found) != 1:
+        reason = f"the folder holds {len(found)} DICOM series"
+        raise Unreadable(file.name, reason, "name a folder with one, or one file of the series")
+    return next(iter(found.values()))
+
+
+def _step(name: str, places: Array) -> Array:
+    """The step from slice to slice (3,), mm. Raises Unreadable where they are not equally spaced."""
+    if len(places) < 2:
+        raise Unreadable(name, "the series has a single slice", "give the whole series")
+    steps = np.diff(places, axis=0)
+    step = steps.mean(axis=0)
+    apart = float(np.linalg.norm(steps - step, axis=1).max() / np.linalg.norm(step))
+    if apart > EQUAL:
+        reason = f"its slices are not equally spaced (by {100 * apart:.2g} % of their distance)"
+        raise Unreadable(name, reason, "look for a slice that is missing or given twice")
+    return np.asarray(step)
+
+
+def _pixels(slice_: Any) -> Values:
+    """Values of a slice (rows, columns), in the modality's unit: stored value times slope plus intercept."""
+    slope, intercept = (float(getattr(slice_, f"Rescale{k}", v)) for k, v in (("Slope", 1), ("Intercept", 0)))
+    return np.asarray(slice_.pixel_array, dtype=np.float32) * slope + intercept
+
+
+_READERS: dict[str, Callable[[Path, Vector | None, float | None], Volume]] = {
+    ".npy": _numpy,
+    ".npz": _numpy,
+    ".nrrd": _nrrd,
+    ".nhdr": _nrrd,
+    ".nii": _nifti,
+    ".nii.gz": _nifti,
+}
+
+
+def _spaced(volume: Volume, spacing: Vector) -> Volume:
+    """The volume with voxels of another size, along the axes that it has."""
+    lengths = np.linalg.norm(volume.axes, axis=0)
+    return Volume(volume.values, volume.axes / lengths * np.asarray(spacing), volume.origin)
+
+
+def _checked(name: str, volume: Volume) -> Volume:
+    values = np.asarray(volume.values)
+    if values.ndim != 3 or min(values.shape) < 2:
+        raise Unreadable(name, f"its voxels have shape {values.shape}", "give a grid of three dimensions")
+    if volume.axes.shape != (3, 3) or not abs(np.linalg.det(volume.axes)) > 0:
+        raise Unreadable(name, "the steps of its grid do not span space", "give `spacing`")
+    values = values.astype(np.float64 if values.dtype == np.float64 else np.float32)
+    if not np.isfinite(values).all():
+        raise Unreadable(name, "some of its voxels are not finite numbers", "fill them with a value first")
+    return Volume(values, volume.axes, volume.origin)
