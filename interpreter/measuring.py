@@ -60,9 +60,11 @@ def _concerns(scene: Scene, metric: Declared, view: View) -> bool:
     """Whether a metric looks at the body of a view, and does not compare it with itself."""
     if getattr(metric.thing, "against", None) == view.name:
         return False
-    probe = getattr(metric.thing, "probe", None)
+    probe, model = getattr(metric.thing, "probe", None), scene.declared[view.name].kind == "model"
     if probe is None:  # about the computation itself
-        return scene.declared[view.name].kind == "model"
+        return model
+    if not model and view.message is None and probe not in view.probes:  # measured elsewhere
+        return False
     return bool(scene.declared[probe].thing.body == view.body)
 
 

@@ -108,7 +108,7 @@ def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
 
 def _prepare_all(work: _Run) -> None:
     """Build every model; report everything that cannot be built at once."""
-    faults, workshop = [], Workshop(scene=work.scene)
+    faults, workshop = [], Workshop(scene=work.scene, measured=work.measured)
     for name in work.plan.models:
         declared = work.scene.declared[name]
         case = work.case(declared)

@@ -249,8 +249,9 @@ def _download(entry: DataSet, out: Any, progress: Progress | None) -> None:
         reason = _copy(url, entry, out, progress)
         if reason is None:
             return
-        failures.append(f"{url}: {reason}")
-    raise _unavailable(entry, f"it could not be downloaded ({'; '.join(failures)})")
+        failures.append(reason)
+    told = "; ".join(dict.fromkeys(failures))
+    raise _unavailable(entry, f"it could not be downloaded from any of {len(entry.urls)} addresses ({told})")
 
 
 def _copy(url: str, entry: DataSet, out: Any, progress: Progress | None) -> str | None:

@@ -11,13 +11,16 @@ if TYPE_CHECKING:
     from softmark.interpreter.metrics.seen import Floats
 
 Statistic = Literal["mean", "sd", "max", "rms", "relative_mean", "relative_sd"]
+SurfaceStatistic = Literal[
+    "mean", "sd", "max", "rms", "relative_mean", "relative_sd", "by_displacement_mean", "by_displacement_sd"
+]
 
 STILL = 1e-6  # m: a point that moves less is left out of what is relative to its motion, as the authors of 2008 do
 
 
 def unit_of(statistic: str) -> str:
     """`1` for what is relative, else `m`."""
-    return "1" if statistic.startswith("relative") else "m"
+    return "1" if statistic.startswith(("relative", "by_displacement")) else "m"
 
 
 def is_uncertain(statistic: str) -> bool:

@@ -5,7 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from softmark.interpreter.metrics.spread import Statistic, chosen, is_uncertain, ratios, spread, unit_of
+from softmark.interpreter.metrics.spread import (
+    SurfaceStatistic,
+    chosen,
+    is_uncertain,
+    ratios,
+    spread,
+    unit_of,
+)
 from softmark.interpreter.metrics.surface import known_surface, side
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.references.surfaces import normal_distances, vertex_normals
@@ -46,14 +53,15 @@ class SurfaceDistance:
     Beside its value a report has mean_m, sd_m, max_m, min_m, rms_m and p95_m of d; bias_m (mean of d with a sign,
     positive outside the measured surface); relative_mean, relative_sd, relative_points and relative_offset_m (|dx0|);
     by_displacement_mean, _sd and _points (d_i / |u_i|: each point by its own displacement in the model, as the paper
-    says it); points, without_hit and, along normals, reach_m.
+    says it, and as an earlier version of their program did: run again on their mesh, it is this one that gives the
+    relative columns of Table 1); points, without_hit and, along normals, reach_m.
 
     Source: Marchal, Allard, Duriez and Cotin (2008), section 2.2 and Table 1; their EvalSurfaceDistance in SOFA (2008).
     """
 
     probe: Annotated[str, "probe", "a probe of the surface, or of points that lie on it"]
     against: Annotated[str, "reference", "the measured surface, or a reference with displacements"]
-    statistic: Annotated[Statistic, "which number is the value"] = "mean"
+    statistic: Annotated[SurfaceStatistic, "which number is the value"] = "mean"
     along: Annotated[Literal["nearest", "normal"], "how the distance of a point is taken"] = "nearest"
     reach: Annotated[float | None, "m in (0, inf)",
                      "how far along a normal is looked; the extent of the measured surface"] = None  # fmt: skip

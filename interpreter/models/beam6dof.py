@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.case import borders, coverage, coverages
+from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
+from softmark.interpreter.vocabulary.supports import Follows
 
 if TYPE_CHECKING:
     from softmark.interpreter.case import Case
@@ -45,6 +47,8 @@ class Beam6Dof:
                     "use `fem(...)` for this body",
                 )
             ]
+        if isinstance(case.analysis, Dynamic):
+            return [_still(declared)]
         return [*self._loads(declared, case), *self._supports(declared, case), *self._thick(declared, case)]
 
     def _loads(self, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -71,7 +75,9 @@ class Beam6Dof:
             cover = coverages(support.thing.where, case.shape, self.stations(case))
             oblique = len(support.thing.components) < 3 and not _aligned(case.shape.axis)
             reason = (
-                "takes only part of a cross-section"
+                "follows tracked points, which do not move a section rigidly"
+                if isinstance(support.thing, Follows)
+                else "takes only part of a cross-section"
                 if "some" in cover
                 else "selects no cross-section at a node"
                 if cover == {"none"}
@@ -136,6 +142,18 @@ class Beam6Dof:
         from softmark.interpreter.models.beam import prepare
 
         return prepare(self, declared, case)
+
+
+def _still(declared: Declared) -> Diagnostic:
+    at = declared.at()
+    return Diagnostic(
+        "E501",
+        f"`{declared.name}` knows no motion, only the state of rest",
+        at.source,
+        at.span,
+        "a static model",
+        "use `fem(...)` or `mass_spring(...)` in a dynamic analysis",
+    )
 
 
 def _aligned(axis: tuple[float, ...]) -> bool:

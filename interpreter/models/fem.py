@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.prepared import Prepared, Workshop
     from softmark.interpreter.scene import Declared
 
-LOCKING = 0.45  # Poisson's ratio from which linear tetrahedra are visibly too stiff
 LARGE_ANGLE = 0.1  # rad: a rotation that small strains misread by 0.5 % strain (1 - cos)
 
 
@@ -26,23 +25,84 @@ class Fem:
     `small`: strain is linear in the displacements; right for rotations of a few degrees, grows the body when
     it turns. `corotational`: linear elasticity in the frame of the polar rotation of each integration point,
     with its exact derivatives; right for large rotations and small strains. `finite`: the material's own law,
-    right for both.
-    The first two take the moduli that the material has at rest.
+    right for both. The first two take the moduli that the material has at rest.
+    `integration = selective` (hex8): what belongs to the modulus lambda is taken at the centre of each cell only, which
+    frees it from volumetric locking. `rotation = element` (corotational): one rotation for each cell, as simulators in
+    real time have it; its forces have no energy. `mass`: how weight is put on nodes. `consistent` integrates the shape
+    functions, `lumped` shares each cell's mass by the diagonal of its mass matrix, `uniform` gives every node of the
+    mesh the same, which is wrong wherever the mesh is graded.
     """
 
-    element: Annotated[str, "element", "the element: tet4"]
+    element: Annotated[str, "element", "the element: tet4, tet10 or hex8"]
     strain: Annotated[Literal["small", "corotational", "finite"], "how strain is measured"]
-    size: Annotated[float, "m in (0, inf)", "edge length that the mesh aims at"]
+    size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    mesh: Annotated[Any | None, "shape", "a mesh from a file in place of one made of the body's shape"] = None
+    integration: Annotated[Literal["full", "selective"], "at which points of a hexahedron"] = "full"
+    rotation: Annotated[Literal["point", "element"], "what turns as one in corotational strain"] = "point"
+    mass: Annotated[Literal["consistent", "lumped", "uniform"], "how nodes share the mass"] = "consistent"
+
+    def mesh_key(self) -> tuple[Any, ...]:
+        """What two models of a body must agree in to share a mesh."""
+        if self.mesh is None:
+            return self.element, self.size
+        facts = (getattr(self.mesh, name, None) for name in ("path", "unit", "split"))
+        return self.element, self.size, *facts
+
+    def _own_mesh(self, case: Case) -> bool:
+        """Whether the mesh comes from a file, of the model or of the body."""
+        return bool(getattr(self.mesh or case.shape, "prebuilt", False))
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against this model of this case."""
         found = [
+            self._one_mesh(declared, case),
             self._finite_law(declared, case),
+            self._options(declared, case),
             self._locking(declared, case),
             self._rotation(declared, case),
         ]
         return [d for d in (*found, self._coarse(declared, case)) if d is not None]
+
+    def _one_mesh(self, declared: Declared, case: Case) -> Diagnostic | None:
+        """Exactly one of `size` and `mesh`, but for a body that is a mesh already."""
+        prebuilt = getattr(self.mesh, "prebuilt", self.mesh is None)
+        both = self.size is not None and self.mesh is not None
+        neither = self.size is None and self.mesh is None and not getattr(case.shape, "prebuilt", False)
+        if prebuilt and not both and not neither:
+            return None
+        at = declared.at("mesh" if self.mesh is not None else "element")
+        problem, label, help = (
+            (f"`{declared.name}` has neither a `size` nor a `mesh`", "how fine?",
+             'give `size = 5 mm`, or a mesh: `mesh = mesh("file.msh", unit = 1 mm)`')
+            if neither
+            else (f"`{declared.name}` has both a `size` and a `mesh`", "one of them only",
+                  "a mesh from a file has its own size; leave `size` out")
+            if both
+            else (f"the `mesh` of `{declared.name}` is a shape without cells", "not a mesh",
+                  'name a file: `mesh = mesh("file.msh", unit = 1 mm)`')
+        )  # fmt: skip
+        return Diagnostic("E507", problem, at.source, at.span, label, help)
+
+    def _options(self, declared: Declared, case: Case) -> Diagnostic | None:
+        """Options that do not go together."""
+        if self.integration == "selective" and self.element != "hex8":
+            at, help = declared.at("integration"), "leave it out, or use `hex8`"
+            problem, label = f"selective integration is one of hex8, not of {self.element}", "only with hex8"
+        elif self.integration == "selective" and self._inseparable(case):
+            at, help = declared.at("integration"), "use `full`, or another material"
+            problem = f"the law of `{case.body.name}` does not come apart into shear and volume"
+            label = "needs a law that does"
+        elif self.rotation == "element" and self.strain != "corotational":
+            at, help = declared.at("rotation"), "leave it out, or measure strain by `strain = corotational`"
+            problem, label = f"strain = {self.strain} has no rotation to choose", "only with corotational"
+        else:
+            return None
+        return Diagnostic("E508", problem, at.source, at.span, label, help)
+
+    def _inseparable(self, case: Case) -> bool:
+        known = self.strain == "finite" and case.material.finite_law() is not None
+        return known and case.material.finite_parts() is None
 
     def _finite_law(self, declared: Declared, case: Case) -> Diagnostic | None:
         if self.strain != "finite" or case.material.finite_law() is not None:
@@ -58,17 +118,20 @@ class Fem:
         )
 
     def _locking(self, declared: Declared, case: Case) -> Diagnostic | None:
-        nu = case.material.poisson
-        if self.element != "tet4" or nu < LOCKING:
+        nu, element = case.material.poisson, element_class(self.element)
+        if nu < element.locks or self.integration == "selective":
             return None
         at = declared.at("element")
+        cells = {"tet4": "linear tetrahedra", "hex8": "linear hexahedra"}.get(self.element, self.element)
+        free = "use tet10, or hex8 with `integration = selective`"
+        cure = "refine and compare" if self.element == "tet10" else free
         return Diagnostic(
             "W301",
-            f"linear tetrahedra lock at a Poisson's ratio of {nu:g}",
+            f"{cells} lock at a Poisson's ratio of {nu:g}",
             at.source,
             at.span,
             "too stiff here",
-            "it bends too little, the more so the coarser its mesh: refine and compare, or use another model",
+            f"it bends too little, the more so the coarser its mesh: {cure}",
         )
 
     def _rotation(self, declared: Declared, case: Case) -> Diagnostic | None:
@@ -87,17 +150,18 @@ class Fem:
 
     def _coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
         shape = case.shape
-        if getattr(shape, "prebuilt", False):
+        if self.size is None or self._own_mesh(case):
             return None
         low, high = shape.bounds
         at = declared.at("size")
-        cells = 5 * shape.volume / self.size**3
-        if cells > 2e7:
+        each = 1 if self.element == "hex8" else 5
+        cells = each * shape.volume / self.size**3
+        if cells > (2e7 if self.element == "tet4" else 4e6):
             size = units.show(self.size, units.LENGTH)
             extent = units.show(max(b - a for a, b in zip(low, high, strict=True)), units.LENGTH)
             return Diagnostic(
                 "E304",
-                f"a mesh of about {cells:.0e} tetrahedra does not fit in memory",
+                f"a mesh of about {cells:.0e} {element_class(self.element).family} does not fit in memory",
                 at.source,
                 at.span,
                 f"{size} for a body of {extent}",
@@ -117,12 +181,13 @@ class Fem:
 
     def outline(self, case: Case) -> str:
         """One line for the plan."""
-        mesh = (
-            "of the file"
-            if getattr(case.shape, "prebuilt", False)
-            else f"of about {units.show(self.size, units.LENGTH)}"
+        size = "" if self.size is None else f"of about {units.show(self.size, units.LENGTH)}"
+        mesh = "of the file" if self._own_mesh(case) else size
+        options = (
+            " selectively integrated," if self.integration == "selective" else "",
+            " one rotation for each cell," if self.rotation == "element" else "",
         )
-        return f"{self.element} {mesh}, {self.strain} strain"
+        return f"{self.element} {mesh},{''.join(options)} {self.strain} strain"
 
     def load(self) -> None:
         """Import what building needs, so that no clock counts it."""

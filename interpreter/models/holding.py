@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softmark.interpreter.case import Case, Fault, fault, reach
 from softmark.interpreter.models.rigid import free_motions, point_rows
 from softmark.interpreter.scene import Declared
-from softmark.interpreter.vocabulary.supports import Displaced
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.supports import Displaced, Follows
 from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
@@ -58,8 +60,10 @@ class Held:
             raise conflict(owner, support)
 
     def finished(self) -> tuple[Ints, Floats]:
-        """The degrees of freedom in order, and their values. Raises Fault where a rigid motion is left free."""
-        must_be_held(self.case, np.concatenate(self.rows) / self.extent ** np.array([0, 0, 0, 1, 1, 1]))
+        """The degrees of freedom in order, and their values. Raises Fault where a body at rest is free to move."""
+        if not isinstance(self.case.analysis, Dynamic):
+            rows = np.concatenate(self.rows) / self.extent ** np.array([0, 0, 0, 1, 1, 1])
+            must_be_held(self.case, rows)
         fixed = sorted(self.values)
         return np.array(fixed, dtype=np.int64), np.array([self.values[dof][0] for dof in fixed])
 
@@ -69,16 +73,57 @@ def moved_by(support: Declared) -> tuple[float, float, float]:
     return support.thing.by if isinstance(support.thing, Displaced) else (0.0, 0.0, 0.0)
 
 
-def solid_supports(case: Case, mesh: Mesh) -> tuple[Ints, Floats]:
-    """Held degrees of freedom of a mesh (c,) and their displacements (c,), m. Raises Fault."""
+def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple[Ints, Floats]:
+    """Held degrees of freedom of a mesh (c,) and their displacements (c,), m. Raises Fault.
+
+    `measured` has the tracked points that supports may follow, by the name of their reference.
+    """
     held = Held(case, mesh.extent)
     for support in case.supports:
         nodes = np.nonzero(selected(case, support, mesh.points, "point"))[0]
         held.rows.append(point_rows(mesh.points[nodes] - mesh.points.mean(axis=0), support.thing.components))
+        moved = displacements(support, mesh.points[nodes], measured)
         for c in support.thing.components:
-            for dof in (3 * nodes + c).tolist():
-                held.impose(dof, moved_by(support)[c], support)
+            for node, value in zip(nodes.tolist(), moved[:, c].tolist(), strict=True):
+                held.impose(3 * node + c, value, support)
     return held.finished()
+
+
+def displacements(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floats:
+    """What a support imposes on points X (n, 3) of the undeformed body (n, 3), m. Raises Fault."""
+    if isinstance(support.thing, Follows):
+        return _followed(support, X, measured)
+    return np.tile(moved_by(support), (len(X), 1))
+
+
+def _followed(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floats:
+    """Displacements (n, 3) of tracked points near the points X, interpolated by thin plate splines."""
+    from scipy.interpolate import RBFInterpolator
+    from scipy.spatial import cKDTree
+
+    thing = support.thing
+    if thing.of not in measured:
+        at, problem = support.at("of"), f"`{support.name}` follows `{thing.of}`, which could not be read"
+        raise fault("E406", at, problem, help="the report of the reference says why")
+    data = measured[thing.of]
+    near = cKDTree(X).query(data.X)[0] <= thing.reach
+    points = data.X[near]
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) if len(points) > 3 else np.zeros(3)
+    if len(points) < 4 or spread[1] < 1e-6 * spread[0]:
+        raise fault(
+            "E302",
+            support.at("reach"),
+            f"`{support.name}` finds {len(points)} tracked points near the part that it moves",
+            "too few to tell how it moves",
+            "use a larger `reach`, or another `where`",
+        )
+    # nearly in one plane, as a layer of beads is, only their place within the plane says anything
+    centre, axes = points.mean(axis=0), np.linalg.svd(points - points.mean(axis=0))[2]
+    flat = spread[2] < 0.1 * spread[1]
+    frame = axes[: 2 if flat else 3].T
+    spline = RBFInterpolator((points - centre) @ frame, data.u[near], kernel="thin_plate_spline")
+    u: Floats = spline((X - centre) @ frame)
+    return u
 
 
 def conflict(first: Declared, second: Declared) -> Fault:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, Literal
+
 import numpy as np
 
 from softmark.interpreter import units
@@ -13,38 +15,88 @@ from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.mesh.mesh import Mesh
 
-FINENESS = 8  # a surface triangle is sampled at the centroids of FINENESS^2 parts of equal area
+FINENESS = 8  # a boundary facet is sampled at the centres of FINENESS^2 parts
+
+Distribution = Literal["consistent", "lumped", "uniform"]
 
 
-def solid_loads(case: Case, mesh: Mesh, parts: Integration, small: bool) -> list[Energy]:
-    """All loads of a case on a mesh. `small`: pressure acts on the undeformed surface. Raises Fault."""
+def solid_loads(
+    case: Case, mesh: Mesh, parts: Integration, small: bool, mass: Distribution = "consistent"
+) -> list[Energy]:
+    """All loads of a case, dead forces in one. `small`: pressure acts on the undeformed surface. Raises Fault."""
+    found = [energy for _, energy in single_loads(case, mesh, parts, small, mass)]
+    dead = sum((e.f for e in found if isinstance(e, DeadForces)), np.zeros(mesh.points.size))
+    return [DeadForces(dead), *(e for e in found if not isinstance(e, DeadForces))]
+
+
+def single_loads(
+    case: Case, mesh: Mesh, parts: Integration, small: bool, mass: Distribution = "consistent"
+) -> list[tuple[Declared, Energy]]:
+    """Each load of a case with its energy at full size. Raises Fault."""
+    return [(load, _load(case, load, mesh, parts, small, mass)) for load in case.loads]
+
+
+def _load(
+    case: Case, load: Declared, mesh: Mesh, parts: Integration, small: bool, mass: Distribution
+) -> Energy:
     dead = np.zeros((len(mesh.points), 3))
-    followers: list[Energy] = []
-    for load in case.loads:
-        match load.thing:
-            case Gravity(magnitude=magnitude, direction=direction):
-                shares = case.material.density * parts.w @ parts.N  # (m, a) kg on each node of each cell
-                np.add.at(dead, mesh.cells, shares[:, :, None] * (magnitude * np.array(direction)))
-            case Traction(vector=vector):
-                faces, share = _faces(case, load, mesh)
-                areas = np.linalg.norm(_area_vectors(mesh, faces), axis=1)
-                _spread(dead, faces, (share * areas)[:, None] * np.array(vector))
-            case Pressure(magnitude=p) if small:
-                faces, share = _faces(case, load, mesh)
-                _spread(dead, faces, -p * share[:, None] * _area_vectors(mesh, faces))
-            case Pressure(magnitude=p):
-                faces, share = _faces(case, load, mesh)
-                followers.append(FollowerPressure(mesh.points, faces, p * share))
-            case PointForce():
-                _point_force(dead, case, load, mesh)
-            case _:
-                raise fault("E501", load.location, f"no solid model knows the load `{load.name}`")
-    return [DeadForces(dead.ravel()), *followers]
+    match load.thing:
+        case Gravity(magnitude=magnitude, direction=direction):
+            weights = nodal_mass(mesh, parts, case.material.density, mass)
+            dead += weights[:, None] * (magnitude * np.array(direction))
+        case Traction(vector=vector):
+            facets, share = _facets(case, load, mesh)
+            areas = np.linalg.norm(_area_vectors(mesh, facets), axis=2)
+            _spread(dead, mesh, facets, (share[:, None] * areas)[:, :, None] * np.array(vector))
+        case Pressure(magnitude=p) if small:
+            facets, share = _facets(case, load, mesh)
+            _spread(dead, mesh, facets, -p * share[:, None, None] * _area_vectors(mesh, facets))
+        case Pressure(magnitude=p):
+            facets, share = _facets(case, load, mesh)
+            return FollowerPressure(mesh.points, facets, p * share)
+        case PointForce():
+            _point_force(dead, case, load, mesh)
+        case _:
+            raise fault("E501", load.location, f"no solid model knows the load `{load.name}`")
+    return DeadForces(dead.ravel())
 
 
-def _spread(dead: Floats, faces: Ints, forces: Floats) -> None:
-    """A third of each face's force (f, 3) to each of its corners."""
-    np.add.at(dead, faces, np.broadcast_to(forces[:, None] / 3, (len(faces), 3, 3)))
+def nodal_mass(mesh: Mesh, parts: Integration, density: float, mass: Distribution) -> Floats:
+    """The mass that each node carries (n,), kg: rows of the consistent matrix, or its diagonal, or equal shares."""
+    if mass == "uniform":
+        return np.full(len(mesh.points), density * float(parts.w.sum()) / len(mesh.points))
+    if mass == "lumped":
+        lumped: Floats = mass_matrix(mesh, parts, density, mass)[::3]
+        return lumped
+    carried = np.zeros(len(mesh.points))
+    np.add.at(carried, mesh.cells, density * parts.w @ parts.N)
+    return carried
+
+
+def mass_matrix(mesh: Mesh, parts: Integration, density: float, mass: Distribution) -> Any:
+    """The mass matrix, kg: sparse (3n, 3n) where it is consistent, and else its diagonal (3n,)."""
+    from softmark.solvers.dynamics.mass import consistent_mass, lumped_mass, mass_points
+
+    if mass == "uniform":
+        return np.repeat(nodal_mass(mesh, parts, density, mass), 3)
+    N, w = mass_points(mesh.points, mesh.cells, mesh.element)
+    form = consistent_mass if mass == "consistent" else lumped_mass
+    return form(mesh.cells, N, w, density, len(mesh.points))
+
+
+def _spread(dead: Floats, mesh: Mesh, facets: Ints, forces: Floats) -> None:
+    """Add the consistent nodal forces of `forces` (f, q, 3), N per unit of local area: sum over points of w N_a t."""
+    xi, weights = mesh.element.facet.quadrature()
+    wN = weights[:, None] * mesh.element.facet.shape(xi)
+    np.add.at(dead, facets, np.einsum("qa,fqi->fai", wN, forces))
+
+
+def _area_vectors(mesh: Mesh, facets: Ints) -> Floats:
+    """dX/dxi x dX/deta at the points of the quadrature (f, q, 3), m^2 per unit of the local coordinates, outward."""
+    xi, _ = mesh.element.facet.quadrature()
+    tangents = np.einsum("qaj,fai->jfqi", mesh.element.facet.gradient(xi), mesh.points[facets])
+    vectors: Floats = np.cross(tangents[0], tangents[1])
+    return vectors
 
 
 def _point_force(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
@@ -61,13 +113,13 @@ def _point_force(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
     np.add.at(dead, place.nodes[0], place.N[0][:, None] * np.array(load.thing.vector))
 
 
-def _faces(case: Case, load: Declared, mesh: Mesh) -> tuple[Ints, Floats]:
-    """Boundary triangles that a condition selects, and the part of each that it does (f,). Raises Fault.
+def _facets(case: Case, load: Declared, mesh: Mesh) -> tuple[Ints, Floats]:
+    """Boundary facets that a condition selects, and the part of each that it does (f,). Raises Fault.
 
-    A triangle across the border of the selection counts by its part inside: the resultant does not jump with the mesh.
+    A facet across the border of the selection counts by its part inside: the resultant does not jump with the mesh.
     """
-    corners = mesh.points[mesh.faces]  # (f, 3, 3)
-    x, y, z = np.einsum("sc,fcx->xfs", _samples(), corners)
+    N = mesh.element.facet.shape(mesh.element.facet.samples(FINENESS))  # (s, k)
+    x, y, z = np.einsum("sc,fcx->xfs", N, mesh.points[mesh.facets])
     share: Floats = np.broadcast_to(load.thing.where.holds(x, y, z, mesh.extent), x.shape).mean(axis=1)
     chosen = share > 0
     if not chosen.any():
@@ -78,20 +130,4 @@ def _faces(case: Case, load: Declared, mesh: Mesh) -> tuple[Ints, Floats]:
             "selects nothing",
             "the condition must hold on a part of the surface that has an area",
         )
-    return mesh.faces[chosen], share[chosen]
-
-
-def _samples() -> Floats:
-    """Barycentric coordinates (FINENESS^2, 3) of the centroids of equal parts of a triangle."""
-    n = FINENESS
-    up = [(3 * i + 1, 3 * j + 1) for i in range(n) for j in range(n - i)]
-    down = [(3 * i + 2, 3 * j + 2) for i in range(n - 1) for j in range(n - 1 - i)]
-    first = np.array([*up, *down]) / (3 * n)
-    return np.concatenate([first, 1 - first.sum(axis=1, keepdims=True)], axis=1)
-
-
-def _area_vectors(mesh: Mesh, faces: Ints) -> Floats:
-    """Outward normals times areas (f, 3), m^2."""
-    a, b, c = (mesh.points[faces[:, i]] for i in range(3))
-    vectors: Floats = 0.5 * np.cross(b - a, c - a)
-    return vectors
+    return mesh.facets[chosen], share[chosen]

@@ -43,6 +43,7 @@ class Solution:
     displacement: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None  # (n, 3) -> (n, 3), m
     notes: tuple[Diagnostic, ...] = ()
     history: History | None = None  # of a dynamic analysis; `displacement` is then that of its end
+    mesh: Any = None  # points, cells, kind and nodal displacements, for files that other programs read
 
 
 class Prepared(Protocol):
@@ -83,7 +84,8 @@ class Model(Protocol):
 class Workshop:
     """Meshes that models of one run share, and the scene for a model that must know what it is judged by."""
 
-    meshes: dict[tuple[str, str, float], Any] = field(default_factory=dict)
-    seconds: dict[tuple[str, str, float], tuple[float, float]] = field(default_factory=dict)  # wall, CPU
+    meshes: dict[tuple[Any, ...], Any] = field(default_factory=dict)
+    seconds: dict[tuple[Any, ...], tuple[float, float]] = field(default_factory=dict)  # wall, CPU
     borrowed: tuple[float, float] = (0.0, 0.0)  # what the meshes cost that the present model found made
     scene: Scene | None = None
+    measured: Mapping[str, Any] = field(default_factory=dict)  # what references of measured data hold

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -11,17 +12,21 @@ import numpy as np
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import units
 from softmark.interpreter.case import Case, fault
+from softmark.interpreter.datasets import located
 from softmark.interpreter.models import outcome
-from softmark.interpreter.models.fem import LARGE_ANGLE, Fem, element_class
+from softmark.interpreter.models.fem import LARGE_ANGLE, Fem
 from softmark.interpreter.models.holding import solid_supports
-from softmark.interpreter.models.loading import solid_loads
-from softmark.interpreter.models.prepared import Solution, Workshop
+from softmark.interpreter.models.loading import mass_matrix, single_loads, solid_loads
+from softmark.interpreter.models.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.scene import Declared
+from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.assembly import Assembly
-from softmark.solvers.elements.interpolation import integration, locate
-from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.energies.energy import Floats, VectorSpace
-from softmark.solvers.materials import law_for
+from softmark.solvers.elements.interpolation import Integration, centre_rule, integration, locate
+from softmark.solvers.energies import elementwise
+from softmark.solvers.energies.elastic import Elastic, Together
+from softmark.solvers.energies.elementwise import ElementRotation
+from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
+from softmark.solvers.materials import law_for, parts_for
 from softmark.solvers.mesh.file import Unreadable
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.statics import Equilibrium, Statics, equilibrium
@@ -34,7 +39,11 @@ LOST_VOLUME = 0.05  # share of the body's volume that a mesh may miss without a 
 
 @dataclass(frozen=True)
 class PreparedSolid:
-    """A mesh, its elastic energy, and the static problem."""
+    """A mesh, its elastic energy, and the static problem.
+
+    `elastic` has the law at all points of the element's quadrature: what strains are measured with, whatever energy the
+    problem has.
+    """
 
     model: Fem
     declared: Declared
@@ -74,9 +83,8 @@ class PreparedSolid:
     def _finish(self, found: Equilibrium) -> Solution:
         u = found.x.reshape(-1, 3)
         solution = outcome.converged(found, lambda X: locate(self.mesh, X).interpolate(u))
-        return replace(
-            solution, notes=(*self._misread_rotation(found.x), *outcome.doubts(self.declared, found))
-        )
+        notes = (*self._misread_rotation(found.x), *outcome.doubts(self.declared, found))
+        return replace(solution, notes=notes, mesh=Deformed(self.mesh, u))
 
     def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
         if self.model.strain != "small":
@@ -99,24 +107,56 @@ class PreparedSolid:
         )
 
 
-def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> PreparedSolid:
-    """Everything that solving needs. Raises Fault."""
-    mesh = mesh_of(model, case, workshop)
-    element = element_class(model.element)
-    parts = integration(mesh, element)
+@dataclass(frozen=True)
+class Deformed:
+    """A mesh and the displacements of its points, for files that other programs read."""
+
+    mesh: Mesh
+    displacement: Floats  # (n, 3) m
+    times: Floats | None = None  # (t,) s
+    frames: Floats | None = None  # (t, n, 3) m: displacements at these times
+
+    @property
+    def points(self) -> Floats:
+        """Undeformed points (n, 3), m."""
+        return self.mesh.points
+
+    @property
+    def cells(self) -> Any:
+        """Nodes of each cell (m, a)."""
+        return self.mesh.cells
+
+    @property
+    def kind(self) -> str:
+        """The element."""
+        return self.mesh.kind
+
+
+def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """Everything that solving needs, for rest or for motion. Raises Fault."""
+    static, parts = at_rest(model, declared, case, workshop)
+    if not isinstance(case.analysis, Dynamic):
+        return static
+    from softmark.interpreter.models.motion import in_motion
+
+    mesh, problem = static.mesh, static.problem
+    loads = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
+    mass = mass_of(model, case, mesh, parts)
+    return in_motion(static, declared, case, mesh, mass, problem.assembly.internal, loads, problem)
+
+
+def at_rest(
+    model: Fem, declared: Declared, case: Case, workshop: Workshop
+) -> tuple[PreparedSolid, Integration]:
+    """The static problem, and the integration over its mesh. Raises Fault."""
+    mesh = mesh_of(model, declared, case, workshop)
+    parts = integration(mesh)
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, model.strain))
-    fixed, target = solid_supports(case, mesh)
-    loads = solid_loads(case, mesh, parts, small=model.strain == "small")
+    energy, twin = energies(model, case, mesh, elastic)
+    fixed, target = solid_supports(case, mesh, workshop.measured)
+    loads = solid_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
     dofs = mesh.points.size
-    assembly = Assembly(dofs, fixed, [elastic], loads)
-    twin = None
-    if model.strain == "finite":
-        softer = replace(elastic, law=law_for(case.material, "corotational"))
-        twin = assembly.with_internal([softer])
-
-    def sound(x: Floats) -> bool:
-        return model.strain == "small" or bool(np.all(np.linalg.det(elastic.F(x)) > 0))
-
+    assembly = Assembly(dofs, fixed, [energy], loads)
     problem = Statics(
         assembly,
         VectorSpace(dofs),
@@ -125,52 +165,105 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
         target,
         case.analysis.tolerance,
         case.analysis.max_iterations,
-        twin,
-        sound,
+        None if twin is None else assembly.with_internal([twin]),
+        soundness(model, elastic),
         convex=model.strain == "small" and assembly.conservative,
         extent=mesh.extent,
     )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
-    return PreparedSolid(
-        model, declared, case.shape, mesh, elastic, problem, size, _volume_note(declared, case, mesh)
-    )
+    notes = volume_note(declared, case, mesh)
+    static = PreparedSolid(model, declared, model.mesh or case.shape, mesh, elastic, problem, size, notes)
+    return static, parts
 
 
-def mesh_of(model: Fem, case: Case, workshop: Workshop) -> Mesh:
-    """The body's mesh, made once for all models that want the same."""
-    key = (case.body.name, model.element, model.size)
+def soundness(model: Fem, elastic: Elastic) -> Callable[[Floats], bool]:
+    """Whether no cell is inside out at any of its integration points; small strains know no such thing."""
+
+    def sound(x: Floats) -> bool:
+        return model.strain == "small" or bool(np.all(np.linalg.det(elastic.F(x)) > 0))
+
+    return sound
+
+
+def energies(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> tuple[Energy, Energy | None]:
+    """The elastic energy that a model asks for, and its corotational twin where its law is one of finite strain."""
+    if model.rotation == "element":
+        return _element_rotation(model, case, mesh, elastic), None
+    energy = _integrated(model, case, mesh, elastic, model.strain)
+    if model.strain != "finite":
+        return energy, None
+    return energy, _integrated(model, case, mesh, elastic, "corotational")
+
+
+def _integrated(model: Fem, case: Case, mesh: Mesh, elastic: Elastic, strain: str) -> Energy:
+    """The law at all points, or shear at all points and volume at the centre."""
+    laws = parts_for(case.material, strain) if model.integration == "selective" else None
+    if laws is None:
+        return replace(elastic, law=law_for(case.material, strain))
+    middle = integration(mesh, rule=centre_rule(mesh.element))
+    volume = Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])
+    return Together((replace(elastic, law=laws[0]), volume))
+
+
+def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> ElementRotation:
+    """One rotation for each cell, and its stiffness at rest, in full or selectively integrated."""
+    G, rest = elementwise.mean(elastic.dNdX, elastic.w), np.eye(3)[None]
+    shear, volume = parts_for(case.material, "small")  # type: ignore[misc]
+    if model.integration == "full":
+        law = law_for(case.material, "small")
+        K = elementwise.stiffness(elastic.dNdX, elastic.w, law.dPdF(rest)[0])
+    else:
+        middle = integration(mesh, rule=centre_rule(mesh.element))
+        K = elementwise.stiffness(elastic.dNdX, elastic.w, shear.dPdF(rest)[0])
+        K += elementwise.stiffness(middle.dNdX, middle.w, volume.dPdF(rest)[0])
+    return ElementRotation(mesh.points, mesh.cells, G, K)
+
+
+def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
+    """The mass matrix of a model, kg: sparse (3n, 3n) where it is consistent, and else its diagonal (3n,)."""
+    return mass_matrix(mesh, parts, case.material.density, model.mass)
+
+
+def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Mesh:
+    """The mesh of a model, made once for all models that want the same. Raises Fault."""
+    key: Any = (case.body.name, *model.mesh_key())
     if key in workshop.meshes:
         workshop.borrowed = workshop.seconds.get(key, (0.0, 0.0))
     else:
         wall, cpu = time.perf_counter(), time.process_time()
+        at = declared.at("mesh") if model.mesh is not None else case.body.at("shape")
+        shape = located(model.mesh or case.shape, at)
         try:
-            workshop.meshes[key] = case.shape.mesh(model.size)
+            workshop.meshes[key] = shape.mesh(model.element, model.size)
         except Unreadable as error:
             raise fault(
                 "E403",
-                case.body.at("shape"),
+                at,
                 f"the mesh of `{case.body.name}` cannot be used: {error}",
-                help="the file must hold tetrahedra of positive volume",
+                help="the file must hold tetrahedra or hexahedra of positive volume",
             ) from error
         workshop.seconds[key] = time.perf_counter() - wall, time.process_time() - cpu
     mesh: Mesh = workshop.meshes[key]
     return mesh
 
 
-def _volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
+def volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
+    """A warning where a mesh holds much less or more than the body."""
     if not hasattr(case.shape, "volume"):
         return ()
     lost = 1.0 - float(mesh.volumes.sum()) / case.shape.volume
-    if lost < LOST_VOLUME:
+    if abs(lost) < LOST_VOLUME:
         return ()
-    at = declared.at("size")
+    given = getattr(declared.thing, "mesh", None) is not None
+    at = declared.at("mesh" if given else "size")
     return (
         Diagnostic(
             "W305",
-            f"the mesh of `{declared.name}` holds {100 * lost:.1f} % less volume than the body",
+            f"the mesh of `{declared.name}` holds {100 * abs(lost):.1f} % {'less' if lost > 0 else 'more'} volume "
+            "than the body",
             at.source,
             at.span,
-            "too coarse for the curved surface",
-            "use a smaller size",
+            "not the same body" if given else "too coarse for the curved surface",
+            "check the file and its unit" if given else "use a smaller size",
         ),
     )

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from softmark.solvers.elements.tet4 import Tet4
+from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+
+Rule = tuple[Floats, Floats]  # local points (q, 3) and weights (q,)
+CHUNK = 32  # points whose distances to all cells are held at once
 
 
 @dataclass(frozen=True)
@@ -20,9 +22,13 @@ class Integration:
     N: Floats  # (q, a)
 
 
-def integration(mesh: Mesh, element: type[Tet4]) -> Integration:
-    """Shape function gradients with respect to the undeformed position X, by the chain rule through dX/dxi."""
-    xi, weights = element.quadrature()
+def integration(mesh: Mesh, element: type[Element] | None = None, rule: Rule | None = None) -> Integration:
+    """Shape function gradients with respect to the undeformed position X, by the chain rule through dX/dxi.
+
+    By the element of the mesh and its own quadrature where nothing else is given.
+    """
+    element = element or mesh.element
+    xi, weights = rule or element.quadrature()
     dN = element.gradient(xi)  # (q, a, 3)
     dXdxi = np.einsum("mai,qaj->mqij", mesh.points[mesh.cells], dN)
     dNdX = np.einsum("qaj,mqji->mqai", dN, np.linalg.inv(dXdxi))
@@ -30,12 +36,17 @@ def integration(mesh: Mesh, element: type[Tet4]) -> Integration:
     return Integration(np.ascontiguousarray(dNdX), w, element.shape(xi))
 
 
+def centre_rule(element: type[Element]) -> Rule:
+    """One point in the middle of the cell."""
+    return np.array([element.centre]), np.array([element.volume])
+
+
 @dataclass(frozen=True)
 class Located:
     """Where points lie in a mesh: `nodes` (n, a) of the cell and the shape functions `N` (n, a) there.
 
     `outside` (n,) is about how far, in m, a point lies outside the cell that it was given to: 0 within, and else
-    its distance to the farthest of the face planes that it lies beyond.
+    its distance to the farthest of the face planes that it lies beyond, or to a point of a cell with curved faces.
     """
 
     nodes: Ints
@@ -49,17 +60,23 @@ class Located:
 
 
 def locate(mesh: Mesh, X: Floats) -> Located:
-    """The cell and the barycentric coordinates of each point X (n, 3) of the undeformed body.
+    """The cell and the shape functions at each point X (n, 3) of the undeformed body.
 
     A point between an inscribed mesh and the curved surface that it approximates is given to the nearest cell
     and extrapolated linearly, so the caller must look at `outside`.
     """
+    return _in_tetrahedra(mesh, X) if mesh.kind == "tet4" else _in_curved_cells(mesh, X)
+
+
+# ------------------------------------------------------------------ four-node tetrahedra, in closed form
+
+
+def _in_tetrahedra(mesh: Mesh, X: Floats) -> Located:
     a = mesh.points[mesh.cells[:, 0]]
     inverse = np.linalg.inv(np.stack([mesh.points[mesh.cells[:, i]] - a for i in (1, 2, 3)], axis=2))
-    found = np.empty(len(X), dtype=np.int64)
-    N = np.empty((len(X), 4))
-    for i, point in enumerate(X):
-        found[i], N[i] = _best_cell(point, a, inverse)
+    found = _best_cells(X, a, inverse)
+    xi = np.einsum("nij,nj->ni", inverse[found], X - a[found])
+    N = np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
     dN = inverse[found]  # (n, 3, 3): rows are the gradients of N_1, N_2, N_3
     dN = np.concatenate([-dN.sum(axis=1, keepdims=True), dN], axis=1)
     outside = np.maximum(
@@ -69,9 +86,85 @@ def locate(mesh: Mesh, X: Floats) -> Located:
     return Located(mesh.cells[found], N, outside)
 
 
-def _best_cell(X: Floats, a: Floats, inverse: NDArray[np.float64]) -> tuple[int, Floats]:
-    """The cell in which the smallest barycentric coordinate of X is largest, and those coordinates."""
-    xi = np.einsum("mij,mj->mi", inverse, X - a)
-    N = np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
-    best = int(np.argmax(N.min(axis=1)))
-    return best, N[best]
+def _best_cells(X: Floats, a: Floats, inverse: Floats) -> Ints:
+    """The cell in which the smallest barycentric coordinate of each X (n, 3) is largest (n,)."""
+    middle = a.mean(axis=0)  # a far-off origin would cost digits
+    rows = np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)  # (m, 4, 3)
+    shift = np.array([1.0, 0.0, 0.0, 0.0]) - np.einsum("mki,mi->mk", rows, a - middle)
+    planes = [(np.ascontiguousarray(rows[:, k].T), shift[:, k]) for k in range(4)]
+    best = np.empty(len(X), dtype=np.int64)
+    for start in range(0, len(X), CHUNK):
+        points = X[start : start + CHUNK] - middle
+        least = points @ planes[0][0] + planes[0][1]  # (c, m)
+        for normals, at in planes[1:]:
+            np.minimum(least, points @ normals + at, out=least)
+        best[start : start + CHUNK] = least.argmax(axis=1)
+    return best
+
+
+# ------------------------------------------------------------------ other cells, by Newton's method
+
+
+def _in_curved_cells(mesh: Mesh, X: Floats) -> Located:
+    which, cell = _candidates(mesh, X)
+    xi = _local(mesh, X[which], cell)
+    element, corners = mesh.element, mesh.points[mesh.cells[cell]]  # (p, a, 3)
+    inner = element.clip(xi)
+    N = element.shape(inner)
+    gap = np.linalg.norm(X[which] - np.einsum("pa,pai->pi", N, corners), axis=1)
+    gap[gap < 1e-9 * mesh.extent] = 0.0
+    order = np.lexsort((cell, gap, which))
+    chosen = order[np.unique(which[order], return_index=True)[1]]
+    return Located(mesh.cells[cell[chosen]], _beyond(mesh, X, cell[chosen], inner[chosen]), gap[chosen])
+
+
+def _beyond(mesh: Mesh, X: Floats, cell: Ints, xi: Floats) -> Floats:
+    """N(xi) + dN/dxi . d, d the rest of the way to X: exact within, linear from the nearest point without (n, a)."""
+    N, dN = mesh.element.shape(xi), mesh.element.gradient(xi)
+    corners = mesh.points[mesh.cells[cell]]
+    J = np.einsum("pai,paj->pij", corners, dN)
+    rest = np.linalg.solve(J, (X - np.einsum("pa,pai->pi", N, corners))[:, :, None])[:, :, 0]
+    values: Floats = N + np.einsum("paj,pj->pa", dN, rest)
+    return values
+
+
+def _candidates(mesh: Mesh, X: Floats, nearest: int = 12) -> tuple[Ints, Ints]:
+    """Pairs of a point and a cell (p,) each: the cells whose boxes hold the point, or else the nearest boxes."""
+    corners = mesh.points[mesh.cells]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    # an edge of a curved cell can leave the box of its nodes
+    slack = 0.05 * (high - low).max(axis=1, keepdims=True)
+    low, high = low - slack, high + slack
+    nearest = min(nearest, len(low))
+    which, cells = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    bounds = [(np.ascontiguousarray(low[:, i]), np.ascontiguousarray(high[:, i])) for i in range(3)]
+    for start in range(0, len(X), CHUNK):
+        away = np.zeros((len(X[start : start + CHUNK]), len(low)))  # (c, m)
+        for (lowest, highest), x in zip(bounds, X[start : start + CHUNK].T[:, :, None], strict=True):
+            gap = np.maximum(lowest - x, x - highest)
+            away += np.maximum(gap, 0.0, out=gap)
+        held = away == 0.0
+        lost = np.flatnonzero(~held.any(axis=1))
+        close = np.argpartition(away[lost], nearest - 1, axis=1)[:, :nearest]
+        held[lost[:, None], close] = True
+        point, cell = np.nonzero(held)
+        which.append(start + point)
+        cells.append(cell)
+    return np.concatenate(which), np.concatenate(cells)
+
+
+def _local(mesh: Mesh, X: Floats, cell: Ints) -> Floats:
+    """Local points xi (p, 3) of X in cells, or of the points of the cells nearest to them: projected Newton steps."""
+    element, corners = mesh.element, mesh.points[mesh.cells[cell]]
+    xi = np.tile(np.array(element.centre), (len(X), 1))
+    for _ in range(20):
+        N, dN = element.shape(xi), element.gradient(xi)
+        J = np.einsum("pai,paj->pij", corners, dN)
+        rest = X - np.einsum("pa,pai->pi", N, corners)
+        step = np.linalg.solve(J, rest[:, :, None])[:, :, 0]
+        moved = element.clip(xi + step)
+        done = np.abs(moved - xi).max(initial=0.0) < 1e-13
+        xi = moved
+        if done:
+            break
+    return xi

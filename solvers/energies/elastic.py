@@ -1,4 +1,4 @@
-"""The elastic energy of a solid: any law over any element."""
+"""The elastic energy of a solid: any law over any element, and sums of such energies over the same cells."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from softmark.solvers.energies import kernels
-from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.energy import Energy, Floats, Ints
 
 
 class Law(Protocol):
@@ -81,3 +81,40 @@ class Elastic:
         tangent = self.law.dPdF_projected if projected else self.law.dPdF
         A = np.ascontiguousarray(tangent(self.F(x))).reshape(*self.w.shape, 3, 3, 3, 3)
         kernels.add_stiffness(A, self.dNdX, self.w, scale, slots, data)
+
+
+@dataclass(frozen=True)
+class Together:
+    """The sum of energies that share their stencils, as one: shear at eight points and volume at one, for example."""
+
+    parts: tuple[Energy, ...]
+
+    @property
+    def conservative(self) -> bool:
+        """Whether all are."""
+        return all(part.conservative for part in self.parts)
+
+    @property
+    def stencils(self) -> Ints:
+        """Those of every part."""
+        return self.parts[0].stencils
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N."""
+        return sum(part.rounding(x) for part in self.parts)
+
+    def value(self, x: Floats) -> float:
+        """Energy, J."""
+        return sum(part.value(x) for part in self.parts)
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Nodal forces, N."""
+        for part in self.parts:
+            part.add_gradient(x, g, scale)
+
+    def add_hessian(
+        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
+    ) -> None:
+        """Tangent stiffness, N/m."""
+        for part in self.parts:
+            part.add_hessian(x, data, slots, scale, projected)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
+from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.energies.energy import Floats, Ints, no_stencils
 
 
@@ -37,36 +39,46 @@ class DeadForces:
 
 @dataclass(frozen=True)
 class FollowerPressure:
-    """Pressure `p` (Pa) on triangles `faces` (f, 3), along their current inward normal.
+    """Pressure `p` (Pa) on facets `faces` (f, k) of three, six or four nodes, along their current inward normal.
 
-    Force of a flat triangle on each of its nodes: -p/6 (x2 - x1) x (x3 - x1); its tangent is not symmetric
-    on a surface with a free edge (Bonet and Wood 2008, section 9.5), so there is no energy.
+    Force on node a: -p int N_a (dx/dxi x dx/deta) dxi deta, by a quadrature that is exact for it; its tangent is
+    not symmetric on a surface with a free edge (Bonet and Wood 2008, section 9.5), so there is no energy.
     """
 
     points: Floats  # (n, 3) undeformed
     faces: Ints
-    p: float | Floats  # or (f,), one for each face
+    p: float | Floats  # or (f,), one for each facet
     conservative: bool = False
 
-    @property
+    @cached_property
     def stencils(self) -> Ints:
-        """Nine degrees of freedom per triangle (f, 9)."""
-        return (3 * self.faces[:, :, None] + np.arange(3)).reshape(len(self.faces), 9)
+        """Three degrees of freedom for each node of a facet (f, 3 k)."""
+        return (3 * self.faces[:, :, None] + np.arange(3)).reshape(len(self.faces), -1)
+
+    @cached_property
+    def _rule(self) -> tuple[Floats, Floats, Floats]:
+        """Weights times shape functions wN (q, k), dN/dxi and dN/deta (q, k)."""
+        facet = FACETS[self.faces.shape[1]]
+        xi, weights = facet.quadrature()
+        dN = facet.gradient(xi)
+        return weights[:, None] * facet.shape(xi), dN[:, :, 0], dN[:, :, 1]
 
     def value(self, x: Floats) -> float:
         """There is none: follower forces on an open surface have no potential."""
         raise TypeError("a follower load has no energy")
 
-    def _edges(self, x: Floats) -> tuple[Floats, Floats]:
+    def _tangents(self, x: Floats) -> tuple[Floats, Floats]:
+        """dx/dxi and dx/deta (f, q, 3)."""
+        _, first, second = self._rule
         y = (self.points + x.reshape(-1, 3))[self.faces]
-        return y[:, 1] - y[:, 0], y[:, 2] - y[:, 0]
+        return np.einsum("qk,fki->fqi", first, y), np.einsum("qk,fki->fqi", second, y)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus the nodal forces, N."""
-        e1, e2 = self._edges(x)
-        minus_force = scale / 6.0 * np.reshape(self.p, (-1, 1)) * np.cross(e1, e2)
-        for corner in range(3):
-            np.add.at(g.reshape(-1, 3), self.faces[:, corner], minus_force)
+        wN = self._rule[0]
+        minus_force = np.einsum("qa,fqi->fai", wN, np.cross(*self._tangents(x)))
+        minus_force *= scale * np.reshape(self.p, (-1, 1, 1))
+        np.add.at(g.reshape(-1, 3), self.faces, minus_force)
 
     def add_hessian(
         self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
@@ -74,15 +86,14 @@ class FollowerPressure:
         """Load stiffness, not symmetric; left out of a projected tangent, which must stay definite."""
         if projected:
             return
-        e1, e2 = self._edges(x)
-        # d(e1 x e2) = -[e2]x de1 + [e1]x de2 with de1 = dx1 - dx0, de2 = dx2 - dx0
-        d1, d2 = -_cross_matrix(e2), _cross_matrix(e1)
-        row = (
-            np.concatenate([-(d1 + d2), d1, d2], axis=2) * np.reshape(self.p, (-1, 1, 1)) * (scale / 6.0)
-        )  # (f, 3, 9)
-        block = np.tile(row, (1, 3, 1))
+        wN, first, second = self._rule
+        a, b = self._tangents(x)
+        # d(a x b) = -[b]x da + [a]x db
+        block = np.einsum("qa,qb,fqij->faibj", wN, second, _cross_matrix(a), optimize=True)
+        block -= np.einsum("qa,qb,fqij->faibj", wN, first, _cross_matrix(b), optimize=True)
+        block *= scale * np.reshape(self.p, (-1, 1, 1, 1, 1))
         keep = slots >= 0
-        np.add.at(data, slots[keep], block[keep])
+        np.add.at(data, slots[keep], block.reshape(slots.shape)[keep])
 
     def rounding(self, x: Floats) -> float:
         """Far below that of the body that carries it."""
@@ -90,7 +101,7 @@ class FollowerPressure:
 
 
 def _cross_matrix(a: Floats) -> Floats:
-    """[a]x (n, 3, 3) with [a]x b = a x b."""
-    m = np.zeros((len(a), 3, 3))
-    m[:, 0, 1], m[:, 0, 2], m[:, 1, 2] = -a[:, 2], a[:, 1], -a[:, 0]
-    return m - m.transpose(0, 2, 1)
+    """[a]x (..., 3, 3) with [a]x b = a x b."""
+    m = np.zeros((*a.shape, 3))
+    m[..., 0, 1], m[..., 0, 2], m[..., 1, 2] = -a[..., 2], a[..., 1], -a[..., 0]
+    return m - m.swapaxes(-1, -2)

@@ -19,7 +19,7 @@ from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 from softmark.solvers.materials.small_strain import SmallStrain
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 
-__all__ = ["MATERIALS", "STRAINS", "Isotropic", "Law", "NoFiniteLaw", "law_for", "project"]
+__all__ = ["MATERIALS", "STRAINS", "Isotropic", "Law", "NoFiniteLaw", "law_for", "parts_for", "project"]
 
 MATERIALS: dict[str, type[Isotropic]] = {
     "linear_elastic": LinearElastic,
@@ -66,3 +66,16 @@ def law_for(material: Isotropic, strain: str) -> Law:
     Raises NoFiniteLaw, and KeyError for a strain that is not in STRAINS.
     """
     return STRAINS[strain](material)
+
+
+def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
+    """Two laws that add up to `law_for`: of the shear modulus mu, and of the modulus that holds the volume.
+
+    That modulus is lam, or the bulk modulus in a law that is written with it. None where the law does not come apart.
+    """
+    mu, lam = material.shear_modulus, material.lame_lambda
+    if strain == "small":
+        return SmallStrain(mu, 0.0), SmallStrain(0.0, lam)
+    if strain == "corotational":
+        return Corotational(mu, 0.0), Corotational(0.0, lam)
+    return material.finite_parts()

@@ -20,22 +20,33 @@ class Isotropic:
     young: Annotated[float, "Pa in (0, inf)", "Young's modulus of the undeformed solid"]
     poisson: Annotated[float, "1 in (-1, 0.5)", "Poisson's ratio of the undeformed solid"]
     density: Annotated[float, "kg/m^3 in (0, inf)", "mass per volume of the undeformed solid"]
+    # What of the two moduli a law keeps, 0 in the parts of a law that is taken apart. No fields: scenes do not see them
+    shear_share = 1.0
+    volume_share = 1.0
 
     @property
     def shear_modulus(self) -> float:
         """mu = E / (2 (1 + nu)), Pa."""
-        return self.young / (2.0 * (1.0 + self.poisson))
+        return self.shear_share * (self.young / (2.0 * (1.0 + self.poisson)))
 
     @property
     def lame_lambda(self) -> float:
         """lam = E nu / ((1 + nu) (1 - 2 nu)), Pa."""
-        return self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
+        lam = self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
+        return self.volume_share * lam
 
     @property
     def bulk_modulus(self) -> float:
         """K = lam + 2 mu / 3 = E / (3 (1 - 2 nu)), Pa."""
-        return self.young / (3.0 * (1.0 - 2.0 * self.poisson))
+        return self.volume_share * (self.young / (3.0 * (1.0 - 2.0 * self.poisson)))
 
     def finite_law(self) -> Law | None:
         """The material's law at finite strain; None where it has none."""
+        return None
+
+    def finite_parts(self) -> tuple[Law, Law] | None:
+        """Two laws at finite strain that add up to the law: of the shear modulus, and of what holds the volume.
+
+        None where there is no such law, or where it does not come apart.
+        """
         return None

@@ -21,7 +21,7 @@ from softmark.solvers.materials.isotropic import Isotropic
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.solvers.materials.law import Array
+    from softmark.solvers.materials.law import Array, Law
 else:
     from softmark.solvers.deferred import np
 
@@ -37,6 +37,10 @@ class NeoHookean(Hyperelastic, Isotropic):
     Source: Bonet, Wood, "Nonlinear Continuum Mechanics for Finite Element Analysis" (2nd ed. 2008),
     chapter 6.
     """
+
+    def finite_parts(self) -> tuple[Law, Law] | None:
+        """The energy is linear in its two moduli."""
+        return _Shear(**vars(self)), _Volume(**vars(self))
 
     def _psi(self, f: Array) -> Array:
         mu, lam = self.shear_modulus, self.lame_lambda
@@ -64,3 +68,15 @@ class NeoHookean(Hyperelastic, Isotropic):
         set_outer(H, cof, cof * ((lam + q) / (J * J)))
         add_cross(H, f * (-q / J))
         add_identity(H, mu)
+
+
+class _Shear(NeoHookean):
+    """The part that belongs to mu."""
+
+    volume_share = 0.0
+
+
+class _Volume(NeoHookean):
+    """The part that belongs to lam."""
+
+    shear_share = 0.0

@@ -22,7 +22,7 @@ from softmark.solvers.materials.isotropic import Isotropic
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.solvers.materials.law import Array
+    from softmark.solvers.materials.law import Array, Law
 else:
     from softmark.solvers.deferred import np
 
@@ -38,6 +38,10 @@ class NeoHookeanIsochoric(Hyperelastic, Isotropic):
     Source: Simo, Taylor, Pister (1985), Comput. Methods Appl. Mech. Eng. 51:177; Holzapfel, "Nonlinear Solid
     Mechanics" (2000), section 6.4.
     """
+
+    def finite_parts(self) -> tuple[Law, Law] | None:
+        """The energy is linear in its two moduli."""
+        return _Shear(**vars(self)), _Volume(**vars(self))
 
     def _psi(self, f: Array) -> Array:
         mu, K = self.shear_modulus, self.bulk_modulus
@@ -75,3 +79,15 @@ class NeoHookeanIsochoric(Hyperelastic, Isotropic):
     def _isochoric_modulus(self, j: Array) -> Array:
         """mu J^(-2/3), NaN where J <= 0."""
         return self.shear_modulus * np.exp(-2.0 / 3.0 * np.log1p(j))
+
+
+class _Shear(NeoHookeanIsochoric):
+    """The part that belongs to mu."""
+
+    volume_share = 0.0
+
+
+class _Volume(NeoHookeanIsochoric):
+    """The part that belongs to K."""
+
+    shear_share = 0.0

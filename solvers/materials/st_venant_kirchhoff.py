@@ -20,7 +20,7 @@ from softmark.solvers.materials.hyperelastic import Hyperelastic
 from softmark.solvers.materials.isotropic import Isotropic
 
 if TYPE_CHECKING:
-    from softmark.solvers.materials.law import Array
+    from softmark.solvers.materials.law import Array, Law
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,10 @@ class StVenantKirchhoff(Hyperelastic, Isotropic):
     peaks at a stretch of 1/sqrt(3), and no energy stops an element from turning inside out.
     Source: Ciarlet, "Mathematical Elasticity I" (1988), chapters 3 and 4.
     """
+
+    def finite_parts(self) -> tuple[Law, Law] | None:
+        """The energy is linear in its two moduli."""
+        return _Shear(**vars(self)), _Volume(**vars(self))
 
     def _psi(self, f: Array) -> Array:
         E = _green_strain(f)
@@ -70,3 +74,15 @@ def _add_frames(H: Array, b: Array, S: Array) -> None:
             for r in range(p, 3):
                 H[3 * p + q, 3 * r + q] += b[p, r]
                 H[3 * q + p, 3 * q + r] += S[p, r]
+
+
+class _Shear(StVenantKirchhoff):
+    """The part that belongs to mu."""
+
+    volume_share = 0.0
+
+
+class _Volume(StVenantKirchhoff):
+    """The part that belongs to lam."""
+
+    shear_share = 0.0

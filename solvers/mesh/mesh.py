@@ -4,38 +4,64 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.solvers.elements import ELEMENTS
+
+if TYPE_CHECKING:
+    from softmark.solvers.elements.element import Element
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-# Faces of a tetrahedron seen from outside, counter-clockwise: positive volume gives outward normals.
-TET_FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """Tetrahedra: `points` (n, 3) in m and `cells` (m, 4), positively oriented. Arrays are never written to."""
+    """`points` (n, 3) in m and `cells` (m, a) of one kind of element, positively oriented. Arrays are never written to.
+
+    Nodes of a cell are in the order of VTK and meshio. `skin` (f, k) are the boundary facets of a mesh whose cells do
+    not match across their faces, where cells alone cannot tell what is boundary.
+    """
 
     points: Floats  # (n, 3)
-    cells: Ints  # (m, 4)
+    cells: Ints  # (m, a)
+    kind: str = "tet4"  # a key of ELEMENTS
+    skin: Ints | None = None
+
+    @property
+    def element(self) -> type[Element]:
+        """The element of its cells."""
+        return ELEMENTS[self.kind]
 
     @cached_property
     def volumes(self) -> Floats:
-        """Signed volume of each cell, m^3 (m,)."""
-        a, b, c, d = (self.points[self.cells[:, i]] for i in range(4))
-        volumes: Floats = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0
-        return volumes
+        """Signed volume of each cell by the element's quadrature, m^3 (m,)."""
+        if self.kind == "tet4":
+            a, b, c, d = (self.points[self.cells[:, i]] for i in range(4))
+            volumes: Floats = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0
+            return volumes
+        xi, weights = self.element.quadrature()
+        return jacobians(self, xi) @ weights
+
+    @cached_property
+    def facets(self) -> Ints:
+        """Boundary facets (f, k), counter-clockwise from outside: those that belong to one cell only."""
+        if self.skin is not None:
+            return self.skin
+        facets = self.cells[:, np.array(self.element.facets)].reshape(-1, self.element.facet.nodes)
+        corners = np.sort(facets[:, : self.element.facet.corners], axis=1)
+        _, first, count = np.unique(corners, axis=0, return_index=True, return_counts=True)
+        boundary: Ints = facets[np.sort(first[count == 1])]
+        return boundary
 
     @cached_property
     def faces(self) -> Ints:
-        """Boundary triangles (f, 3), counter-clockwise from outside: those that belong to one cell only."""
-        faces = self.cells[:, TET_FACES].reshape(-1, 3)
-        _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
-        boundary: Ints = faces[np.sort(first[count == 1])]
-        return boundary
+        """Boundary triangles (t, 3) over existing points, counter-clockwise from outside: for views and distances."""
+        faces: Ints = self.facets[:, np.array(self.element.facet.triangles)].reshape(-1, 3)
+        return faces
 
     @cached_property
     def extent(self) -> float:
@@ -43,8 +69,21 @@ class Mesh:
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
 
+def jacobians(mesh: Mesh, xi: Floats) -> Floats:
+    """det dX/dxi (m, q) at local points xi (q, 3), m^3: negative where a cell is inside out."""
+    dXdxi = np.einsum("mai,qaj->mqij", mesh.points[mesh.cells], mesh.element.gradient(xi))
+    det: Floats = np.linalg.det(dXdxi)
+    return det
+
+
+def surface(mesh: Mesh) -> tuple[Floats, Ints]:
+    """Points (n, 3) and triangles (t, 3) of the boundary alone, outward."""
+    used, triangles = np.unique(mesh.faces, return_inverse=True)
+    return mesh.points[used], triangles.reshape(-1, 3).astype(np.int64)
+
+
 def shape_quality(mesh: Mesh) -> Floats:
-    """Mean-ratio quality of each tetrahedron (m,): 1 for a regular one, 0 for a flat one.
+    """Mean-ratio quality of each four-node tetrahedron (m,): 1 for a regular one, 0 for a flat one.
 
     q = 12 (3 V)^(2/3) / (sum of squared edge lengths); Liu and Joe (1994).
     """

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.solvers.mesh.mesh import Floats, Mesh
+    from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+
+    Surface = tuple[Floats, Ints]
 else:
     from softmark.solvers.deferred import np
 
@@ -156,12 +158,18 @@ class Cylinder:
         """Exact volume, m^3."""
         return math.pi * self.radius**2 * self.length
 
-    def mesh(self, size: float) -> Mesh:
-        """Tetrahedra with edges of about `size` (m)."""
-        from softmark.solvers.mesh.structured import disc, extrude, split
+    def mesh(self, kind: str, size: float) -> Mesh:
+        """Cells of a kind (tet4, tet10 or hex8) with edges of about `size` (m)."""
+        from softmark.solvers.mesh.structured import disc, rounded, solid
 
-        mesh = split(*extrude(disc(self.radius, size), self.length, size))
-        return _placed(mesh, self.axis, self.origin)
+        mesh = solid(disc(self.radius, size), self.length, size, kind)
+        return _placed(rounded(mesh, self.radius) if kind == "tet10" else mesh, self.axis, self.origin)
+
+    def surface(self, size: float) -> Surface:
+        """Points (n, 3) in m and triangles (t, 3) of the surface, outward, with edges of about `size` (m)."""
+        from softmark.solvers.mesh.mesh import surface
+
+        return surface(self.mesh("tet4", size))
 
 
 @dataclass(frozen=True)
@@ -210,32 +218,57 @@ class Box:
         """Exact volume, m^3."""
         return self.size[0] * self.size[1] * self.size[2]
 
-    def mesh(self, size: float) -> Mesh:
-        """Tetrahedra with edges of about `size` (m)."""
-        from softmark.solvers.mesh.structured import extrude, rectangle, split
+    def mesh(self, kind: str, size: float) -> Mesh:
+        """Cells of a kind (tet4, tet10 or hex8) with edges of about `size` (m)."""
+        from softmark.solvers.mesh.structured import rectangle, solid
 
-        section = self.section
-        mesh = split(*extrude(rectangle(section.width, section.height, size), self.length, size))
-        return _placed(mesh, self.axis, self.root)
+        section = rectangle(self.section.width, self.section.height, size)
+        return _placed(solid(section, self.length, size, kind), self.axis, self.root)
+
+    def surface(self, size: float) -> Surface:
+        """Points (n, 3) in m and triangles (t, 3) of the surface, outward, with edges of about `size` (m)."""
+        from softmark.solvers.mesh.mesh import surface
+
+        return surface(self.mesh("tet4", size))
 
 
 @dataclass(frozen=True)
 class MeshFile:
-    """A tetrahedral mesh read from a file, in any format that meshio knows (VTK, VTU, Gmsh, Abaqus, ...).
+    """A mesh read from a file, in any format that meshio knows (VTK, VTU, Gmsh, Abaqus, ...), and Gmsh's first.
 
-    Its tetrahedra are taken as they are, so `size` of a model does not apply. Points that no cell uses are dropped;
-    cells that are inside out are turned, flat cells are an error.
+    Its cells are taken as they are, so `size` of a model does not apply: tetrahedra of four or ten nodes, or hexahedra
+    of eight, which are split where a model asks for tetrahedra. `five` tetrahedra for each hexahedron, with matching
+    faces, need a mesh whose points can be coloured like a chessboard. `repeated` are five, cut alike in every
+    hexahedron; `alternating` are six, mirrored by the hexahedron's number, as SOFA split meshes in 2008; `kuhn` are six
+    around one diagonal. The faces of these three need not match: there cells may pass through each other when they
+    deform, and the three serve to repeat what others computed.
+    Points that no cell uses are dropped; cells that are inside out are turned, flat cells are an error.
     """
 
     path: Annotated[str, "file", "the file, relative to the scene"]
     unit: Annotated[float, "m in (0, inf)", "length of one unit of the file's coordinates"]
+    split: Annotated[
+        Literal["five", "repeated", "alternating", "kuhn"], "how hexahedra are split into tetrahedra"
+    ] = "five"
     prebuilt: ClassVar[bool] = True
 
-    def mesh(self, size: float) -> Mesh:
-        """The tetrahedra of the file; `size` is ignored. Raises Unreadable."""
-        from softmark.solvers.mesh.file import read
+    def mesh(self, kind: str, size: float | None = None) -> Mesh:
+        """The cells of the file as a kind (tet4, tet10 or hex8); `size` is ignored. Raises Unreadable."""
+        from softmark.solvers.mesh.file import converted, read
 
-        return read(self.path, self.unit)
+        return converted(read(self.path, self.unit), kind, self.split)
+
+    def surface(self, size: float | None = None) -> Surface:
+        """Points (n, 3) in m and triangles (t, 3) of its boundary, or of a file of triangles. Raises Unreadable."""
+        from softmark.solvers.mesh.file import read_surface
+
+        return read_surface(self.path, self.unit)
+
+    def points(self) -> Floats:
+        """The points of the file that its cells use (n, 3), m, in the order of the file. Raises Unreadable."""
+        from softmark.solvers.mesh.file import read_points
+
+        return read_points(self.path, self.unit)
 
 
 def _placed(mesh: Mesh, axis: Vector3, origin: Vector3) -> Mesh:
@@ -244,7 +277,7 @@ def _placed(mesh: Mesh, axis: Vector3, origin: Vector3) -> Mesh:
 
     first, second = transverse(axis)
     frame: Floats = np.array([first, second, axis])  # rows: images of x, y, z
-    return Mesh(np.ascontiguousarray(mesh.points @ frame + np.array(origin)), mesh.cells)
+    return Mesh(np.ascontiguousarray(mesh.points @ frame + np.array(origin)), mesh.cells, mesh.kind)
 
 
 SHAPES: dict[str, type[Any]] = {

@@ -1,4 +1,4 @@
-"""Structured meshes: quadrilaterals in a section, extruded to hexahedra, each split into five tetrahedra.
+"""Structured meshes: quadrilaterals in a section, extruded to hexahedra; splits.py makes tetrahedra of them.
 
 The five-tetrahedra split draws, on every quadrilateral face, the diagonal between its two `even` points. Points
 are coloured like a chessboard along the edges; a plane mesh of quadrilaterals always has such a colouring (all its
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+from softmark.solvers.mesh.splits import quadratic, split
 
 
 @dataclass(frozen=True)
@@ -105,22 +106,24 @@ def extrude(section: Section, length: float, size: float) -> tuple[Floats, Ints,
     return points, cells, colour
 
 
-# The five tetrahedra of a hexahedron whose corner 0 is even: four corners cut off at the odd points
-# 1, 3, 4, 6 and one in the middle on the even points 0, 2, 5, 7.
-_EVEN = np.array([[1, 2, 0, 5], [3, 0, 2, 7], [4, 5, 7, 0], [6, 7, 5, 2], [0, 2, 7, 5]])
-_ODD = np.array([[0, 1, 3, 4], [2, 3, 1, 6], [5, 4, 6, 1], [7, 6, 4, 3], [1, 3, 4, 6]])
+def solid(section: Section, length: float, size: float, kind: str) -> Mesh:
+    """The extruded section as hexahedra (`hex8`), or split into tetrahedra (`tet4`, or `tet10` with straight edges)."""
+    points, hexahedra, colour = extrude(section, length, size)
+    if kind == "hex8":
+        return Mesh(points, hexahedra, "hex8")
+    linear = split(points, hexahedra, colour)
+    return linear if kind == "tet4" else quadratic(linear)
 
 
-def split(points: Floats, hexahedra: Ints, colour: Ints) -> Mesh:
-    """Five tetrahedra for each hexahedron, with diagonals between points of one colour."""
-    even = colour[hexahedra[:, 0]] == 0
-    cells = np.where(even[:, None, None], hexahedra[:, _EVEN], hexahedra[:, _ODD]).reshape(-1, 4)
-    return Mesh(points, _positive(points, cells))
+def rounded(mesh: Mesh, radius: float) -> Mesh:
+    """Ten-node cells of a cylinder along z, their mid-edge points on its side moved out onto it.
 
-
-def _positive(points: Floats, cells: Ints) -> Ints:
-    """The cells with two corners swapped where the volume is negative."""
-    flipped = np.where(Mesh(points, cells).volumes < 0)[0]
-    cells = cells.copy()
-    cells[flipped, 2:] = cells[flipped, :1:-1]
-    return cells
+    Facets with all three corners on the side are of the side; only their edges are curved.
+    """
+    r = np.hypot(mesh.points[:, 0], mesh.points[:, 1])
+    side = np.abs(r - radius) < 1e-9 * radius
+    facets = mesh.facets[side[mesh.facets[:, :3]].all(axis=1)]
+    middles = np.unique(facets[:, 3:])
+    points = mesh.points.copy()
+    points[middles, :2] *= (radius / r[middles])[:, None]
+    return Mesh(points, mesh.cells, mesh.kind)

@@ -20,7 +20,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.report.html import render
-from softmark.interpreter.results import Report
+from softmark.interpreter.results import Report, Shape
 
 
 @pytest.fixture(scope="module")
@@ -107,3 +107,102 @@ def test_odd_reports_in_chromium(silicone: Report, case: str, tmp_path: Path) ->
     head = picture.read_bytes()[:24]
     assert head[:8] == b"\x89PNG\r\n\x1a\n"
     assert struct.unpack(">II", head[16:24]) == (1280, 1600)
+
+
+# ------------------------------------------------------------------ shapes
+
+# turns by the keys, zooms, overlays, moves time, and looks at the pixels of the canvas that is left
+TURNED = """<script>
+const figure = document.querySelector("figure.shapes"), stage = figure.querySelector(".stage");
+const pixels = (canvas) => {
+  const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d", { willReadFrequently: true });
+  copy.drawImage(canvas, 0, 0);
+  const data = copy.getImageData(0, 0, canvas.width, canvas.height).data;
+  let painted = 0, sum = 0;
+  for (let i = 0; i < data.length; i += 4) if (data[i + 3]) { painted++; sum += data[i] * (i % 9973); }
+  return [painted, sum];
+};
+const said = { drawn: figure.dataset.drawn, shapes: figure.dataset.shapes, seen: [], requests: 0 };
+const look = (canvas) => said.seen.push(pixels(canvas));
+const wait = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+const press = (key) => stage.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
+(async () => {
+  await wait();
+  const first = stage.querySelector(".panel canvas"), all = stage.querySelector(".all");
+  look(first);
+  for (const key of ["ArrowLeft", "ArrowUp", "+"]) press(key);
+  await wait();
+  look(first);
+  said.spoken = figure.querySelector(".spoken").textContent;
+  figure.querySelector("input[value=overlaid]").click();
+  await wait();
+  look(all);
+  const slider = figure.querySelector("input[type=range]");
+  slider.value = 0;
+  slider.dispatchEvent(new Event("input"));
+  await wait();
+  look(all);
+  said.unknown = !figure.querySelector(".unknown").hidden;
+  figure.querySelectorAll(".who input").forEach((box, i) => i && box.click());
+  await wait();
+  look(all);
+  said.left = figure.dataset.shapes;
+  said.names = [...figure.querySelectorAll("canvas")].map((c) =>
+    c.getAttribute("role") + " " + c.getAttribute("aria-label"));
+  said.unnamed = [...figure.querySelectorAll("button, select, input")].filter((e) =>
+    !(e.textContent.trim() || e.getAttribute("aria-label") || e.closest("label"))).length;
+  said.requests = performance.getEntriesByType("resource").length;
+  document.documentElement.dataset.said = JSON.stringify(said);
+})();
+</script></body>"""
+
+
+def tube(u: np.ndarray[Any, Any], n: int = 50) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """A tube of 10 mm around a line (41, 3), its points (41 n, 3) and triangles."""
+    a = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    ring = 0.01 * np.stack([0 * a, np.sin(a), np.cos(a)], axis=1)
+    X = (u[:, None] + ring).reshape(-1, 3)
+    i, j = (index.ravel() for index in np.meshgrid(np.arange(len(u) - 1), np.arange(n), indexing="ij"))
+    k = (j + 1) % n
+    A, B, C, D = i * n + j, i * n + k, (i + 1) * n + k, (i + 1) * n + j
+    return X, np.concatenate([np.stack([A, B, D], axis=1), np.stack([B, C, D], axis=1)])
+
+
+def shaped(usual: Report) -> Report:
+    """Eight shapes of 2050 points, two of them with 30 frames."""
+    axis = next(iter(usual.models.values())).probes["axis"]
+    model = next(iter(usual.models.values()))
+    models = {}
+    for i in range(7):
+        u = axis.displacement * (0.7 + 0.1 * i)
+        X, triangles = tube(axis.points + u)
+        times = np.linspace(0.0, 1.0, 30) if i < 2 else None
+        frames = None if times is None else np.array([tube(axis.points + t * u)[0] for t in times])
+        error = np.linalg.norm(X - tube(axis.points)[0], axis=1)
+        shape = Shape(X, triangles, times, frames, error, "theory")
+        models[f"m{i}"] = replace(model, name=f"m{i}", shape=shape)
+    references = {n: replace(r, shape=None) for n, r in usual.references.items()}
+    references["theory"] = replace(references["theory"], shape=Shape(*tube(axis.position)))
+    return replace(usual, models=models, references=references)
+
+
+@needs_chromium
+@pytest.mark.parametrize("width", [1280, 500])
+def test_shapes_in_chromium(silicone: Report, tmp_path: Path, width: int) -> None:
+    page, text = tmp_path / "report.html", render(shaped(silicone))
+    assert len(text.encode()) < 3_000_000
+    page.write_text(text.replace("</body>", TURNED), encoding="utf-8")
+    patient = "--virtual-time-budget=20000"  # drawing counts as time where there is no graphics card
+    dom = browse(page, tmp_path / "profile", f"--window-size={width},900", patient, "--dump-dom").stdout
+    said = noted(dom)
+    assert (said["drawn"], said["shapes"], said["left"]) == ("true", "8", "1")
+    painted = [pixels for pixels, _ in said["seen"]]
+    # a beam fills some per cent of a panel of at least 200 by 100 points, each of four pixels
+    assert all(count > 1000 for count in painted)
+    assert len({tuple(seen) for seen in said["seen"]}) == 5  # every step changed the picture
+    assert painted[4] < painted[3]  # one shape covers less than eight
+    assert said["unknown"] is True  # before the end the error is not known, and the page says so
+    assert "turned to" in said["spoken"]
+    assert all(name.startswith("img ") and len(name) > 10 for name in said["names"])
+    assert said["unnamed"] == 0
+    assert said["requests"] == 0

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly import Assembly
-from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.elements.interpolation import integration
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import Energy, VectorSpace
@@ -33,10 +32,10 @@ def law() -> Callable[..., Law]:
 
 @pytest.fixture(scope="session")
 def elastic() -> Callable[[Mesh, Law], Elastic]:
-    """The elastic energy of a law over linear tetrahedra."""
+    """The elastic energy of a law over the cells of a mesh."""
 
     def make(mesh: Mesh, law: Law) -> Elastic:
-        parts = integration(mesh, ELEMENTS["tet4"])
+        parts = integration(mesh)
         return Elastic(mesh.cells, parts.dNdX, parts.w, law)
 
     return make

@@ -15,7 +15,7 @@ from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 
-MESH = Box((1.0, 0.6, 0.5)).mesh(0.4)
+MESH = Box((1.0, 0.6, 0.5)).mesh("tet4", 0.4)
 FIXED = np.flatnonzero(np.repeat(MESH.points[:, 0] < 1e-9, 3))
 X = np.random.default_rng(1).uniform(-0.05, 0.05, MESH.points.size)
 NONE = np.zeros(0, dtype=np.int64)

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements.interpolation import integration
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.loads import DeadForces
 from softmark.solvers.materials import Law
-from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.mesh import Mesh, jacobians
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics import Statics, equilibrium
 
@@ -73,9 +73,12 @@ def test_body_force_is_that_of_the_table(
     np.testing.assert_allclose(b[0], force, atol=6e-5)
 
 
-def quadrature(order: int = 4) -> tuple[np.ndarray, np.ndarray]:
-    """Points (q, 3) and weights (q,) on the unit tetrahedron: Gauss in a cube, folded (Duffy 1982)."""
+def quadrature(kind: str = "tet4", order: int = 4) -> tuple[np.ndarray, np.ndarray]:
+    """Points (q, 3) and weights (q,): Gauss in a cube, for the unit tetrahedron folded (Duffy 1982)."""
     t, w = np.polynomial.legendre.leggauss(order)
+    if kind == "hex8":
+        cube = np.stack([x.ravel() for x in np.meshgrid(t, t, t)], axis=1)
+        return cube, np.prod([x.ravel() for x in np.meshgrid(w, w, w)], axis=0)
     a, b, c = (x.ravel() for x in np.meshgrid((t + 1) / 2, (t + 1) / 2, (t + 1) / 2))
     wa, wb, wc = (x.ravel() / 2 for x in np.meshgrid(w, w, w))
     xi = np.stack([a, b * (1 - a), c * (1 - a) * (1 - b)], axis=1)
@@ -83,29 +86,31 @@ def quadrature(order: int = 4) -> tuple[np.ndarray, np.ndarray]:
 
 
 XI, W = quadrature()
-N = ELEMENTS["tet4"].shape(XI)  # (q, 4)
 
 
-def places(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """Quadrature points (m, q, 3) and weights (m, q) of all cells."""
-    return np.einsum("qa,mai->mqi", N, mesh.points[mesh.cells]), 6 * mesh.volumes[:, None] * W
+def places(mesh: Mesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Quadrature points (m, q, 3), weights (m, q) of all cells, and shape functions N (q, a)."""
+    xi, w = quadrature(mesh.kind)
+    N = mesh.element.shape(xi)
+    return np.einsum("qa,mai->mqi", N, mesh.points[mesh.cells]), w * jacobians(mesh, xi), N
 
 
 def consistent(mesh: Mesh, law: Law) -> DeadForces:
     """Nodal forces: the integral of N_a b."""
-    X, w = places(mesh)
+    X, w, N = places(mesh)
     b = body_force(law, X.reshape(-1, 3)).reshape(X.shape)
     f = np.zeros_like(mesh.points)
     np.add.at(f, mesh.cells, np.einsum("mq,qa,mqi->mai", w, N, b))
     return DeadForces(f.ravel())
 
 
-def errors(mesh: Mesh, energy: Elastic, x: np.ndarray) -> tuple[float, float]:
+def errors(mesh: Mesh, x: np.ndarray) -> tuple[float, float]:
     """Norms of the error of u (L2) and of its gradient (H1 seminorm)."""
-    X, w = places(mesh)
-    u = np.einsum("qa,mai->mqi", N, x.reshape(-1, 3)[mesh.cells])
-    off = u - exact(X.reshape(-1, 3)).reshape(u.shape)
-    tilt = (energy.F(x) - np.eye(3))[:, None] - slope(X.reshape(-1, 3)).reshape(*X.shape, 3)
+    X, w, N = places(mesh)
+    nodal = x.reshape(-1, 3)[mesh.cells]
+    off = np.einsum("qa,mai->mqi", N, nodal) - exact(X.reshape(-1, 3)).reshape(X.shape)
+    dNdX = integration(mesh, rule=quadrature(mesh.kind)).dNdX
+    tilt = np.einsum("mai,mqaJ->mqiJ", nodal, dNdX) - slope(X.reshape(-1, 3)).reshape(*X.shape, 3)
     return float(np.sqrt(np.sum(w * (off**2).sum(-1)))), float(np.sqrt(np.sum(w * (tilt**2).sum((-2, -1)))))
 
 
@@ -115,16 +120,17 @@ def solved(
     law: Callable[..., Law],
     elastic: Callable[..., Elastic],
     problem: Callable[..., Statics],
+    kind: str = "tet4",
 ) -> tuple[float, float]:
     """Errors on a cube with n edges along each side."""
-    mesh, own = Box((1.0, 1.0, 1.0)).mesh(1.0 / n), law(name, YOUNG, 0.3)
-    surface = np.isin(np.arange(len(mesh.points)), mesh.faces)
+    mesh, own = Box((1.0, 1.0, 1.0)).mesh(kind, 1.0 / n), law(name, YOUNG, 0.3)
+    surface = np.isin(np.arange(len(mesh.points)), mesh.facets)
     energy = elastic(mesh, own)
     task = problem(mesh, energy, surface, [consistent(mesh, own)])
     if name != "small":
         twin = elastic(mesh, law("corotational", YOUNG, 0.3))
         task = replace(task, twin=task.assembly.with_internal([twin]))
-    return errors(mesh, energy, equilibrium(task).x)
+    return errors(mesh, equilibrium(task).x)
 
 
 @pytest.mark.parametrize("name", ["small", "neo_hookean"])
@@ -138,6 +144,20 @@ def test_linear_tetrahedra_converge_with_their_order(
     np.testing.assert_allclose(orders[-1], [2.0, 1.0], atol=0.1)
     np.testing.assert_allclose(orders[:, 0], 2.0, atol=0.15)
     np.testing.assert_allclose(orders[:, 1], 1.0, atol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("kind", "edges", "order", "slack"),
+    [("hex8", (4, 8, 12), 2.0, 0.1), ("tet10", (2, 4, 6), 3.0, 0.15)],
+)
+def test_other_elements_converge_with_their_order(
+    kind: str, edges: tuple[int, ...], order: float, slack: float,
+    law: Callable[..., Law], elastic: Callable[..., Elastic], problem: Callable[..., Statics],
+) -> None:  # fmt: skip
+    """h^2 and h for trilinear, h^3 and h^2 for quadratic shape functions, on the last two meshes."""
+    found = np.array([solved(n, "small", law, elastic, problem, kind) for n in edges[-2:]])
+    rate = -np.diff(np.log(found), axis=0)[0] / np.log(edges[-1] / edges[-2])
+    np.testing.assert_allclose(rate, [order, order - 1], atol=slack)
 
 
 def test_quadrature_of_the_test_itself() -> None:

@@ -53,7 +53,7 @@ def assert_derivatives(energy: Elastic, x: np.ndarray, tolerance: float) -> None
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_derivatives_at_unit_scale(name: str, seed: int, law: Maker, elastic: Energies) -> None:
     """E = 1, edges of 1/2, a large stretch, a large turn and every point moved on its own."""
-    mesh = UNIT.mesh(1.0)
+    mesh = UNIT.mesh("tet4", 1.0)
     rng = np.random.default_rng(seed)
     Q = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     Q *= np.sign(np.linalg.det(Q))
@@ -67,7 +67,7 @@ def test_derivatives_at_unit_scale(name: str, seed: int, law: Maker, elastic: En
 @pytest.mark.parametrize("name", INSIDE_OUT)
 def test_derivatives_of_cells_that_are_inside_out(name: str, law: Maker, elastic: Energies) -> None:
     """Mirrored and moved, away from s2 + s3 = 0, where the corotational rotation is not unique."""
-    mesh = UNIT.mesh(1.0)
+    mesh = UNIT.mesh("tet4", 1.0)
     noise = np.random.default_rng(4).uniform(-0.1, 0.1, mesh.points.shape)
     x = (mesh.points * [0.4, 0.3, -1.9] + noise).ravel()
     energy = elastic(mesh, law(name))
@@ -79,7 +79,7 @@ def test_derivatives_of_cells_that_are_inside_out(name: str, law: Maker, elastic
 @pytest.mark.parametrize("name", LAWS)
 def test_kernels_against_einsum(name: str, projected: bool, law: Maker, elastic: Energies) -> None:
     """The slow clear sum over cells, K = sum w dN_a/dX_J A_iJkL dN_b/dX_L, as the judge: round-off."""
-    mesh = UNIT.mesh(0.4)
+    mesh = UNIT.mesh("tet4", 0.4)
     x = np.random.default_rng(5).uniform(-0.05, 0.05, mesh.points.size)
     energy = elastic(mesh, law(name))
     F, (m, n) = energy.F(x), (len(mesh.cells), x.size)
@@ -159,7 +159,7 @@ def test_small_strain_shrinks_what_turns(
     degrees: float, strain: float, law: Maker, elastic: Energies
 ) -> None:
     """eps_xx = eps_yy = cos(theta) - 1: the table holds four digits. With nu = 0, P_xx = E eps_xx."""
-    mesh = UNIT.mesh(0.5)
+    mesh = UNIT.mesh("tet4", 0.5)
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     x = (mesh.points @ (np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) - np.eye(3)).T).ravel()
     energy = elastic(mesh, law("small", 1.0, 0.0))
@@ -192,7 +192,7 @@ def test_a_mirrored_cube_returns(
     size: float, poisson: float, law: Maker, elastic: Energies, problem: Problems
 ) -> None:
     """Every cell inside out, with s2 + s3 = 0 exactly, where the rotation of a cell is not unique."""
-    mesh = UNIT.mesh(size)
+    mesh = UNIT.mesh("tet4", size)
     start = released(mesh, mesh.points * [0, 0, -2], poisson, law, elastic, problem)
     np.testing.assert_allclose(np.linalg.det(start.assembly.internal[0].F(start.rest)), -1.0, rtol=1e-12)
     assert np.abs(equilibrium(start).x).max() < 1e-8  # round-off of a cube of edge 1, and then some
@@ -200,7 +200,7 @@ def test_a_mirrored_cube_returns(
 
 def test_scrambled_cubes_return(law: Maker, elastic: Energies, problem: Problems) -> None:
     """50 cubes whose free points start anywhere in the cube, half of the cells inside out: all return."""
-    mesh = UNIT.mesh(0.5)
+    mesh = UNIT.mesh("tet4", 0.5)
     for seed in range(50):
         u = np.random.default_rng(seed).uniform(size=mesh.points.shape) - mesh.points
         found = equilibrium(released(mesh, u, 0.3, law, elastic, problem))
@@ -209,7 +209,7 @@ def test_scrambled_cubes_return(law: Maker, elastic: Energies, problem: Problems
 
 def test_a_tangled_minimum_is_refused(law: Maker, elastic: Energies, problem: Problems) -> None:
     """Near incompressibility the energy has true minima with inverted cells: never returned as equilibria."""
-    mesh = UNIT.mesh(0.5)
+    mesh = UNIT.mesh("tet4", 0.5)
     refused = 0
     for seed in range(10):
         u = np.random.default_rng(seed).uniform(size=mesh.points.shape) - mesh.points

@@ -31,8 +31,11 @@ BOX = "box(size = (L, 40 mm, 60 mm), origin = (0, -20, -30) mm)"
 CYLINDER = "cylinder(length = L, radius = 20 mm)"
 
 
-def prepared(shape: str, load: str) -> PreparedSolid:
-    scene = softmark.loads(SCENE.format(shape=shape, load=load)).scene
+def prepared(shape: str, load: str, kind: str = "tet4", more: str = "") -> PreparedSolid:
+    text = SCENE.format(shape=shape, load=load).replace(
+        "fem(tet4, strain = small", f"fem({kind}, strain = small{more}"
+    )
+    scene = softmark.loads(text).scene
     return scene.declared["solid"].thing.prepare(scene.declared["solid"], case_of(scene, "beam"), Workshop())
 
 
@@ -49,9 +52,13 @@ def moment(points: np.ndarray, forces: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("shape", [BOX, CYLINDER])
-def test_gravity_is_the_weight_at_the_centroid(shape: str) -> None:
+@pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
+@pytest.mark.parametrize("mass", ["consistent", "lumped"])
+def test_gravity_is_the_weight_at_the_centroid(shape: str, kind: str, mass: str) -> None:
     """rho V g of the mesh, and its moment about the origin: the centroid is at (L/2, 0, 0). Round-off."""
-    model = prepared(shape, "gravity(9.81 m/s^2, direction = (0, 3, -4))")
+    model = prepared(shape, "gravity(9.81 m/s^2, direction = (0, 3, -4))", kind, f", mass = {mass}")
+    if kind == "tet10" and (shape, mass) == (CYLINDER, "lumped"):
+        pytest.skip("volumes of curved cells by two quadratures differ")
     forces = nodal_forces(model)
     weight = 1070 * model.mesh.volumes.sum() * 9.81 * np.array([0, 0.6, -0.8])
     np.testing.assert_allclose(forces.sum(axis=0), weight, rtol=1e-12, atol=1e-15)
@@ -59,9 +66,17 @@ def test_gravity_is_the_weight_at_the_centroid(shape: str) -> None:
     np.testing.assert_allclose(moment(model.mesh.points, forces), exact, rtol=1e-12, atol=1e-15)
 
 
-def test_traction_is_a_force_at_the_middle_of_its_face() -> None:
+def test_uniform_mass_is_the_same_on_every_node() -> None:
+    """The whole weight, shared equally: SOFA's UniformMass."""
+    forces = nodal_forces(prepared(BOX, "gravity(10 m/s^2)", "hex8", ", mass = uniform"))
+    weight = 1070 * 0.2 * 0.04 * 0.06 * 10
+    np.testing.assert_allclose(forces, np.tile([0, 0, -weight / len(forces)], (len(forces), 1)), rtol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
+def test_traction_is_a_force_at_the_middle_of_its_face(kind: str) -> None:
     """Area 40 mm x 60 mm, at (L, 0, 0). Round-off."""
-    model = prepared(BOX, "traction(beam, where = x >= L, vector = (100, 20, -300) Pa)")
+    model = prepared(BOX, "traction(beam, where = x >= L, vector = (100, 20, -300) Pa)", kind)
     forces = nodal_forces(model)
     total = 0.04 * 0.06 * np.array([100.0, 20, -300])
     np.testing.assert_allclose(forces.sum(axis=0), total, rtol=1e-12)
@@ -114,12 +129,15 @@ def test_dead_forces_are_the_derivative_of_their_potential() -> None:
     assert load.stencils.shape == (0, 0)
 
 
+KINDS = pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
+
+
 def pressed(
-    where: Callable[[np.ndarray], np.ndarray] | None = None,
+    where: Callable[[np.ndarray], np.ndarray] | None = None, kind: str = "tet4"
 ) -> tuple[Mesh, FollowerPressure, np.ndarray]:
     """A bent and stretched box under 1.7 Pa on all faces, or on those chosen by their middles."""
-    mesh = Box((1.0, 0.6, 0.5)).mesh(0.4)
-    faces = mesh.faces
+    mesh = Box((1.0, 0.6, 0.5)).mesh(kind, 0.4)
+    faces = mesh.facets
     if where is not None:
         faces = faces[where(mesh.points[faces].mean(axis=1))]
     x = np.random.default_rng(2).uniform(-0.2, 0.2, mesh.points.size)
@@ -127,9 +145,10 @@ def pressed(
 
 
 @pytest.mark.parametrize("closed", [True, False])
-def test_tangent_of_pressure_against_finite_differences(closed: bool) -> None:
+@KINDS
+def test_tangent_of_pressure_against_finite_differences(closed: bool, kind: str) -> None:
     """Forces are quadratic in x: central differences are exact but for round-off, 1e-16/1e-4."""
-    _, load, x = pressed(None if closed else lambda X: X[:, 2] > 0.49)
+    _, load, x = pressed(None if closed else lambda X: X[:, 2] > 0.49, kind)
     steps = 1e-4 * np.eye(x.size)
     K = np.array([gradient(load, x + d, 0.8) - gradient(load, x - d, 0.8) for d in steps]).T / 2e-4
     np.testing.assert_allclose(tangent(load, x, 0.8), K, atol=1e-11)
@@ -139,20 +158,22 @@ def test_tangent_of_pressure_against_finite_differences(closed: bool) -> None:
     np.testing.assert_array_equal(tangent(load, x, projected=True), 0.0)
 
 
-def test_pressure_on_a_closed_surface_has_no_resultant() -> None:
+@KINDS
+def test_pressure_on_a_closed_surface_has_no_resultant(kind: str) -> None:
     """Neither force nor moment, however the body is deformed: round-off."""
-    mesh, load, x = pressed()
+    mesh, load, x = pressed(kind=kind)
     forces = gradient(load, x).reshape(-1, 3)
-    np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-15)
-    np.testing.assert_allclose(moment(mesh.points + x.reshape(-1, 3), forces), 0.0, atol=1e-15)
+    np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=4e-15)
+    np.testing.assert_allclose(moment(mesh.points + x.reshape(-1, 3), forces), 0.0, atol=4e-15)
 
 
-def test_pressure_on_a_closed_surface_does_the_work_of_its_volume() -> None:
+@pytest.mark.parametrize("kind", ["tet4", "hex8"])  # their quadrature is exact for the volume of any cell
+def test_pressure_on_a_closed_surface_does_the_work_of_its_volume(kind: str) -> None:
     """The forces are minus the derivative of p V: exact for central differences of a cubic up to h^2."""
-    mesh, load, x = pressed()
+    mesh, load, x = pressed(kind=kind)
 
     def work(x: np.ndarray) -> float:
-        return load.p * float(Mesh(mesh.points + x.reshape(-1, 3), mesh.cells).volumes.sum())
+        return load.p * float(Mesh(mesh.points + x.reshape(-1, 3), mesh.cells, kind).volumes.sum())
 
     steps = 1e-5 * np.eye(x.size)
     numeric = np.array([work(x + d) - work(x - d) for d in steps]) / 2e-5
@@ -194,7 +215,7 @@ def shrunk(
 
 
 BODIES = pytest.mark.parametrize(
-    "mesh", [Box((1.0, 1.0, 1.0)).mesh(0.5), Cylinder(2.0, 0.5, (0, 0, 1)).mesh(0.5)]
+    "mesh", [Box((1.0, 1.0, 1.0)).mesh("tet4", 0.5), Cylinder(2.0, 0.5, (0, 0, 1)).mesh("tet4", 0.5)]
 )
 
 

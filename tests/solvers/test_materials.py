@@ -11,7 +11,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from softmark.solvers.materials import MATERIALS, STRAINS, Law, NoFiniteLaw, blockwise, law_for, project
+from softmark.solvers.materials import (
+    MATERIALS,
+    STRAINS,
+    Law,
+    NoFiniteLaw,
+    blockwise,
+    law_for,
+    parts_for,
+    project,
+)
 from softmark.solvers.materials.corotational import FLOOR, Corotational
 from softmark.solvers.materials.hyperelastic import Hyperelastic
 from softmark.solvers.materials.linear_elastic import LinearElastic
@@ -340,6 +349,25 @@ def test_strain_measures_use_the_moduli_at_rest_of_any_material() -> None:
     assert law_for(rubber, "finite") is rubber
     assert set(STRAINS) == {"small", "corotational", "finite"}
     assert isinstance(rubber, Hyperelastic)
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+@pytest.mark.parametrize("strain", STRAINS)
+def test_parts_add_up_to_the_law(name: str, strain: str) -> None:
+    """Shear and volume of any law that has parts, to round-off; the first depends on mu alone."""
+    material = MATERIALS[name](1.0, 0.4, 1.0)
+    if strain == "finite" and material.finite_law() is None:
+        assert parts_for(material, strain) is None
+        return
+    whole, parts = law_for(material, strain), parts_for(material, strain)
+    assert parts is not None
+    for method in ("psi", "P", "dPdF"):
+        values = [getattr(law, method)(STRETCHED) for law in (whole, *parts)]
+        close(values[1] + values[2], values[0], 1e-13)
+    again = parts_for(MATERIALS[name](1.0, 0.3, 1.0), strain)
+    assert again is not None
+    ratio = 1.4 / 1.3  # mu = E/(2 (1 + nu)): the first part knows nothing else
+    close(ratio * parts[0].P(STRETCHED), again[0].P(STRETCHED), 1e-13)
 
 
 @pytest.mark.parametrize("name", MATERIALS)

@@ -16,13 +16,12 @@ import pytest
 
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.elements.interpolation import integration
-from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import VectorSpace
 from softmark.solvers.energies.loads import DeadForces
 from softmark.solvers.materials import MATERIALS, law_for
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.shapes import Cylinder
+from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.statics import Statics, equilibrium
 
 E, NU, RHO, G = 60e3, 0.49, 1070.0, 9.81
@@ -32,16 +31,16 @@ DOWN = np.array([0.0, 0.0, -RHO * G])  # N/m^3
 
 @pytest.fixture(scope="module")
 def mesh() -> Mesh:
-    return Cylinder(0.178, 0.019).mesh(12e-3)
+    return Cylinder(0.178, 0.019).mesh("tet4", 12e-3)
 
 
 def ours(mesh: Mesh, material: str, strain: str) -> np.ndarray:
     """Displacements (n, 3) by our solver, to a residual of 1e-11."""
-    parts = integration(mesh, Tet4)
+    parts = integration(mesh)
     law = law_for(MATERIALS[material](E, NU, RHO), strain)
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law)
     f = np.zeros_like(mesh.points)
-    np.add.at(f, mesh.cells, (mesh.volumes / 4)[:, None, None] * DOWN)
+    np.add.at(f, mesh.cells, (parts.w @ parts.N)[:, :, None] * DOWN)
     fixed = (3 * np.nonzero(mesh.points[:, 0] < 1e-9)[0][:, None] + np.arange(3)).ravel()
     dofs = mesh.points.size
     assembly = Assembly(dofs, fixed, [elastic], [DeadForces(f.ravel())])
@@ -58,7 +57,10 @@ def by_felupe(mesh: Mesh, law: Any) -> np.ndarray:
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        region = felupe.RegionTetra(felupe.Mesh(mesh.points, mesh.cells, "tetra"))
+        if mesh.kind == "hex8":
+            region = felupe.RegionHexahedron(felupe.Mesh(mesh.points, mesh.cells, "hexahedron"))
+        else:
+            region = felupe.RegionTetra(felupe.Mesh(mesh.points, mesh.cells, "tetra"))
         field = felupe.FieldContainer([felupe.Field(region, dim=3)])
         clamp = {"wall": felupe.Boundary(field[0], fx=0.0)}
         dof0, dof1 = felupe.dof.partition(field, clamp)
@@ -116,3 +118,51 @@ def test_neo_hookean_isochoric_against_felupe(mesh: Mesh) -> None:
     bulk = E / (3 * (1 - 2 * NU))
     theirs = by_felupe(mesh, felupe.NeoHooke(mu=MU, bulk=bulk))
     assert_same(mesh, ours(mesh, "neo_hookean_isochoric", "finite"), theirs)
+
+
+# scikit-fem's order of the corners of a hexahedron, in ours
+SKFEM_HEX = [0, 4, 3, 1, 7, 5, 2, 6]
+
+
+def test_hexahedra_against_scikit_fem() -> None:
+    """Linear elasticity; scikit-fem with its default quadrature, which is exact on these prisms to 1e-8 or better."""
+    import skfem
+    from skfem.helpers import dot
+    from skfem.models.elasticity import linear_elasticity
+
+    mesh = Cylinder(0.178, 0.019).mesh("hex8", 12e-3)
+    theirs = skfem.MeshHex(mesh.points.T, mesh.cells[:, SKFEM_HEX].T)
+    basis = skfem.Basis(theirs, skfem.ElementVector(skfem.ElementHex1()), intorder=3)
+    K = linear_elasticity(LAM, MU).assemble(basis)
+    f = skfem.LinearForm(lambda v, w: dot(DOWN[:, None, None] + 0 * w.x, v)).assemble(basis)
+    clamped = basis.get_dofs(lambda x: np.abs(x[0]) < 1e-9)
+    solution = skfem.solve(*skfem.condense(K, f, D=clamped))
+    assert_same(mesh, ours(mesh, "linear_elastic", "small"), solution[basis.nodal_dofs].T)
+
+
+def test_quadratic_tetrahedra_against_scikit_fem() -> None:
+    """On a box, whose cells have straight edges: points are compared where both have them, at the corners."""
+    import skfem
+    from skfem.helpers import dot
+    from skfem.models.elasticity import linear_elasticity
+
+    mesh = Box((0.178, 0.03, 0.03)).mesh("tet10", 15e-3)
+    corners = np.unique(mesh.cells[:, :4])
+    assert np.array_equal(corners, np.arange(len(corners)))
+    straight = skfem.MeshTet(mesh.points[corners].T, mesh.cells[:, :4].T)
+    basis = skfem.Basis(straight, skfem.ElementVector(skfem.ElementTetP2()), intorder=2)
+    K = linear_elasticity(LAM, MU).assemble(basis)
+    f = skfem.LinearForm(lambda v, w: dot(DOWN[:, None, None] + 0 * w.x, v)).assemble(basis)
+    clamped = basis.get_dofs(lambda x: np.abs(x[0]) < 1e-9)
+    solution = skfem.solve(*skfem.condense(K, f, D=clamped))
+    u, v = ours(mesh, "linear_elastic", "small")[corners], solution[basis.nodal_dofs].T
+    assert np.abs(v).max() > 0.01
+    assert np.abs(u - v).max() <= 1e-8 * np.abs(v).max()
+
+
+def test_neo_hookean_hexahedra_against_felupe() -> None:
+    import felupe
+
+    mesh = Cylinder(0.178, 0.019).mesh("hex8", 12e-3)
+    theirs = by_felupe(mesh, felupe.NeoHookeCompressible(mu=MU, lmbda=LAM))
+    assert_same(mesh, ours(mesh, "neo_hookean", "finite"), theirs)

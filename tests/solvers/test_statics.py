@@ -20,8 +20,8 @@ Energies = Callable[[Mesh, Law], Elastic]
 Problems = Callable[..., Statics]
 Weights = Callable[[Mesh, tuple[float, float, float]], DeadForces]
 
-CUBE = Box((1.0, 1.0, 1.0)).mesh(0.5)
-BEAM = Cylinder(0.178, 0.019).mesh(0.012)
+CUBE = Box((1.0, 1.0, 1.0)).mesh("tet4", 0.5)
+BEAM = Cylinder(0.178, 0.019).mesh("tet4", 0.012)
 WALL = BEAM.points[:, 0] < 1e-9
 LAWS = ("small", "corotational", "neo_hookean", "neo_hookean_isochoric", "st_venant_kirchhoff")
 

@@ -1,0 +1,235 @@
+"""Fitting the one factor of a calibrated network on a part of the load, and what that needs of a scene.
+
+    doubts     what of a scene cannot be fitted to, known before anything is built
+    target_of  the metric, the reference and the points as they are at a part of the load
+    least      the factor that makes an error least
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter import units
+from softmark.interpreter.case import Case, Fault, body_of, fault
+from softmark.interpreter.scene import Declared, Scene
+from softmark.interpreter.vocabulary.analyses import Static
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+    Field = Callable[[Floats], Floats]
+
+STRIDE = 0.5  # of the logarithm of the factor, between the trials that bracket its best value
+REACH = 4.5  # of that logarithm: factors from 1/90 to 90
+CLOSE = 1e-3  # how well the logarithm of the factor is found
+UNUSABLE = 1e30  # error of a factor with which there is no equilibrium
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The best factor, the metric there, and every trial as (factor, metric or None without an equilibrium)."""
+
+    factor: float
+    value: float
+    trials: tuple[tuple[float, float | None], ...]
+
+
+@dataclass(frozen=True)
+class NoFit:
+    """No factor could be fitted: why, and the trials."""
+
+    reason: str
+    trials: tuple[tuple[float, float | None], ...]
+
+
+@dataclass(frozen=True)
+class Target:
+    """What a fit makes least: `metric` over a field of displacements of `case`, the case at the part of the load."""
+
+    case: Case
+    metric: Declared
+    measure: Callable[[Field], float]
+
+    @property
+    def name(self) -> str:
+        """The metric's name."""
+        return self.metric.name
+
+    @property
+    def unit(self) -> str:
+        """The metric's unit."""
+        unit: str = self.metric.thing.unit
+        return unit
+
+
+# ------------------------------------------------------------------ what a scene can be fitted to
+
+
+def doubts(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
+    """Errors of a calibrated model: a metric without a reference, of another body, or known at full load only."""
+    try:
+        _checked(scene, model, case)
+    except Fault as found:
+        return [found.diagnostic]
+    return []
+
+
+def _checked(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Declared, Declared]:
+    """Metric, probe and reference of a calibrated model. Raises Fault."""
+    calibrated, at = model.thing.stiffness, model.at("stiffness")
+    metric = scene.declared[calibrated.metric]
+    names = [getattr(metric.thing, name, None) for name in ("probe", "against")]
+    if None in names:
+        raise fault("E521", at, f"`{model.name}` cannot be fitted to `{metric.name}`",
+                    "compares with no reference",
+                    "take a metric that is an error against a reference, such as `energy_norm(...)`")  # fmt: skip
+    probe, reference = (scene.declared[str(name)] for name in names)
+    if {probe.thing.body, body_of(scene, reference)} != {case.body.name}:
+        raise fault("E505", at, f"`{model.name}` is about `{case.body.name}`, and `{metric.name}` is not",
+                    "different bodies",
+                    f"fit to a metric whose probe and reference are of `{case.body.name}`")  # fmt: skip
+    _scalable(model, reference, case)
+    return metric, probe, reference
+
+
+def _scalable(model: Declared, reference: Declared, case: Case) -> None:
+    """Raise a Fault where the reference, or what moves the body, is not known at the part of the load."""
+    load, at = model.thing.stiffness.load, model.at("stiffness")
+    if reference.kind == "model" or hasattr(reference.thing, "scan"):
+        raise fault("E521", at, f"`{model.name}` cannot be fitted to `{reference.name}`",
+                    "a model" if reference.kind == "model" else "scans a model",
+                    "models are computed after the fit; take a metric against another reference")  # fmt: skip
+    if load == 1.0:
+        return
+    part = units.show(load, units.NONE)
+    if not hasattr(reference.thing, "solve"):
+        raise fault("E521", at, f"`{reference.name}` was measured under the full load, not at {part} of it",
+                    "not known there",
+                    "fit to a reference that can be solved, such as `simo_reissner(...)`, or at"
+                    " `load = 100 %`")  # fmt: skip
+    for support in case.supports:
+        if hasattr(support.thing, "of"):
+            raise fault("E521", at, f"the motion of `{support.name}` was measured at full load, not at {part} of it",
+                        "not known there", "fit at `load = 100 %`")  # fmt: skip
+
+
+# ------------------------------------------------------------------ the same case at a part of the load
+
+
+def scaled(case: Case, part: float) -> Case:
+    """The case at rest with every load and every imposed displacement at a part of its full size."""
+    loads = tuple(_scaled(d, part) for d in case.loads)
+    supports = tuple(_scaled(d, part) for d in case.supports)
+    analysis = case.analysis if isinstance(case.analysis, Static) else Static()  # a fit is made at rest
+    return replace(case, loads=loads, supports=supports, analysis=analysis)
+
+
+def _scaled(declared: Declared, part: float) -> Declared:
+    thing = declared.thing
+    name = next((n for n in ("magnitude", "vector", "by") if hasattr(thing, n)), None)
+    if name is None:
+        return declared
+    full = getattr(thing, name)
+    less = part * full if isinstance(full, float) else tuple(part * v for v in full)
+    return replace(declared, thing=replace(thing, **{name: less}))
+
+
+def target_of(scene: Scene, model: Declared, case: Case) -> Target:
+    """What the fit of a calibrated model makes least. Raises Fault."""
+    from softmark.interpreter.looking import place_of
+
+    metric, probe, reference = _checked(scene, model, case)
+    part = scaled(case, model.thing.stiffness.load)
+    data = _data(reference)
+    place = place_of(probe, case, lambda name: _data(scene.declared[name]).X)
+    known = _known(reference, data, part, place.X)
+
+    def measure(displacement: Field) -> float:
+        from softmark.interpreter.metrics.seen import Seen
+
+        u = displacement(place.X)
+        seen = Seen(model.name, part, place.X, u, place.triangles, place.weights, known, displacement)
+        thing = metric.thing
+        if hasattr(thing, "measure"):
+            return float(thing.measure(seen).value)
+        return float(thing.value(place.X, u, known.u))
+
+    return Target(part, metric, measure)
+
+
+def _data(reference: Declared) -> Any:
+    """What a measured reference holds, None of one that is solved."""
+    return reference.thing.load() if hasattr(reference.thing, "load") else None
+
+
+def _known(reference: Declared, data: Any, part: Case, X: Floats) -> Any:
+    """The reference at the points of the probe, as a metric takes it."""
+    from softmark.interpreter.cantilever import cantilever_of
+    from softmark.interpreter.metrics.seen import Known
+
+    if data is None:
+        line = reference.thing.solve(cantilever_of(reference, part))
+        return Known(reference.name, line.displacement(X), line.displacement)
+    if hasattr(data, "triangles"):
+        return Known(reference.name, surface=data, uncertainty=data.resolution)
+    nearest = [int(((data.X - x) ** 2).sum(axis=1).argmin()) for x in X]
+    return Known(reference.name, data.u[nearest], uncertainty=data.uncertainty)
+
+
+# ------------------------------------------------------------------ the factor
+
+
+@dataclass
+class _Trials:
+    """The error at logarithms of the factor, each computed once."""
+
+    error: Callable[[float], float | None]
+    found: dict[float, float] = field(default_factory=dict)
+
+    def __call__(self, s: float) -> float:
+        s = float(s)
+        if s not in self.found:
+            value = self.error(math.exp(s))
+            self.found[s] = UNUSABLE if value is None or not math.isfinite(value) else value
+        return self.found[s]
+
+    @property
+    def listed(self) -> tuple[tuple[float, float | None], ...]:
+        """(factor, error or None) in the order of the factors."""
+        return tuple((math.exp(s), None if e >= UNUSABLE else e) for s, e in sorted(self.found.items()))
+
+
+def least(error: Callable[[float], float | None]) -> Fit | NoFit:
+    """The factor with the least error, None where the error is not known: strides to bracket it, then Brent (1973)."""
+    from scipy.optimize import minimize_scalar
+
+    at = _Trials(error)
+    start = 0.0
+    while at(start) >= UNUSABLE and start < REACH:  # too soft a network collapses
+        start += STRIDE
+    if at(start) >= UNUSABLE:
+        return NoFit("there is no equilibrium with any factor that was tried", at.listed)
+    middle = _lowest(at, start)
+    minimize_scalar(at, bounds=(middle - STRIDE, middle + STRIDE), method="bounded", options={"xatol": CLOSE})
+    best = min(at.found, key=at.found.__getitem__)
+    if abs(best) > REACH:
+        end = f"the metric only falls towards a factor of {math.exp(best):.2g}, the end of the range"
+        return NoFit(f"{end}; look at what is compared", at.listed)
+    return Fit(math.exp(best), at.found[best], at.listed)
+
+
+def _lowest(at: _Trials, start: float) -> float:
+    """A stride from which both neighbours are worse, or the end of the range."""
+    for step in (STRIDE, -STRIDE):
+        s = start
+        while abs(s) <= REACH and at(s + step) < at(s):
+            s += step
+        if s != start:
+            return s
+    return start

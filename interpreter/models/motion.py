@@ -1,0 +1,246 @@
+"""Dynamic analyses of solid models: from what a scene says to a march in time, and what it leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter import units
+from softmark.interpreter.case import Case, fault
+from softmark.interpreter.models.prepared import History, Solution
+from softmark.interpreter.scene import Declared
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.solvers.assembly import Assembly
+from softmark.solvers.dynamics import INTEGRATORS, Integrator
+from softmark.solvers.dynamics.march import march
+from softmark.solvers.dynamics.problem import Course, Dynamics, Rayleigh, constant
+from softmark.solvers.dynamics.scheme import Motion, StepTooLong
+from softmark.solvers.dynamics.trajectory import NotConverged, Trajectory
+from softmark.solvers.elements.interpolation import locate
+from softmark.solvers.energies.energy import Energy, Floats
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.statics import Statics, Watch
+
+KEPT = 2000  # states of a march; of more steps, every second, third ... is kept
+REMEDY = "try a smaller step, another integrator or more damping"
+
+
+@dataclass(frozen=True)
+class PreparedMotion:
+    """A body in motion; `static` is the same body prepared for rest, which knows its mesh."""
+
+    static: Any
+    declared: Declared
+    analysis: Dynamic
+    problem: Dynamics
+    mesh: Mesh
+
+    @property
+    def size(self) -> dict[str, int]:
+        """nodes, elements, dofs."""
+        size: dict[str, int] = self.static.size
+        return size
+
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """Warnings about what was built."""
+        notes: tuple[Diagnostic, ...] = self.static.notes
+        return notes
+
+    def warm(self) -> None:
+        """Compile what the solution needs: two steps, outside the clock."""
+        self.static.warm()
+        with suppress(NotConverged, StepTooLong):  # it is for the solution to say so
+            march(self.problem, 2 * self.analysis.step, self.analysis.step, lambda motion: None)
+
+    def outside(self, X: Floats) -> float:
+        """How far, in m, the farthest of the points X (n, 3) lies outside the mesh."""
+        return float(self.static.outside(X))
+
+    def solve(self, watch: Watch) -> Solution:
+        """March from the start to the end."""
+        steps = int(np.ceil(self.analysis.duration / self.analysis.step - 1e-9))
+        every = -(-steps // KEPT)
+        keep = _Keeper(every)
+        try:
+            track = march(self.problem, self.analysis.duration, self.analysis.step, keep)
+        except StepTooLong as refused:
+            return Solution("failed", f"{refused}; take a smaller step or an implicit integrator", {})
+        except NotConverged as failure:
+            return Solution("not_converged", f"{failure.reason}; {REMEDY}", _facts(failure.trajectory))
+        return self._finish(track, every)
+
+    def _finish(self, track: Trajectory, every: int) -> Solution:
+        last = len(track.observed) - 1
+        kept = [i for i in range(len(track.observed)) if i % every == 0 or i == last]
+        states = np.array([track.observed[i].x for i in kept])  # (t, dofs)
+        nodes = states.reshape(len(states), -1, 3)
+
+        def at_end(X: Floats) -> Floats:
+            return locate(self.mesh, X).interpolate(nodes[-1])
+
+        def course(X: Floats) -> Floats:
+            place = locate(self.mesh, X)
+            return np.array([place.interpolate(u) for u in nodes])
+
+        history = History(
+            track.times[kept],
+            course,
+            _whole(track, track.wall, self.analysis.step),
+            _whole(track, track.cpu, self.analysis.step),
+            self.analysis.step,
+            events=tuple((e.time, e.text) for e in track.events),
+            energies={name: values[kept] for name, values in track.energies.items()},
+        )
+        return Solution("converged", None, _facts(track), at_end, _events(self.declared, track), history)
+
+
+def _whole(track: Trajectory, seconds: Floats, step: float) -> tuple[float, ...]:
+    """Seconds of each step that the scene asked for: the parts of one that was halved count together."""
+    number = np.floor((track.times[:-1] + 1e-6 * step) / step).astype(int)
+    return tuple(np.bincount(number, weights=seconds).tolist())
+
+
+@dataclass
+class _Keeper:
+    """Keeps every so many states, and for the time being the last: rows that are not kept are freed."""
+
+    every: int
+    count: int = 0
+    last: _Row | None = None
+
+    def __call__(self, motion: Motion) -> _Row:
+        row = _Row(motion.x.copy())
+        if self.last is not None and (self.count - 1) % self.every:
+            self.last.x = None
+        self.last, self.count = row, self.count + 1
+        return row
+
+
+@dataclass
+class _Row:
+    """A state that may be freed."""
+
+    x: Floats | None
+
+
+def _facts(track: Trajectory) -> dict[str, Any]:
+    """The `solve` part of a report."""
+    facts: dict[str, Any] = {
+        "iterations": int(track.iterations.sum()),
+        "steps": len(track.steps),
+        "residual": None,
+        "reached_s": float(track.times[-1]) if len(track.times) else 0.0,
+        "events": [{"time": e.time, "what": e.text} for e in track.events[:200]],
+        "halved": len(track.events),
+    }
+    if len(track.times):
+        some = np.unique(np.linspace(0, len(track.times) - 1, 200).round().astype(int))
+        facts["times"] = track.times[some].tolist()
+        facts["energies"] = {name: values[some].tolist() for name, values in track.energies.items()}
+        facts["drift_J"] = float(track.energies["drift"][-1])
+    return facts
+
+
+def _events(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
+    """A warning where steps were halved."""
+    if not track.events:
+        return ()
+    at, first = declared.at(), track.events[0]
+    return (
+        Diagnostic(
+            "W315",
+            f"`{declared.name}` had to halve its step {len(track.events)} times",
+            at.source,
+            at.span,
+            f"first at {units.show(first.time, units.TIME)}",
+            first.text,
+        ),
+    )
+
+
+def integrator_of(analysis: Dynamic) -> Integrator:
+    """The integrator that an analysis names, with its own constants."""
+    cls: Any = INTEGRATORS[analysis.integrator]
+    own = "spectral_radius"
+    known = own in getattr(cls, "__dataclass_fields__", {})
+    made: Integrator = cls(**{own: analysis.spectral_radius}) if known else cls()
+    return made
+
+
+def in_motion(
+    static: Any,
+    declared: Declared,
+    case: Case,
+    mesh: Mesh,
+    mass: Any,
+    internal: Sequence[Energy],
+    loads: Sequence[tuple[Declared, Energy]],
+    rest: Statics,
+) -> PreparedMotion:
+    """A body on a mesh, with its mass (kg, matrix or diagonal) and each load by itself. Raises Fault."""
+    analysis = case.analysis
+    if not isinstance(analysis, Dynamic):
+        raise TypeError("the analysis is static")
+    integrator = integrator_of(analysis)
+    if integrator.explicit and mass.ndim == 2:
+        raise fault(
+            "E508",
+            declared.at("mass"),
+            f"`{declared.name}` needs a lumped mass for {analysis.integrator}",
+            "a matrix that would have to be inverted",
+            "add `mass = lumped`, or use an implicit integrator",
+        )
+    dofs = mesh.points.size
+    problem = Dynamics(
+        Assembly(dofs, rest.fixed, internal, [energy for _, energy in loads]),
+        mass,
+        np.zeros(dofs),
+        _velocity(analysis, mesh.points, mass),
+        rest.fixed,
+        rest.target,
+        _support_course(case),
+        tuple(course_of(load) for load, _ in loads),
+        Rayleigh(analysis.damping_mass, analysis.damping_stiffness),
+        integrator,
+        analysis.tolerance,
+        analysis.max_iterations,
+        sound=rest.sound,
+    )
+    return PreparedMotion(static, declared, analysis, problem, mesh)
+
+
+def _velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
+    """Initial velocities (3 n,), m/s: of the whole body, and of its spin about the centre of mass."""
+    weights = (mass if mass.ndim == 1 else np.asarray(mass.sum(axis=1)).ravel())[::3]
+    centre = weights @ points / weights.sum()
+    v: Floats = np.array(analysis.velocity) + np.cross(np.array(analysis.spin), points - centre)
+    return v.ravel()
+
+
+def course_of(load: Declared) -> Course:
+    """How a load or support grows in time; in full from the start where the scene does not say."""
+    course = getattr(load.thing, "course", None)
+    return constant if course is None else course.at
+
+
+def _support_course(case: Case) -> Course:
+    """The one course of all supports that move. Raises Fault where they differ."""
+    moving = [s for s in case.supports if hasattr(s.thing, "course")]
+    for other in moving[1:]:
+        if other.thing.course != moving[0].thing.course:
+            raise fault(
+                "E501",
+                other.at("course"),
+                f"`{other.name}` and `{moving[0].name}` move by different courses",
+                "another course",
+                "all supports that move share one course",
+            )
+    return course_of(moving[0]) if moving else constant

@@ -1,0 +1,76 @@
+"""Gmsh's file format 1: $NOD and $ELM, as programs wrote it until 2004 and some for long after."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from softmark.solvers.mesh.mesh import Floats, Ints
+
+# Gmsh's number of a type of cell -> meshio's word and the number of nodes
+TYPES = {1: ("line", 2), 2: ("triangle", 3), 3: ("quad", 4), 4: ("tetra", 4), 5: ("hexahedron", 8)}
+TYPES |= {6: ("wedge", 6), 7: ("pyramid", 5), 15: ("vertex", 1)}
+
+
+class Malformed(Exception):
+    """The file breaks off or holds what the format does not know."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """Cells of one type, as meshio has them."""
+
+    type: str
+    data: Ints
+
+
+@dataclass(frozen=True)
+class File:
+    """What a file holds, as meshio has it."""
+
+    points: Floats  # (n, 3)
+    cells: list[Block]
+
+
+def recognised(path: Path) -> bool:
+    """Whether a file begins as format 1 does."""
+    with path.open("rb") as file:
+        return file.read(256).lstrip().startswith(b"$NOD")
+
+
+def read(path: Path) -> File:
+    """Points and cells, numbered from zero. Raises Malformed."""
+    try:
+        words = path.read_text(encoding="ascii").split()
+        points, number, at = _points(words)
+        return File(points, _cells(words[at:], number))
+    except (ValueError, IndexError, KeyError) as error:
+        raise Malformed(str(error) or type(error).__name__) from error
+
+
+def _points(words: list[str]) -> tuple[Floats, dict[int, int], int]:
+    """Points (n, 3), their places by the numbers of the file, and how many words that took."""
+    count = int(words[1])
+    table = np.array(words[2 : 2 + 4 * count], dtype=np.float64).reshape(count, 4)
+    number = {int(n): i for i, n in enumerate(table[:, 0])}
+    end = 2 + 4 * count
+    if words[end : end + 2] != ["$ENDNOD", "$ELM"]:
+        raise Malformed("no $ENDNOD and $ELM after its points")
+    return table[:, 1:].copy(), number, end + 2
+
+
+def _cells(words: list[str], number: dict[int, int]) -> list[Block]:
+    """Lines `number type region region count node ...`, grouped by type."""
+    found: dict[str, list[list[int]]] = {}
+    at = 1
+    for _ in range(int(words[0])):
+        kind, nodes = TYPES[int(words[at + 1])]
+        if int(words[at + 4]) != nodes:
+            raise Malformed(f"a {kind} of {words[at + 4]} nodes")
+        found.setdefault(kind, []).append([number[int(w)] for w in words[at + 5 : at + 5 + nodes]])
+        at += 5 + nodes
+    if words[at] != "$ENDELM":
+        raise Malformed("no $ENDELM after its cells")
+    return [Block(kind, np.array(rows, dtype=np.int64)) for kind, rows in found.items()]

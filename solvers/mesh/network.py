@@ -1,0 +1,120 @@
+"""Networks of springs along a mesh: its edges, and of hexahedra the diagonals that keep them from folding."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.optimize import nnls
+
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+
+Diagonals = Literal["faces", "all"]
+
+EDGE, FACE, BODY = 0, 1, 2  # what a spring runs along
+
+TET_EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
+HEX_EDGES = (
+    *((0, 1), (1, 2), (2, 3), (3, 0)),
+    *((4, 5), (5, 6), (6, 7), (7, 4)),
+    *((0, 4), (1, 5), (2, 6), (3, 7)),
+)
+HEX_FACE_DIAGONALS = (
+    *((0, 2), (1, 3), (4, 6), (5, 7)),
+    *((0, 5), (1, 4), (1, 6), (2, 5)),
+    *((2, 7), (3, 6), (3, 4), (0, 7)),
+)
+HEX_BODY_DIAGONALS = ((0, 6), (1, 7), (2, 4), (3, 5))
+
+# Shares of E V / l0^2 that make a cube isotropic with Young's modulus E, as edge, face and body diagonal; in each row
+# 12 edges, 12 face diagonals and 4 body diagonals add up to 6. A lattice of cubes with edge a has the elasticities
+# C1111 = (k_e + 2 k_f + 4/3 k_b) / a and C1122 = C1212 = (k_f + 4/3 k_b) / a; isotropy asks for C1111 = 3 C1122.
+# "faces": k_e = k_f = 2 E a / 5. "all": half of that, and half of edges with body diagonals, k_e = 8/3 k_b = 4 E a / 5.
+# Edges and body diagonals alone are isotropic too, but rows of such a lattice slide past each other without force.
+CUBE: dict[str, tuple[float, float, float]] = {"faces": (0.1, 0.4, 0.0), "all": (0.15, 0.2, 0.45)}
+LEAST = 0.1  # of a cube's share that every spring keeps, so that no cell comes loose
+PULL = 0.01  # towards the shares of a cube, where the directions of springs leave a choice
+
+
+@dataclass(frozen=True)
+class Network:
+    """Pairs of nodes, each once: `edges` (n, 2), `what` each runs along (n,), and the cells around it.
+
+    `count` (n,) is how many cells share a spring, `volume` (n,) the sum of their volumes and `weight` (n,) that sum
+    with each cell's share, m^3: the stiffness that stands for a modulus E is E weight / l0^2. Inside a lattice of cubes
+    an edge has four cells and a face diagonal two, on the surface of a block fewer, and as much less stiffness.
+    """
+
+    edges: Ints
+    what: Ints
+    count: Ints
+    volume: Floats
+    weight: Floats
+
+
+def network(mesh: Mesh, diagonals: Diagonals = "all") -> Network:
+    """The springs of a mesh of four-node tetrahedra, whose edges they are, or of eight-node hexahedra.
+
+    Tetrahedra have the share 1 for each edge, which is the rule of Van Gelder (1998); see `shares` for hexahedra.
+    """
+    pairs, what = _local(mesh.kind, diagonals)
+    ends = np.sort(mesh.cells[:, pairs].reshape(-1, 2), axis=1)  # (m springs, 2)
+    nodes = int(ends.max()) + 1
+    keys, first, which = np.unique(ends @ [nodes, 1], return_index=True, return_inverse=True)
+    edges = np.stack(np.divmod(keys, nodes), axis=1)
+    volumes = np.repeat(mesh.volumes, len(pairs))
+    share = np.ones(len(ends))
+    if mesh.kind == "hex8":
+        share = shares(mesh.points[mesh.cells], diagonals).ravel()
+    along = np.tile(what, len(mesh.cells))[first]
+    volume, weight = np.bincount(which, volumes), np.bincount(which, share * volumes)
+    return Network(edges, along, np.bincount(which), volume.astype(float), weight.astype(float))
+
+
+def _local(kind: str, diagonals: Diagonals) -> tuple[Ints, Ints]:
+    """Pairs of a cell's nodes (s, 2), and what each runs along (s,)."""
+    families: dict[int, tuple[tuple[int, int], ...]] = {EDGE: TET_EDGES if kind == "tet4" else HEX_EDGES}
+    if kind == "hex8":
+        families[FACE] = HEX_FACE_DIAGONALS
+        if diagonals == "all":
+            families[BODY] = HEX_BODY_DIAGONALS
+    pairs = np.array([pair for family in families.values() for pair in family], dtype=np.int64)
+    what = np.repeat(list(families), [len(family) for family in families.values()])
+    return pairs, what.astype(np.int64)
+
+
+def shares(corners: Floats, diagonals: Diagonals) -> Floats:
+    """What each spring of hexahedra with `corners` (m, 8, 3) takes of E V / l0^2, (m, springs).
+
+    Strained homogeneously, springs k of directions n store the energy of a solid with C = sum k l0^2 n n n n / V. The
+    shares are those, none below a tenth of a cube's, with which C is nearest to 2E/5 (II + two transposes), the
+    isotropic solid of modulus E and nu = 1/4; where several are, the nearest to a cube's. Cubes have the shares of
+    CUBE. With body diagonals, bricks up to 1.6 times as long as wide become isotropic; with the shares of a cube one
+    of 1.4 would be too stiff lengthwise by a half.
+    """
+    pairs, what = _local("hex8", diagonals)
+    usual = np.array(CUBE[diagonals])[what]
+    d = corners[:, pairs[:, 1]] - corners[:, pairs[:, 0]]
+    n = d / np.linalg.norm(d, axis=2, keepdims=True)  # (m, springs, 3)
+    # cells of an extruded mesh are alike: each kind is balanced once
+    _, first, which = np.unique(
+        np.round(n.reshape(len(n), -1), 9), axis=0, return_index=True, return_inverse=True
+    )
+    balanced: Floats = np.array([_balanced(directions, usual) for directions in n[first]])[which.ravel()]
+    return balanced
+
+
+def _balanced(n: Floats, usual: Floats) -> Floats:
+    """The shares (s,) of springs with directions n (s, 3): least squares over shares that are not negative."""
+    nn = np.einsum("si,sj->sij", n, n)
+    A = np.einsum("sij,skl->ijkls", nn, nn).reshape(81, -1)
+    one = np.eye(3)
+    isotropic = np.einsum("ij,kl->ijkl", one, one)
+    isotropic = isotropic + isotropic.transpose(0, 2, 1, 3) + isotropic.transpose(0, 3, 2, 1)
+    least = LEAST * usual
+    rows = np.concatenate([A, PULL * np.eye(len(n))])
+    aim = np.concatenate([0.4 * isotropic.ravel() - A @ least, PULL * (usual - least)])
+    extra, _ = nnls(rows, aim)
+    shares: Floats = least + extra
+    return shares
