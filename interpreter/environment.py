@@ -27,6 +27,10 @@ def describe(scene: Scene) -> dict[str, Any]:
         "sha256": hashlib.sha256(source.text.encode()).hexdigest(),
         "parameters": parameters,
         "text": source.text,
+        "published": [
+            {"metric": column.thing.metric, "source": column.thing.source}
+            for column in scene.of_kind("published").values()
+        ],
         "overridden": sorted(n for n, p in scene.parameters.items() if p.overridden),
         "overrides": list(scene.overrides),
     }

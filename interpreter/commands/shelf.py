@@ -80,9 +80,12 @@ class Shelf:
 
     @staticmethod
     def _paraview(report: Report, folder: Path) -> None:
-        from softmark.interpreter.report.vtu import write_vtu
+        from softmark.interpreter.report.files import write_vtu
 
-        write_vtu(report, folder)
+        try:
+            write_vtu(report, folder)
+        except ValueError as error:  # what the library that writes them raises
+            raise OSError(None, str(error)) from error
 
     def _attempt(self, option: str, place: str, action: Callable[[], object]) -> None:
         try:

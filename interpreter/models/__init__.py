@@ -11,8 +11,10 @@ from typing import Any
 
 from softmark.interpreter.models.beam6dof import Beam6Dof
 from softmark.interpreter.models.fem import Fem
+from softmark.interpreter.models.mass_spring import MassSpring
 
 MODELS: dict[str, type[Any]] = {
     "fem": Fem,
     "beam6dof": Beam6Dof,
+    "mass_spring": MassSpring,
 }

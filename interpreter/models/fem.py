@@ -41,6 +41,7 @@ class Fem:
     integration: Annotated[Literal["full", "selective"], "at which points of a hexahedron"] = "full"
     rotation: Annotated[Literal["point", "element"], "what turns as one in corotational strain"] = "point"
     mass: Annotated[Literal["consistent", "lumped", "uniform"], "how nodes share the mass"] = "consistent"
+    material: Annotated[Any | None, "material", "another material than the body's, to see what it changes"] = None
 
     def mesh_key(self) -> tuple[Any, ...]:
         """What two models of a body must agree in to share a mesh."""

@@ -23,10 +23,12 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.elements.interpolation import Integration, centre_rule, integration, locate
 from softmark.solvers.energies import elementwise
+from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.elementwise import ElementRotation
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.materials import law_for, parts_for
+from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.mesh.file import Unreadable
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.statics import Equilibrium, Statics, equilibrium
@@ -199,7 +201,10 @@ def _integrated(model: Fem, case: Case, mesh: Mesh, elastic: Elastic, strain: st
     """The law at all points, or shear at all points and volume at the centre."""
     laws = parts_for(case.material, strain) if model.integration == "selective" else None
     if laws is None:
-        return replace(elastic, law=law_for(case.material, strain))
+        law = law_for(case.material, strain)
+        if isinstance(law, Corotational) and mesh.kind == "tet4":
+            return CorotationalTets(mesh.cells, elastic.dNdX, elastic.w, law)
+        return replace(elastic, law=law)
     middle = integration(mesh, rule=centre_rule(mesh.element))
     volume = Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])
     return Together((replace(elastic, law=laws[0]), volume))

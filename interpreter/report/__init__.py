@@ -2,7 +2,10 @@
 
 What lives here: `html` puts the sections in order; `findings` reads the results and says what they come to;
 `chart`, `axes`, `looks` and `plate` draw curves as SVG with a legend, a table and a CSV link; one file for
-each section (`centre_lines`, `comparison`, `deviation`, `convergence`, `verdicts`, `listing`, `provenance`).
-`terminal` is the same as text. `report.css` and `report.js` go into the page. To add a section: one file with
-a function `section_of(findings) -> str` ("" where it has nothing to show), one line in `html.SECTIONS`.
+each section (`shapes`, `centre_lines`, `comparison`, `published`, `histograms`, `deviation`, `realtime`, `histories`,
+`convergence`, `verdicts`, `listing`, `provenance`). `surfaces` makes shapes small enough for the page, `still` draws
+them without a script, `shapes.js` with one: `raster.js` paints triangles, `shapes_controls.js` listens to the reader.
+`terminal` is the same as text, `vtk` writes files for ParaView. The style sheets and scripts go into the page. To add
+a section: one file with a function `section_of(findings) -> str` ("" where it has nothing to show), one line in
+`html.SECTIONS`.
 """

@@ -36,7 +36,7 @@ def linear(low: float, high: float, name: str, unit: str, about: int = 6) -> Axi
     """An axis from low to high with round ticks in the unit that fits."""
     scale = scale_of((low, high), unit)
     step = nice_step((high - low) / scale.factor, about)
-    decimals = max(0, -math.floor(math.log10(step) + 1e-9)) + (1 if _mantissa(step) == 2.5 else 0)
+    decimals = max(0, (1 if _mantissa(step) == 2.5 else 0) - math.floor(math.log10(step) + 1e-9))
     first, last = math.ceil(low / scale.factor / step - 1e-9), math.floor(high / scale.factor / step + 1e-9)
     ticks = tuple(
         (i * step * scale.factor, signed(f"{i * step:.{decimals}f}")) for i in range(first, last + 1)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from softmark.interpreter.report.findings import Findings, Metric, Result, value_of
 from softmark.interpreter.report.markup import prose, section, tag, text
+from softmark.interpreter.report.metric_details import details_of
 from softmark.interpreter.report.quantities import quantity
 from softmark.interpreter.report.results_table import SYMBOLS, ResultsTable
 from softmark.interpreter.report.sheet import Cell, csv_link
@@ -25,7 +26,16 @@ def section_of(findings: Findings) -> str:
     body = table.html()  # before the footnotes, which gather in it
     save = _csv(findings, table.columns)
     about = _meanings(findings, table.columns)
-    return section("table", "Comparison", _messages(findings), body, table.notes.list(), save, about)
+    return section(
+        "table",
+        "Comparison",
+        _messages(findings),
+        body,
+        table.notes.list(),
+        save,
+        about,
+        details_of(findings),
+    )
 
 
 def _messages(findings: Findings) -> str:
@@ -67,14 +77,19 @@ def _csv(findings: Findings, columns: Sequence[Metric]) -> str:
     """Every number of the table in SI, as a link."""
     clocks = sorted({k for m in findings.report.models.values() for k, timing in m.time.items() if timing})
     header = ["name", "kind", "status", "message", "about", *(f"{m.name} [{m.unit}]" for m in columns)]
+    uncertain = [m for m in columns if findings.uncertainty(m)]
+    header += [f"{m.name} within the uncertainty" for m in uncertain]
     header += [*SIZES, "iterations", "residual"]
     header += [f"{clock.removesuffix('_s')} {part}" for clock in clocks for part in PARTS]
-    rows = [_record(n, r, columns, clocks) for n, r in findings.everyone.items()]
+    rows = [_record(n, r, columns, uncertain, clocks) for n, r in findings.everyone.items()]
     return csv_link("comparison", header, rows, "Save this table as CSV")
 
 
-def _record(name: str, result: Result, columns: Sequence[Metric], clocks: Sequence[str]) -> list[Cell]:
-    metrics = [value_of(result, m.name) for m in columns]
+def _record(
+    name: str, result: Result, columns: Sequence[Metric], uncertain: Sequence[Metric], clocks: Sequence[str]
+) -> list[Cell]:
+    metrics: list[Cell] = [value_of(result, m.name) for m in columns]
+    metrics += [_within(result, m) for m in uncertain]
     if isinstance(result, ReferenceResult):
         none: list[Cell] = [None] * (len(SIZES) + 2 + len(PARTS) * len(clocks))
         return [name, "reference", result.status, result.message, result.kind, *metrics, *none]
@@ -82,6 +97,11 @@ def _record(name: str, result: Result, columns: Sequence[Metric], clocks: Sequen
     row += [result.size.get(k) for k in SIZES]
     row += [result.solve.get("iterations"), result.solve.get("residual")]
     return row + [cell for clock in clocks for cell in _clock(result.time.get(clock))]
+
+
+def _within(result: Result, metric: Metric) -> str | None:
+    found = result.metrics.get(metric.name)
+    return None if found is None or found.value is None else "no" if found.meaningful else "yes"
 
 
 def _clock(timing: Timing | None) -> list[Cell]:

@@ -1,4 +1,4 @@
-"""The report on disk: report.json and report.html, each whole or not there."""
+"""The report on disk: report.json and report.html, each whole or not there; and files for ParaView."""
 
 from __future__ import annotations
 
@@ -17,6 +17,13 @@ def write(report: Report, folder: str | Path) -> list[Path]:
     from softmark.interpreter.report.html import render
 
     return [*written, replace(target / "report.html", render(report))]
+
+
+def write_vtu(report: Report, folder: str | Path) -> list[Path]:
+    """Write meshes and surfaces for ParaView into vtu/ of a folder; their paths. Raises OSError and ValueError."""
+    from softmark.interpreter.report import vtk
+
+    return vtk.write_vtu(report, folder)
 
 
 def replace(path: Path, content: str) -> Path:

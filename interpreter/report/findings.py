@@ -92,10 +92,21 @@ class Findings:
         return tuple(m for m in self.metrics if m.is_error)
 
     def best(self, metric: Metric) -> tuple[str, ...]:
-        """The models with the least value of an error metric; more than one where they are equal."""
+        """The models with the least value of an error metric, and those that the uncertainty leaves undecided."""
         values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
-        least = min(values.values(), default=None)
-        return tuple(n for n, v in values.items() if v == least) if metric.is_error else ()
+        least = min(values.values(), default=0.0)
+        within = least + self.uncertainty(metric)
+        return tuple(n for n, v in values.items() if v <= within) if metric.is_error else ()
+
+    def uncertainty(self, metric: Metric) -> float:
+        """How large differences of a metric have to be to mean something, in its unit; 0 where nothing is known."""
+        found = (m.metrics.get(metric.name) for m in self.report.models.values())
+        return max((m.uncertainty for m in found if m is not None and m.uncertainty), default=0.0)
+
+    def tied(self, metric: Metric) -> bool:
+        """Whether several models are best because the uncertainty cannot tell them apart."""
+        values = {value_of(self.report.models[n], metric.name) for n in self.best(metric)}
+        return len(values) > 1
 
     @cached_property
     def probes(self) -> dict[str, dict[str, ProbeResult]]:
@@ -141,11 +152,17 @@ class Findings:
         for metric in self.errors:
             if metric.against in said or not (best := self.best(metric)):
                 continue
-            value = value_of(self.report.models[best[0]], metric.name)
-            amount = quantity(value or 0.0, metric.unit, digits=2, percent=True)
+            amount = self._amount(metric, best)
             who = ("is " if len(best) == 1 else "are ") + listed([f"`{n}`" for n in best])
             said[str(metric.against)] = f"the closest to `{metric.against}` {who}: {amount} (`{metric.name}`)"
         return list(said.values())
+
+    def _amount(self, metric: Metric, best: tuple[str, ...]) -> str:
+        """The least error, or the bound under which nothing tells several models apart."""
+        if self.tied(metric):
+            return f"no difference above ± {quantity(self.uncertainty(metric), metric.unit, 2, percent=True)}"
+        value = value_of(self.report.models[best[0]], metric.name)
+        return quantity(value or 0.0, metric.unit, digits=2, percent=True)
 
     def _expected(self) -> str:
         judged = self.report.expectations

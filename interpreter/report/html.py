@@ -11,8 +11,13 @@ from softmark.interpreter.report import (
     comparison,
     convergence,
     deviation,
+    histograms,
+    histories,
     listing,
     provenance,
+    published,
+    realtime,
+    shapes,
     verdicts,
 )
 from softmark.interpreter.report.findings import Findings
@@ -23,9 +28,14 @@ from softmark.interpreter.results import Report
 
 # id of the section, its name in the navigation, who makes it ("" where it has nothing to show)
 SECTIONS: tuple[tuple[str, str, Callable[[Findings], str]], ...] = (
-    ("figure", "Figure", centre_lines.section_of),
+    ("shapes", "Shapes", shapes.section_of),
+    ("figure", "Centre lines", centre_lines.section_of),
     ("table", "Table", comparison.section_of),
-    ("error", "Error", deviation.section_of),
+    ("published", "Published", published.section_of),
+    ("distribution", "Distribution", histograms.section_of),
+    ("error", "Along the line", deviation.section_of),
+    ("realtime", "Real time", realtime.section_of),
+    ("histories", "Over time", histories.section_of),
     ("convergence", "Convergence", convergence.section_of),
     ("expectations", "Expectations", verdicts.expectations),
     ("warnings", "Warnings", verdicts.warnings),
@@ -39,17 +49,24 @@ POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inli
 
 
 def render(report: Report) -> str:
-    """A complete HTML5 document: no network, no other file; without JavaScript it lacks only tooltips."""
+    """A complete HTML5 document: no network, no other file; without JavaScript shapes stand still and tooltips lack."""
     findings = Findings(report)
     made = [(key, name, make(findings)) for key, name, make in SECTIONS]
     main = tag("main", *(f"\n{markup}\n" for _, _, markup in made), id="content")
     skip = tag("a", "Skip to the results", href="#content", class_="skip")
     links = navigation([(key, name) for key, name, markup in made if markup])
-    body = tag("body", skip, header(findings), links, main, _footer(), tag("script", _part("report.js")))
-    return "<!DOCTYPE html>\n" + tag("html", _head(findings), body, lang="en") + "\n"
+    script = tag("script", *(_part(name) for name in _needed(main, "js")))
+    body = tag("body", skip, header(findings), links, main, _footer(), script)
+    return "<!DOCTYPE html>\n" + tag("html", _head(findings, _needed(main, "css")), body, lang="en") + "\n"
 
 
-def _head(findings: Findings) -> str:
+def _needed(main: str, kind: str) -> list[str]:
+    """The parts of this package that a page needs; those that draw shapes only where there are some."""
+    shapes = ["shapes.css"] if kind == "css" else ["raster.js", "shapes_controls.js", "shapes.js"]
+    return [f"report.{kind}", *(shapes if 'class="shapes"' in main else ())]
+
+
+def _head(findings: Findings, styles: list[str]) -> str:
     curves = 1 + len(findings.everyone)
     return tag(
         "head",
@@ -59,7 +76,7 @@ def _head(findings: Findings) -> str:
         tag("meta", name="color-scheme", content="light dark"),
         tag("meta", name="description", content=plain(findings.conclusion)),
         tag("title", text(f"{title(findings)} – softmark report")),
-        tag("style", _part("report.css"), toggles(curves)),
+        tag("style", *(_part(name) for name in styles), toggles(curves)),
     )
 
 
@@ -67,7 +84,7 @@ def _footer() -> str:
     return tag("footer", tag("p", text(FOOTER)))
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=8)
 def _part(name: str) -> str:
     """A file of this package."""
     return files(__package__ or "").joinpath(name).read_text(encoding="utf-8")

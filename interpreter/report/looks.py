@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-Role = Literal["model", "reference", "rest", "phase"]
+Role = Literal["model", "reference", "rest", "phase", "bins"]
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Look:
     @property
     def classes(self) -> str:
         """Classes that `report.css` knows."""
-        return f"{self.role} c{self.colour}" if self.role == "model" else self.role
+        return f"{self.role} c{self.colour}" if self.role in ("model", "bins") else self.role
 
 
 MODEL_DASHES = ("", "8 3", "3 2", "9 3 2 3", "14 4")

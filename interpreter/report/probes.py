@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.grammar import tree
 from softmark.interpreter.report.findings import Findings, value_of
 from softmark.interpreter.report.looks import Look, model_look, reference_look
 from softmark.interpreter.report.plate import SHOWN
@@ -14,18 +15,30 @@ Floats = NDArray[np.float64]
 AXES = ("x", "y", "z")
 
 
+def _kind(findings: Findings, probe: str) -> str:
+    """The constructor of a probe: line, point, surface, volume, markers; "" where the scene's text has none."""
+    declared = findings.declared.get(probe)
+    return declared.value.function.text if declared and isinstance(declared.value, tree.Call) else ""
+
+
 def lines_of(findings: Findings) -> dict[str, dict[str, ProbeResult]]:
-    """Line probes, those with at least two points: who has them, and what was seen."""
-    return {n: seen for n, seen in findings.probes.items() if any(len(p.points) > 1 for p in seen.values())}
+    """Line probes, those with at least two points in a row: who has them, and what was seen."""
+    found = {}
+    for name, seen in findings.probes.items():
+        several = any(len(p.points) > 1 and p.triangles is None for p in seen.values())
+        if several and _kind(findings, name) in ("line", ""):
+            found[name] = seen
+    return found
 
 
 def points_of(findings: Findings) -> dict[str, dict[str, ProbeResult]]:
     """Point probes."""
-    lines = lines_of(findings)
-    single = {n: seen for n, seen in findings.probes.items() if n not in lines}
-    return {
-        n: found for n, seen in single.items() if (found := {k: p for k, p in seen.items() if len(p.points)})
-    }
+    found = {}
+    for name, seen in findings.probes.items():
+        alone = {n: p for n, p in seen.items() if len(p.points) == 1 and p.triangles is None}
+        if alone and len(alone) == sum(len(p.points) > 0 for p in seen.values()):
+            found[name] = alone
+    return found
 
 
 def looks(report: Report) -> dict[str, Look]:

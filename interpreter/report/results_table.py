@@ -8,9 +8,9 @@ from functools import cached_property
 from itertools import groupby
 
 from softmark.interpreter.report.findings import Findings, Metric, Result, value_of
-from softmark.interpreter.report.markup import count, prose, tag, text
+from softmark.interpreter.report.markup import count, listed, prose, tag, text
 from softmark.interpreter.report.quantities import Scale, decimals_of, grouped, quantity, scale_of
-from softmark.interpreter.results import ModelResult
+from softmark.interpreter.results import ModelResult, ReferenceResult
 
 SYMBOLS = {
     "converged": ("✓", "good", "converged"),
@@ -27,12 +27,15 @@ CAPTION = (
 )
 BEST = " The least error of a column is in bold and marked best."
 
+TIED = " Errors that differ by less than the uncertainty of the reference are not ranked: they are all marked tied."
+
 
 @dataclass
 class Notes:
     """Footnotes: one letter for each reason why there is no value."""
 
     reasons: list[str] = field(default_factory=list)
+    within: dict[str, str] = field(default_factory=dict)  # metric -> the uncertainty, in words
 
     def dash(self, reason: str) -> str:
         """An en dash with the letter of its reason."""
@@ -41,11 +44,25 @@ class Notes:
         mark = letter(self.reasons.index(reason))
         return "–" + tag("sup", tag("a", text(mark), href=f"#note-{mark}", aria_label=f"note {mark}"))
 
+    def dagger(self, metric: str, uncertainty: str) -> str:
+        """The mark of a value that is no larger than the uncertainty of what it is measured from."""
+        self.within.setdefault(metric, uncertainty)
+        said = "within the uncertainty of the reference"
+        return tag("sup", tag("a", "†", href="#note-within", aria_label=said), class_="within")
+
+    def _uncertain(self) -> str:
+        if not self.within:
+            return ""
+        each = listed([f"± {amount} for `{metric}`" for metric, amount in self.within.items()])
+        said = f"within the uncertainty of the reference ({each}): the value says no more than that the two agree"
+        return tag("li", tag("b", "†"), " ", prose(said), id="note-within")
+
     def list(self) -> str:
         """The footnotes themselves."""
         letters = [letter(i) for i in range(len(self.reasons))]
         pairs = zip(letters, self.reasons, strict=True)
         items = [tag("li", tag("b", a), " ", prose(reason), id=f"note-{a}") for a, reason in pairs]
+        items += [own] if (own := self._uncertain()) else []
         return tag("ul", *items, class_="notes") if items else ""
 
 
@@ -94,7 +111,8 @@ class ResultsTable:
         report = self.findings.report
         bodies = [self._body("Models", report.models), self._body("References", report.references)]
         best = any(self.findings.best(m) for m in self.columns)
-        caption = tag("caption", tag("span", CAPTION + (BEST if best else "")))
+        tied = any(self.findings.tied(m) for m in self.columns)
+        caption = tag("caption", tag("span", CAPTION + (BEST if best else "") + (TIED if tied else "")))
         table = tag("table", caption, self._head(), *bodies, class_="results")
         label = "Comparison of models and references"
         return tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=label)
@@ -138,8 +156,14 @@ class ResultsTable:
             return self.notes.dash(self._reason(name, result, metric))
         scale, decimals = self.scales[metric.name]
         shown = tag("data", text(scale.text(value, decimals)), value=repr(value))
+        found = result.metrics[metric.name]
+        if not found.meaningful:
+            shown += self.notes.dagger(
+                metric.name, quantity(found.uncertainty or 0.0, metric.unit, 3, percent=True)
+            )
         if isinstance(result, ModelResult) and name in self.findings.best(metric):
-            return tag("strong", shown) + tag("small", "best", class_="best")
+            word = "tied" if self.findings.tied(metric) else "best"
+            return tag("strong", shown) + tag("small", word, class_="best")
         return shown
 
     def _reason(self, name: str, result: Result, metric: Metric) -> str:
@@ -148,6 +172,8 @@ class ResultsTable:
             return found.reason or "no reason was given"
         if name == metric.against:
             return "the error is measured from this reference itself"
+        if metric.probe is None and isinstance(result, ReferenceResult):
+            return "only the work of models is measured"
         if self.findings.report.partial:
             return "not computed yet: the report is unfinished"
         return result.message or "this metric looks at another body"

@@ -21,7 +21,7 @@ def table(report: Report, terminal: bool) -> str:
     """Title, a row per model and reference, expectations, and what went wrong."""
     paint = _Paint(terminal and not os.environ.get("NO_COLOR"))
     parts = [paint.bold(str(report.scene["title"])), "", _rows(report, paint)]
-    if notes := _reasons(report):
+    if notes := [*_uncertain(report), *_reasons(report)]:
         parts += ["", *notes]
     if report.expectations:
         parts += ["", *(_expectation(e, paint) for e in report.expectations)]
@@ -104,11 +104,27 @@ def _value(metric: MetricResult | None) -> str:
         return ""
     if metric.value is None:
         return "-"
-    dimension = units.parse(metric.unit).dimension
+    return _amount(metric.value, metric.unit) + ("" if metric.meaningful else " †")
+
+
+def _amount(value: float, unit_text: str) -> str:
+    dimension = units.parse(unit_text).dimension
     if dimension == units.NONE:
-        return f"{100 * metric.value:.3g} %"
-    number, _, unit = units.show(metric.value, dimension).partition(" ")
+        return f"{100 * value:.3g} %"
+    number, _, unit = units.show(value, dimension).partition(" ")
     return f"{float(number):.6g} {unit}"
+
+
+def _uncertain(report: Report) -> list[str]:
+    """The footnote of values that are no larger than the uncertainty of what they are measured from."""
+    found = {
+        name: _amount(metric.uncertainty, metric.unit)
+        for part in report.outcomes
+        for name, metric in part.metrics.items()
+        if metric.uncertainty is not None and not metric.meaningful
+    }
+    each = ", ".join(f"± {amount} for {name}" for name, amount in found.items())
+    return [f"† within the uncertainty of the reference ({each})"] if found else []
 
 
 def _reasons(report: Report) -> list[str]:
@@ -127,5 +143,5 @@ def _expectation(e: ExpectationResult, paint: _Paint) -> str:
         return f"  not judged  line {e.line}: {e.text} ({e.reason})"
     if e.passed:
         return paint.good(f"  met         line {e.line}: {e.text}")
-    found = "" if e.value is None else f"  (found {_value(MetricResult(e.value, e.unit))})"
+    found = "" if e.value is None else f"  (found {_amount(e.value, e.unit)})"
     return paint.bad(f"  NOT MET     line {e.line}: {e.text}{found}")

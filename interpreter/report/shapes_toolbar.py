@@ -1,0 +1,108 @@
+"""Buttons and boxes of the figure of shapes: what to lay out how, in which colours, from where, and when."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from softmark.interpreter.report.axes import Axis, linear
+from softmark.interpreter.report.colours import gradient
+from softmark.interpreter.report.markup import tag, text
+from softmark.interpreter.report.quantities import quantity
+
+DECADES = 3  # of the logarithmic scale
+MORE = " (the lightest colour stands for all that is more)"
+LESS = " (the darkest colour stands for all that is less)"
+VIEWS = (("x–z", "0 0"), ("y–z", "90 0"), ("x–y", "0 90"))
+
+
+def toolbar(
+    names: Sequence[tuple[str, str, str, bool]],
+    errors: bool,
+    beside: bool,
+    ghosts: Sequence[tuple[int, str, bool]],
+) -> str:
+    """What readers choose by; hidden where no script runs."""
+    groups = [
+        _choice(
+            "Layout", "layout", (("beside", "Side by side"), ("overlaid", "Overlaid")), 0 if beside else 1
+        )
+    ]
+    if errors:
+        groups.append(
+            _choice("Colour", "colour", (("error", "Error"), ("own", "By model")), 0 if beside else 1)
+        )
+        groups.append(
+            _choice("Scale", "range", (("full", "Largest"), ("clipped", "95 %"), ("log", "Log")), 0)
+        )
+    groups.append(_behind(ghosts) if ghosts else "")
+    groups.append(_view())
+    who = tag("fieldset", tag("legend", "Shown"), *(_who(*known) for known in names), class_="who legend")
+    return tag("div", *groups, who, class_="toolbar live")
+
+
+def _choice(legend: str, name: str, options: Sequence[tuple[str, str]], first: int) -> str:
+    boxes = [
+        tag(
+            "label",
+            tag("input", type="radio", name=name, value=value, checked=i == first),
+            tag("span", words),
+        )
+        for i, (value, words) in enumerate(options)
+    ]
+    return tag("fieldset", tag("legend", legend), tag("div", *boxes, class_="segments"))
+
+
+def _behind(ghosts: Sequence[tuple[int, str, bool]]) -> str:
+    """The reference that is drawn in grey behind each shape."""
+    options = [tag("option", "nothing", value="")]
+    options += [tag("option", text(name), value=str(i), selected=first) for i, name, first in ghosts]
+    label = tag("label", tag("span", "Grey, behind"), tag("select", *options))
+    return tag("div", label, class_="behind")
+
+
+def _view() -> str:
+    zooms = (("out", "−", "Zoom out"), ("in", "+", "Zoom in"), ("home", "Reset", None))
+    buttons = [
+        tag("button", name, type="button", data_view=angles, aria_label=f"View of {name}")
+        for name, angles in VIEWS
+    ]
+    buttons += [
+        tag("button", sign, type="button", data_zoom=act, aria_label=words) for act, sign, words in zooms
+    ]
+    return tag("fieldset", tag("legend", "View"), tag("div", *buttons, class_="segments"))
+
+
+def _who(name: str, drawn: str, classes: str, shown: bool) -> str:
+    box = tag("input", type="checkbox", value=name, checked=shown)
+    return tag("label", box, drawn, tag("span", text(name)), class_=classes.split()[0])
+
+
+def time_bar() -> str:
+    """The slider of time and its button."""
+    play = tag("button", "Play", type="button", class_="play")
+    slider = tag("input", type="range", min=0, max=1000, value=1000, step=1)
+    label = tag("label", tag("span", "Time"), slider)
+    return tag("div", play, label, tag("output", "end"), class_="time live")
+
+
+def colour_bar(most: float, clipped: float, name: str) -> str:
+    """The colours with their errors, once for each range; the style sheet shows the one that is chosen."""
+    bar = tag("div", class_="colours", style=f"background:{gradient()}", aria_hidden="true")
+    top, cut = most or 1e-9, clipped or most or 1e-9
+    scales = _scale(linear(0.0, top, name, "m", 6), "full", "")
+    scales += _scale(linear(0.0, cut, name, "m", 6), "clipped", MORE)
+    low = top * 10.0**-DECADES
+    whole = range(math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(top) + 1e-9) + 1)
+    decades = tuple((10.0**k, quantity(10.0**k, "m", 3)) for k in whole)
+    scales += _scale(Axis(low, top, f"{name}, logarithmic", decades, log=True), "log", LESS)
+    return tag("div", bar, scales, class_="colour-bar")
+
+
+def _scale(axis: Axis, kind: str, ends: str) -> str:
+    ticks = [
+        tag("span", text(label), style=f"left:{100 * axis.at(value):.2f}%") for value, label in axis.ticks
+    ]
+    return tag(
+        "div", tag("div", *ticks, class_="marks"), tag("p", text(axis.label + ends)), class_=f"scale {kind}"
+    )
