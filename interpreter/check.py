@@ -158,7 +158,7 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     first: dict[tuple[object, ...], tuple[Diagnostic, list[str]]] = {}
     for model, case in _cases(scene, "model"):
         blamed = [d for d in (*case.supports, *case.loads) if _blamed(d, found)]
-        for doubt in model.thing.doubts(model, case):
+        for doubt in (*model.thing.doubts(model, case), *_in_scene(scene, model, case)):
             if any(_inside(doubt, d) for d in blamed):
                 continue
             key = (doubt.code, doubt.source, doubt.span, doubt.label, doubt.help)
@@ -167,6 +167,12 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         others = ", ".join(f"`{n}`" for n in names[1:])
         alone = not others or f"`{names[0]}`" not in doubt.message
         yield doubt if alone else replace(doubt, notes=(*doubt.notes, f"the same holds for {others}"))
+
+
+def _in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
+    """Doubts of a model that must know the scene: what it is fitted to."""
+    ask = getattr(model.thing, "scene_doubts", None)
+    return ask(scene, model, case) if ask else []
 
 
 def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from scipy import sparse
@@ -11,7 +11,11 @@ from scipy.sparse.linalg import splu
 
 from softmark.solvers.energies.energy import Floats
 
-NAME = "SuperLU (scipy)"
+if TYPE_CHECKING:
+    from softmark.solvers.sparse.cholesky import Cholesky
+
+NAME, CHOLESKY = "SuperLU (scipy)", "multifrontal Cholesky"
+LARGE = 3500  # unknowns from which the Cholesky factorisation pays for the analysis and the loading of its kernels
 NEUTRAL = 1e-13  # of the largest pivot: smaller ones have no sign
 
 
@@ -19,11 +23,27 @@ class Singular(Exception):
     """The matrix has no usable factorisation."""
 
 
-@dataclass(frozen=True)
-class Factor:
+class Factor(Protocol):
     """A factorised matrix."""
 
+    @property
+    def name(self) -> str:
+        """The method and its implementation, for reports."""
+
+    @property
+    def negative_pivots(self) -> int:
+        """How many pivots are negative: for a symmetric matrix, its negative eigenvalues (Sylvester's law)."""
+
+    def solve(self, b: Floats) -> Floats:
+        """x with K x = b."""
+
+
+@dataclass(frozen=True)
+class Triangular:
+    """K = L U with a permutation."""
+
     lu: Any  # scipy.sparse.linalg.SuperLU
+    name: str = NAME
 
     def solve(self, b: Floats) -> Floats:
         """x with K x = b."""
@@ -32,7 +52,7 @@ class Factor:
 
     @property
     def negative_pivots(self) -> int:
-        """How many pivots are negative: for a symmetric matrix, its negative eigenvalues (Sylvester's law).
+        """How many pivots are negative.
 
         Only pivots on the diagonal count; a pivot taken elsewhere makes the matrix indefinite as well.
         """
@@ -42,17 +62,50 @@ class Factor:
         return int(np.sum(pivots < -NEUTRAL * np.abs(pivots).max())) or int(elsewhere)
 
 
-def factor(K: sparse.csr_matrix, symmetric: bool = True) -> Factor:
-    """Factorise K by SuperLU (Li 2005) with a minimum-degree order for symmetric patterns.
+@dataclass(frozen=True)
+class Definite:
+    """K = L L^T: every pivot is positive."""
 
-    Raises Singular where a pivot vanishes or the matrix holds a number that is not finite.
+    cholesky: Cholesky
+    name: str = CHOLESKY
+    negative_pivots: int = 0
+
+    def solve(self, b: Floats) -> Floats:
+        """x with K x = b."""
+        return self.cholesky.solve(b)
+
+
+def factor(K: sparse.csr_matrix, symmetric: bool = True) -> Factor:
+    """Factorise K: large symmetric definite matrices by Cholesky's method, others by SuperLU (Li 2005).
+
+    What a pattern tells of its factor is found once (`sparse.plans`). Raises Singular where a pivot vanishes or the
+    matrix holds a number that is not finite.
     """
     if not np.all(np.isfinite(K.data)):
         raise Singular("the stiffness matrix holds numbers that are not finite")
+    definite = _definite(K) if symmetric and K.shape[0] >= LARGE else None
+    return definite or _triangular(K, symmetric)
+
+
+def _definite(K: sparse.csr_matrix) -> Definite | None:
+    """None where K is not positive definite, or its pattern not symmetric."""
+    from softmark.solvers.sparse.cholesky import Cholesky, Indefinite
+    from softmark.solvers.sparse.plans import plan_of
+
+    try:
+        cholesky = Cholesky(plan_of(K))
+        cholesky.factorise(K.data)
+    except (Indefinite, ValueError):
+        return None
+    return Definite(cholesky)
+
+
+def _triangular(K: sparse.csr_matrix, symmetric: bool) -> Triangular:
+    """With a minimum-degree order for symmetric patterns. Raises Singular."""
     # a symmetric matrix read by columns is itself: no conversion
     columns = sparse.csc_matrix((K.data, K.indices, K.indptr), shape=K.shape) if symmetric else K.tocsc()
     try:
         lu = splu(columns, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError as error:  # "Factor is exactly singular"
         raise Singular(str(error)) from error
-    return Factor(lu)
+    return Triangular(lu)

@@ -191,7 +191,9 @@ _QUANTITIES = {
     units.PRESSURE: "60 kPa", units.LENGTH: "20 mm", (-3, 1, 0, 0, 0): "1070 kg/m^3", units.NONE: "0.3",
     (1, 0, -2, 0, 0): "9.81 m/s^2",
 }  # fmt: skip
-_VALUES = {"element": "tet4", "shape": "cylinder(length = 178 mm, radius = 19 mm)"}
+_VALUES = {
+    "element": "tet4", "shape": "cylinder(length = 178 mm, radius = 19 mm)", "stiffness": "from_material()",
+}  # fmt: skip
 _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "direction": "-z", "condition": "x <= 0 mm",
     "components": "(x, y)",

@@ -22,6 +22,7 @@ class Damping:
         self._C = forces.pattern.matrix(np.zeros(len(forces.pattern.indices)))
         self._towing = np.zeros(forces.dofs)  # K direction
         self._x = np.zeros(0)
+        self._none = np.zeros(forces.dofs)
 
     @property
     def active(self) -> bool:
@@ -44,9 +45,9 @@ class Damping:
 
     def force(self, v: Floats) -> Floats:
         """C v on the free degrees of freedom, zero on the others (dofs,), N."""
-        f = np.zeros_like(v)
         if not self.active:
-            return f
+            return self._none
+        f = np.zeros_like(v)
         free, fixed = self.forces.free, self.forces.fixed
         f[free] = self._C @ v[free]
         if self.length:

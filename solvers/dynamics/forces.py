@@ -42,6 +42,11 @@ class Forces:
         self.M_free = _sorted(self.M[self.free][:, self.free])
         self.pattern, self._mass_slots = _with_mass(assembly.pattern, self)
 
+    def inertia(self, a: Floats) -> Floats:
+        """M a (dofs,), N."""
+        product: Floats = self.M @ a if self.lumped is None else self.lumped * a
+        return product
+
     def factors(self, time: float) -> list[float]:
         """The factor of each load at a time."""
         return [course(time) for course in self.courses]

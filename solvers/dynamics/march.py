@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from softmark.solvers.dynamics.ledger import NAMES, Entry, finite, next_entry, open_entry
+from softmark.solvers.dynamics.newton import Outcome
 from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.dynamics.scheme import Motion, Past, StepFailed
 from softmark.solvers.dynamics.system import System
@@ -46,7 +47,8 @@ class _March:
         self.entries: list[tuple[float, ...]] = []
         self.times: list[float] = []
         self.observed: list[Any] = []
-        self.costs: list[tuple[float, float, int]] = []  # wall, cpu, iterations
+        self.costs: list[tuple[float, float]] = []  # wall, cpu
+        self.outcomes: list[Outcome] = []
         self.events: list[Event] = []
         self.ticks = 2 ** max(0, round(-math.log2(problem.shortest)))  # of the shortest step in a whole one
 
@@ -73,7 +75,6 @@ class _March:
         done, wall, cpu = 0, time.perf_counter(), time.process_time()
         while done < self.ticks:
             end = start + length * ((done + ticks) / self.ticks)
-            count = len(self.system.newton.history)
             try:
                 motion = self._attempt(past, end)
                 spent = (time.perf_counter() - wall, time.process_time() - cpu)
@@ -81,7 +82,8 @@ class _March:
             except StepFailed as failure:
                 ticks = self._halved(past.now.time, length, ticks, failure)
                 continue
-            self.costs.append((*spent, max(0, len(self.system.newton.history) - count - 1)))
+            self.costs.append(spent)
+            self.outcomes.append(self.system.outcome)
             self._keep(entry)
             past, done = Past(motion, past.now), done + ticks
             if ticks < self.ticks and done % (2 * ticks) == 0:
@@ -92,7 +94,7 @@ class _March:
     def _attempt(self, past: Past, end: float) -> Motion:
         self.system.damping.begin(past.now.x)
         motion = self.problem.integrator.advance(self.system, past, end - past.now.time)
-        if not self.problem.sound(motion.x):
+        if not self.system.outcome.lagged and not self.problem.sound(motion.x):  # else it has been asked
             raise StepFailed("cells are inside out")
         return Motion(end, motion.x, motion.v, motion.a)
 
@@ -123,15 +125,20 @@ class _March:
     def _trajectory(self, complete: bool) -> Trajectory:
         times = np.array(self.times)
         table = np.array(self.entries).reshape(-1, len(NAMES)).T
-        wall, cpu, iterations = np.array(self.costs).reshape(-1, 3).T
+        wall, cpu = np.array(self.costs).reshape(-1, 2).T
+        outcomes, lagged = self.outcomes, self.system.lagged
         return Trajectory(
             times,
             np.diff(times),
             tuple(self.observed),
             dict(zip(NAMES, table, strict=True)),
-            iterations.astype(np.int64),
+            np.array([o.iterations for o in outcomes], dtype=np.int64),
             wall,
             cpu,
             tuple(self.events),
             complete,
+            np.array([o.residual for o in outcomes]),
+            np.array([o.solved for o in outcomes], dtype=bool),
+            np.array([o.lagged for o in outcomes], dtype=bool),
+            lagged.failures if lagged else 0,
         )

@@ -8,6 +8,7 @@ follower loads, and where the tangent does not lead downhill the definite one do
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -39,6 +40,16 @@ class Iteration:
     length: float
 
 
+@dataclass(frozen=True)
+class Outcome:
+    """How a step was solved: linear systems, the relative residual, whether it meets the tolerance."""
+
+    iterations: int = 0
+    residual: float = 0.0
+    solved: bool = True
+    lagged: bool = False  # by one factor with lagged stresses, not by Newton's method
+
+
 class Newton:
     """Solves stages; keeps the history of all iterations and the size of forces of the last accepted step."""
 
@@ -47,25 +58,26 @@ class Newton:
         self.history: list[Iteration] = []
         self.scale = 0.0
 
-    def solve(self, stage: Stage) -> Motion:
+    def solve(self, stage: Stage) -> tuple[Motion, Outcome]:
         """The end of the step. Raises StepFailed."""
         balance = Balance(self.system, stage)
-        trial = self._descend(balance)
+        trial, outcome = self._descend(balance)
         self.scale = trial.scale
-        return Motion(balance.end, trial.x, trial.v, trial.a)
+        return Motion(balance.end, trial.x, trial.v, trial.a), outcome
 
-    def _descend(self, balance: Balance) -> Trial:
-        most = self.system.problem.max_iterations
+    def _descend(self, balance: Balance) -> tuple[Trial, Outcome]:
+        most, cap = self.system.problem.max_iterations, self.system.problem.cap
         trial, before, length = balance.start(), np.inf, 0.0
-        for number in range(most + 1):
+        for number in range((most if cap is None else cap) + 1):
             scale = max(trial.scale, self.scale)
             residual = trial.size / scale if scale else trial.size
             self.history.append(Iteration(balance.end, balance.stage.step, number, residual, length))
-            if not np.isfinite(residual):
+            if not math.isfinite(residual):
                 raise StepFailed("forces are not finite")
-            if balance.met(trial, scale, before):
-                return trial
-            if number < most:
+            solved = balance.met(trial, scale, before)
+            if solved or number == cap:
+                return trial, Outcome(number, residual, solved)
+            if number < most or cap is not None:
                 before = trial.size
                 trial, length = balance.better(trial, scale)
         raise StepFailed(f"residual {residual:.1e} after {most} Newton iterations")
@@ -90,7 +102,7 @@ class Trial:
     @cached_property
     def force(self) -> Force:
         """The forces that balance them."""
-        return self.balance.forces.at(self.balance.weighted(self.x), self.balance.time)
+        return self.balance.force(self.x)
 
     @cached_property
     def potential(self) -> float:
@@ -107,14 +119,19 @@ class Trial:
     @cached_property
     def size(self) -> float:
         """Its norm."""
-        return float(np.linalg.norm(self.r))
+        return norm(self.r)
 
     @cached_property
     def scale(self) -> float:
         """The largest of the forces that balance each other, N, internal ones with those on supports."""
         free = self.balance.forces.free
         forces = (self.inertia[free], self.drag[free], self.force.internal, self.force.external[free])
-        return max(float(np.linalg.norm(f)) for f in forces)
+        return max(norm(f) for f in forces)
+
+
+def norm(f: Floats) -> float:
+    """|f|, without the toll that the general norm takes of short vectors."""
+    return math.sqrt(f @ f)
 
 
 class Balance:
@@ -127,7 +144,7 @@ class Balance:
         self.weight = 1.0 if stage.between else self.share  # of the forces in the residual
         self.end = start.time + stage.step
         self.time = start.time + self.share * stage.step if stage.between else self.end  # of the forces
-        self.past = np.zeros(self.forces.dofs)
+        self.past: Floats | float = 0.0
         if stage.alpha_f and not stage.between:
             self.past = stage.alpha_f * self.forces.at(start.x, start.time).total
 
@@ -137,9 +154,14 @@ class Balance:
         way = x - stage.coast
         a, v = stage.A * way, stage.speed + stage.B * way
         a[fixed], v[fixed] = system.support_acceleration(self.time), system.support_velocity(self.end)
-        inertia = self.forces.M @ ((1.0 - stage.alpha_m) * a + stage.alpha_m * stage.start.a)
+        mean = (1.0 - stage.alpha_m) * a + stage.alpha_m * stage.start.a if stage.alpha_m else a
+        inertia = self.forces.inertia(mean)
         drag = system.damping.force(self.share * v + stage.alpha_f * stage.start.v)
         return Trial(self, x, v, a, inertia, drag)
+
+    def force(self, x: Floats) -> Force:
+        """The forces that count for the end x."""
+        return self.forces.at(self.weighted(x), self.time)
 
     def weighted(self, x: Floats) -> Floats:
         """The state whose forces count."""
@@ -159,11 +181,16 @@ class Balance:
     # ------------------------------------------------------------------ start
 
     def start(self) -> Trial:
-        """The best of staying, coasting on and speeding up as before; where supports move, following them."""
+        """The best of staying, coasting on and speeding up as before; where supports move, following them.
+
+        With a cap, staying: the step is then what codes that iterate so seldom make of it.
+        """
         now, h, fixed = self.stage.start, self.stage.step, self.forces.fixed
         stay = self.system.supported(now.x, self.end)
         if np.any(stay[fixed] != now.x[fixed]):
             return self._towed(stay)
+        if self.system.problem.cap is not None:
+            return self.trial(stay)
         coasting = now.x + h * now.v
         trials = [self.trial(x) for x in (stay, coasting, coasting + 0.5 * h**2 * now.a)]
         for trial in trials[1:]:

@@ -70,6 +70,14 @@ class Dynamics:
     of the forces that balance each other: inertia, internal forces with the reactions of supports, loads, damping,
     now or at the start of the step; or until rounding is all that is left of it.
 
+    With `lagged`, a step whose internal energies all offer it (`lagged.Lagging`), under a potential and dead loads, is
+    first tried with one lagged tangent; to the same tolerance, sooner. Where that does not come to an end, Newton's
+    method takes the step.
+
+    `cap` is a number of iterations after which an implicit step is accepted although it is not solved, as many
+    real-time codes do; the trajectory says which steps were and what residual was left. With cap = 1 and without
+    `lagged` a step is the linearly implicit one (Baraff and Witkin 1998).
+
     `sound` says whether a state may be accepted. A step that fails is halved, down to `shortest` times the step.
     """
 
@@ -86,11 +94,15 @@ class Dynamics:
     tolerance: float = 1e-8
     max_iterations: int = 20
     shortest: float = 2.0**-10
-    linear: LinearSolver | None = None  # None: Direct
+    linear: LinearSolver | None = None  # None: the one that suits
+    lagged: bool = True
+    cap: int | None = None
     sound: Callable[[Floats], bool] = field(default=lambda x: True)
 
     def __post_init__(self) -> None:
         """Raises ValueError where the parts do not fit together."""
+        if self.cap is not None and self.cap < 1:
+            raise ValueError("a cap of less than one iteration")
         loads = len(self.assembly.loads)
         if self.courses and len(self.courses) != loads:
             raise ValueError(f"{len(self.courses)} courses for {loads} loads")

@@ -9,11 +9,23 @@ import numpy as np
 from softmark.solvers.dynamics.damping import Damping
 from softmark.solvers.dynamics.forces import Forces
 from softmark.solvers.dynamics.frequencies import Frequencies
-from softmark.solvers.dynamics.newton import Newton
+from softmark.solvers.dynamics.lagged import Lagged, suits
+from softmark.solvers.dynamics.newton import Newton, Outcome
 from softmark.solvers.dynamics.problem import Direct, Dynamics, LinearSolver
 from softmark.solvers.dynamics.scheme import Motion, Stage, StepFailed
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear import Factor, Singular, factor
+
+SMALL = 500  # unknowns below which SuperLU is as quick
+
+
+def _linear(forces: Forces) -> LinearSolver:
+    """Cholesky with conjugate gradients for many unknowns under a potential; else a factorisation for any matrix."""
+    if not forces.conservative or len(forces.free) < SMALL:
+        return Direct(forces.conservative)
+    from softmark.solvers.sparse.solver import LinearSolver as Repeated
+
+    return Repeated()
 
 
 class System:
@@ -23,8 +35,17 @@ class System:
         self.problem, self.step = problem, step
         self.forces = Forces(problem)
         self.damping = Damping(self.forces, problem.damping, problem.target)
-        self.linear: LinearSolver = problem.linear or Direct(self.forces.conservative)
+        self.linear: LinearSolver = problem.linear or _linear(self.forces)
         self.newton = Newton(self)
+        self.lagged = self._lagged() if problem.lagged and not problem.integrator.explicit else None
+        self.outcome = Outcome()  # of the last step; an explicit one has nothing to solve
+
+    def _lagged(self) -> Lagged | None:
+        """Steps with lagged tangents, where the forces allow them."""
+        try:
+            return Lagged(self) if suits(self.forces) else None
+        except ValueError:  # a degree of freedom without stiffness or mass
+            return None
 
     @cached_property
     def frequencies(self) -> Frequencies:
@@ -43,7 +64,7 @@ class System:
 
     # ------------------------------------------------------------------ supports
 
-    @property
+    @cached_property
     def _moving(self) -> bool:
         return bool(np.any(self.problem.target))
 
@@ -107,4 +128,6 @@ class System:
 
     def solve(self, stage: Stage) -> Motion:
         """The end of an implicit step. Raises StepFailed."""
-        return self.newton.solve(stage)
+        found = self.lagged.solve(stage) if self.lagged else None
+        motion, self.outcome = found or self.newton.solve(stage)
+        return motion

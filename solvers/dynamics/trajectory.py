@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softmark.solvers import statics
 from softmark.solvers.dynamics.newton import Iteration
@@ -46,7 +47,9 @@ class Trajectory:
     start, `damping` lost by it since then, and `drift` = what kinetic and strain energy have gained beyond
     load_work + support_work - damping: what the integrator adds (or, where negative, loses). `wall` and `cpu`
     are the seconds that each step cost, failed attempts before it included, observation and energies not.
-    `iterations` counts the linear systems of each accepted step.
+    `iterations` counts the linear systems of each accepted step, `residuals` are the relative out-of-balance forces
+    (see Dynamics) that they left, `solved` says whether that meets the tolerance: without a cap, always. `lagged`
+    says which steps one lagged tangent solved; `fallbacks` counts attempts at it that were left to Newton's method.
     """
 
     times: Floats
@@ -58,6 +61,10 @@ class Trajectory:
     cpu: Floats  # (n,) s
     events: tuple[Event, ...] = ()
     complete: bool = True
+    residuals: Floats = field(default_factory=lambda: np.zeros(0))  # (n,)
+    solved: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))  # (n,)
+    lagged: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))  # (n,)
+    fallbacks: int = 0
 
 
 class NotConverged(statics.NotConverged):

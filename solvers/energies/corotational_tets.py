@@ -48,6 +48,11 @@ class CorotationalTets:
         """Three degrees of freedom per node of each cell (m, 12)."""
         return (3 * self.cells[:, :, None] + np.arange(3)).reshape(len(self.cells), -1)
 
+    @property
+    def kept(self) -> int:
+        """Numbers of a state that a lagged tangent wants: one trace for each cell."""
+        return len(self.cells)
+
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the gradient, N: as of `Elastic`."""
         return self._noise
@@ -58,6 +63,10 @@ class CorotationalTets:
         forces = np.zeros(int(self.cells.max()) + 1)
         np.add.at(forces, self.cells, stiffest * self.w * np.linalg.norm(self.dNdX[:, 0], axis=2))
         return float(np.finfo(np.float64).eps * np.linalg.norm(forces))
+
+    def sound(self, x: Floats) -> bool:
+        """Whether no cell is inside out: det F > 0 in all."""
+        return bool(upright(np.ascontiguousarray(x).reshape(-1, 3), self.cells, self._G))
 
     def value(self, x: Floats) -> float:
         """Strain energy, J."""
@@ -146,30 +155,14 @@ def invariants(
 ) -> tuple[float, float, float]:
     """|F|, and of g = F/|F|: det g and 4 |cof g|^2."""
     norm = math.sqrt(
-        f00 * f00
-        + f01 * f01
-        + f02 * f02
-        + f10 * f10
-        + f11 * f11
-        + f12 * f12
-        + f20 * f20
-        + f21 * f21
-        + f22 * f22
-    )
+        f00 * f00 + f01 * f01 + f02 * f02 + f10 * f10 + f11 * f11 + f12 * f12 + f20 * f20 + f21 * f21 + f22 * f22
+    )  # fmt: skip
     c00, c01, c02, c10, c11, c12, c20, c21, c22 = cofactor(f00, f01, f02, f10, f11, f12, f20, f21, f22)
     s = 1.0 / norm
     det = (f00 * c00 + f01 * c01 + f02 * c02) * s * s * s
     square = (
-        c00 * c00
-        + c01 * c01
-        + c02 * c02
-        + c10 * c10
-        + c11 * c11
-        + c12 * c12
-        + c20 * c20
-        + c21 * c21
-        + c22 * c22
-    )
+        c00 * c00 + c01 * c01 + c02 * c02 + c10 * c10 + c11 * c11 + c12 * c12 + c20 * c20 + c21 * c21 + c22 * c22
+    )  # fmt: skip
     return norm, det, 4.0 * square * (s * s) * (s * s)
 
 
@@ -192,20 +185,9 @@ def stretch_sums(count: int, det: Floats, q: Floats, x: Floats, step: Floats) ->
 
 @kernel
 def rotation(
-    f00: float,
-    f01: float,
-    f02: float,
-    f10: float,
-    f11: float,
-    f12: float,
-    f20: float,
-    f21: float,
-    f22: float,
-    norm: float,
-    det: float,
-    x: float,
-    step: float,
-) -> Nine:
+    f00: float, f01: float, f02: float, f10: float, f11: float, f12: float, f20: float, f21: float, f22: float,
+    norm: float, det: float, x: float, step: float,
+) -> Nine:  # fmt: skip
     """The rotation nearest to F, row by row, by the method of `materials.polar.rotation`; NaN where F is not finite."""
     s = 1.0 / norm
     g00, g01, g02 = s * f00, s * f01, s * f02
@@ -329,6 +311,25 @@ def _gather(
         norms[j], dets[j], q[j] = invariants(
             F[j, 0], F[j, 1], F[j, 2], F[j, 3], F[j, 4], F[j, 5], F[j, 6], F[j, 7], F[j, 8]
         )
+
+
+@kernel
+def upright(u: Floats, cells: Ints, G: Floats) -> bool:
+    """Whether det F > 0 in every cell."""
+    F = np.empty((3, 3))
+    for e in range(cells.shape[0]):
+        n0 = cells[e, 0]
+        for i in range(3):
+            for J in range(3):
+                F[i, J] = 1.0 if i == J else 0.0
+                for a in range(3):
+                    F[i, J] += (u[cells[e, a + 1], i] - u[n0, i]) * G[e, a, J]
+        det = F[0, 0] * (F[1, 1] * F[2, 2] - F[1, 2] * F[2, 1])
+        det += F[0, 1] * (F[1, 2] * F[2, 0] - F[1, 0] * F[2, 2])
+        det += F[0, 2] * (F[1, 0] * F[2, 1] - F[1, 1] * F[2, 0])
+        if not det > 0.0:
+            return False
+    return True
 
 
 @kernel

@@ -64,12 +64,14 @@ class Cholesky:
 
     def factorise(self, data: Floats) -> None:
         """Factorise the matrix with these values (nnz,). Raises Indefinite, also where a value is not finite."""
-        failed = int(kernels.factorise(data, *self._matrix))
+        with blas.ALONE:
+            failed = int(kernels.factorise(data, *self._matrix))
         if failed:
             raise Indefinite(failed - 1, int(self.plan.first[failed - 1]))
 
     def solve(self, b: Floats) -> Floats:
         """x with K x = b."""
         self._x[:] = b[self.plan.order]
-        kernels.substitute(*self._triangles)
+        with blas.ALONE:
+            kernels.substitute(*self._triangles)
         return self._x[self.plan.place].astype(np.float64, copy=False)

@@ -8,9 +8,9 @@ import numpy as np
 from scipy import sparse
 
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.linear import NAME, factor
+from softmark.solvers.linear import Singular, factor
 from softmark.solvers.sparse.cholesky import Cholesky, Indefinite, Precision
-from softmark.solvers.sparse.symbolic import analyse
+from softmark.solvers.sparse.plans import plan_of
 
 EPS = float(np.finfo(np.float64).eps)
 FLOPS, ENTRIES = (
@@ -22,7 +22,7 @@ ROUGH = 1e-8  # relative residual above which rounding is no excuse: the matrix 
 FORGET = 16  # solves after which a failure with an old factor is no reason any more
 
 
-class Unsolved(Exception):
+class Unsolved(Singular):
     """No method brought the residual below the tolerance; `residual` is the relative one that was reached."""
 
     def __init__(self, residual: float, tolerance: float) -> None:
@@ -85,7 +85,7 @@ class LinearSolver:
         self._ready, self._failed = False, {}
         self.statistics.analyses += 1
         try:
-            self._cholesky = Cholesky(analyse(K), self._precision)
+            self._cholesky = Cholesky(plan_of(K), self._precision)
         except ValueError:  # the pattern is not symmetric
             self._cholesky = None
 
@@ -106,6 +106,10 @@ class LinearSolver:
         if not self._refactorise(K):
             return None
         x, done = self._iterate(K, b, x, tolerance, FRESH)
+        if not done and self._cholesky is not None and self._cholesky.precision == "single":
+            if not self._factorised(Cholesky(self._cholesky.plan, "double"), K):
+                return None
+            x, done = self._iterate(K, b, np.zeros_like(b), tolerance, FRESH)
         return self._checked("conjugate gradients, own factor", K, b, x, tolerance) if done else None
 
     def _worth_trying(self) -> bool:
@@ -125,19 +129,21 @@ class LinearSolver:
         cholesky = self._cholesky
         assert cholesky is not None
         self._ready = False
-        tries = [cholesky]
-        if cholesky.precision == "single":
-            tries.append(Cholesky(cholesky.plan, "double"))
-        for attempt in tries:
-            self.statistics.factorisations += 1
-            try:
-                attempt.factorise(K.data)
-            except Indefinite:
-                continue
-            self._cholesky, self._ready, self._age = attempt, True, 0
+        if self._factorised(cholesky, K):
+            return True
+        if cholesky.precision == "single" and self._factorised(Cholesky(cholesky.plan, "double"), K):
             return True
         self.statistics.indefinite += 1
         return False
+
+    def _factorised(self, attempt: Cholesky, K: sparse.csr_matrix) -> bool:
+        self.statistics.factorisations += 1
+        try:
+            attempt.factorise(K.data)
+        except Indefinite:
+            return False
+        self._cholesky, self._ready, self._age = attempt, True, 0
+        return True
 
     def _iterate(
         self, K: sparse.csr_matrix, b: Floats, x: Floats, tolerance: float, budget: int
@@ -177,7 +183,7 @@ class LinearSolver:
         lu = factor(K, symmetric=bool(symmetric))
         x = lu.solve(b)
         x += lu.solve(b - K @ x)
-        return self._checked(NAME, K, b, x, tolerance)
+        return self._checked(lu.name, K, b, x, tolerance)
 
     def _checked(self, method: str, K: sparse.csr_matrix, b: Floats, x: Floats, tolerance: float) -> Floats:
         """x, if it solves the system. Raises Unsolved."""

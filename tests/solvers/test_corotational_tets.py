@@ -162,3 +162,16 @@ def test_rounding_is_that_of_the_general_element() -> None:
     slow, fast = energies(*lattice())
     x = np.zeros(3)
     assert fast.rounding(x) == pytest.approx(slow.rounding(x), rel=SAME)
+
+
+@pytest.mark.parametrize("name", [*STATES, "not a number"])
+def test_sound_states_have_no_cell_inside_out(name: str) -> None:
+    """As determinants of the general element say; a state that is not a number is not sound."""
+    points, cells = lattice()
+    slow, fast = energies(points, cells)
+    x = state("rest" if name == "not a number" else name, points)
+    if name == "not a number":
+        x[7] = np.nan
+        assert not fast.sound(x)
+    else:
+        assert fast.sound(x) == bool(np.all(np.linalg.det(slow.F(x)) > 0))

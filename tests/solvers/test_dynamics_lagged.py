@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 import pytest
@@ -12,11 +10,9 @@ import pytest
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.central_differences import CentralDifferences
-from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
 from softmark.solvers.dynamics.lagged import Differences, Mixer
 from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.scheme import Motion
 from softmark.solvers.dynamics.system import System
 from softmark.solvers.dynamics.trajectory import Trajectory
 from softmark.solvers.elements.interpolation import integration
