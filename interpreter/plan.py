@@ -94,7 +94,7 @@ def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -
     found = []
     for (body, *_), names in wanted.items():
         model = scene.declared[names[0]].thing
-        detail = model.outline(case_of(scene, str(body))).rsplit(",", 1)[0] + " for " + ", ".join(names)
+        detail = f"{model.mesh_words(case_of(scene, str(body)))} for {', '.join(names)}"
         found.append(Task("mesh", str(body), detail, asked[names[0]]))
     return found
 

@@ -180,15 +180,19 @@ class Fem:
             )
         return None
 
-    def outline(self, case: Case) -> str:
-        """One line for the plan."""
+    def mesh_words(self, case: Case) -> str:
+        """Its mesh in words: `tet4 of about 7 mm`."""
         size = "" if self.size is None else f"of about {units.show(self.size, units.LENGTH)}"
-        mesh = "of the file" if self._own_mesh(case) else size
+        return f"{self.element} {'of the file' if self._own_mesh(case) else size}"
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan and the report."""
         options = (
-            " selectively integrated," if self.integration == "selective" else "",
-            " one rotation for each cell," if self.rotation == "element" else "",
+            ", selectively integrated" if self.integration == "selective" else "",
+            ", one rotation for each cell" if self.rotation == "element" else "",
+            f", nu = {self.material.poisson:g}" if self.material is not None else "",
         )
-        return f"{self.element} {mesh},{''.join(options)} {self.strain} strain"
+        return f"{self.mesh_words(case)}, {self.strain} strain{''.join(options)}"
 
     def load(self) -> None:
         """Import what building needs, so that no clock counts it."""

@@ -89,6 +89,10 @@ class MassSpring:
         """Finite elements on the same mesh, which share it, its supports and its loads."""
         return Fem(self.network, "corotational", self.size, self.body, self.mesh)
 
+    def mesh_words(self, case: Case) -> str:
+        """Its mesh in words."""
+        return self.solid.mesh_words(case)
+
     def mesh_key(self) -> tuple[Any, ...]:
         """What two models of a body must agree in to share a mesh."""
         return self.solid.mesh_key()
@@ -156,8 +160,7 @@ class MassSpring:
     def outline(self, case: Case) -> str:
         """One line for the plan."""
         across = f" with diagonals of {self._across}" if self.network == "hex8" else ""
-        mesh = self.solid.outline(case).rsplit(",", 1)[0]
-        return f"{mesh}, springs{across}: {self._rule}"
+        return f"{self.mesh_words(case)}, springs{across}: {self._rule}"
 
     @property
     def _across(self) -> str:

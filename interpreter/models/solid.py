@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from softmark.interpreter.models.loading import mass_matrix, single_loads, solid
 from softmark.interpreter.models.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.solvers import linear
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.elements.interpolation import Integration, centre_rule, integration, locate
 from softmark.solvers.energies import elementwise
@@ -57,18 +58,17 @@ class PreparedSolid:
     notes: tuple[Diagnostic, ...]
 
     def warm(self) -> None:
-        """Run every kernel once on the first cell."""
-        one = replace(
-            self.elastic,
-            cells=np.arange(self.elastic.cells.shape[1])[None],
-            dNdX=self.elastic.dNdX[:1],
-            w=self.elastic.w[:1],
-        )
-        n = one.cells.size * 3
-        small = Assembly(n, np.zeros(0, dtype=np.int64), [one], [])
-        small.value(np.zeros(n), 1.0)
-        small.gradient(np.zeros(n), 1.0)
-        small.tangent(np.zeros(n), 1.0)
+        """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
+        twin = self.problem.twin.internal if self.problem.twin else ()
+        for energy in (*self.problem.assembly.internal, *twin):
+            one = _one_cell(energy)
+            nodes = np.unique(one.stencils)
+            rest = np.zeros(self.problem.assembly.dofs)
+            small = Assembly(len(rest), np.setdiff1d(np.arange(len(rest)), nodes), [one], [])
+            small.value(rest, 1.0)
+            small.gradient(rest, 1.0)
+            small.tangent(rest, 1.0)
+        linear.warm(len(self.problem.assembly.free))
 
     def outside(self, X: Floats) -> float:
         """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
@@ -107,6 +107,15 @@ class PreparedSolid:
                 "its numbers are those of a model that does not apply",
             ),
         )
+
+
+def _one_cell(energy: Any) -> Energy:
+    """The first cell of an energy over a mesh: what compiles its kernels at no cost."""
+    if isinstance(energy, Together):
+        return Together(tuple(_one_cell(part) for part in energy.parts))
+    over_cells = [f.name for f in fields(energy) if f.name in ("cells", "dNdX", "w", "G", "K")]
+    one: Energy = replace(energy, **{name: getattr(energy, name)[:1] for name in over_cells})
+    return one
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from softmark.interpreter.models.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.models.solid import Deformed, mesh_of, volume_note
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.solvers import linear
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.elements.interpolation import Integration, integration, locate
 from softmark.solvers.energies.energy import Floats, VectorSpace
@@ -51,8 +52,9 @@ class PreparedSprings:
     fit: Fit | NoFit | None = None
 
     def warm(self) -> None:
-        """Compile the kernels."""
+        """Compile or load every kernel, outside the clock."""
         warm_kernels()
+        linear.warm(len(self.problem.assembly.free))
 
     def outside(self, X: Floats) -> float:
         """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""

@@ -11,14 +11,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.jit import kernel
-from softmark.solvers.materials.corotational import FLOOR, Corotational
-from softmark.solvers.materials.polar import GAP
 
 Rows = NDArray[np.int32]
 VALUE, FORCE, TANGENT, PROJECTED, LAGGED, KEEP = 1, 2, 4, 8, 16, 32  # what a pass over the cells computes
@@ -27,6 +26,24 @@ _NO_SLOTS = np.zeros((0, 4, 4, 3, 1), dtype=np.int32)
 Nine = tuple[float, float, float, float, float, float, float, float, float]
 Six = tuple[float, float, float, float, float, float]
 BATCH = 64  # cells whose stretches are found together, in vector registers
+FLOOR = GAP = (
+    1e-6  # below which the law divides by nothing and decomposes by singular values: its own numbers
+)
+
+
+class Corotational(Protocol):
+    """What the energy needs of the law."""
+
+    @property
+    def mu(self) -> float:
+        """Lame's constant of shear, Pa."""
+
+    @property
+    def lam(self) -> float:
+        """Lame's other constant, Pa."""
+
+    def dPdF(self, F: Floats) -> Floats:
+        """dP_iJ/dF_kL (n, 3, 3, 3, 3), Pa."""
 
 
 @dataclass(frozen=True)
@@ -103,14 +120,10 @@ class CorotationalTets:
     def _pass(
         self, what: int, x: Floats, g: Floats, data: Floats, rows: Rows, scale: float, traces: Floats = _NONE
     ) -> float:
-        forces = g.reshape(-1, 3)
+        forces, law = g.reshape(-1, 3), self.law
         u = np.ascontiguousarray(x).reshape(-1, 3)
-        law = self.law
-        return float(
-            traverse(
-                what, u, self.cells, self._G, self._w, law.mu, law.lam, scale, rows, forces, data, traces
-            )
-        )
+        body = (u, self.cells, self._G, self._w, law.mu, law.lam)
+        return float(traverse(what, *body, scale, rows, forces, data, traces))
 
     @cached_property
     def _G(self) -> Floats:
@@ -287,16 +300,8 @@ def _twist(
 
 @kernel
 def _gather(
-    u: Floats,
-    cells: Ints,
-    G: Floats,
-    begin: int,
-    count: int,
-    F: Floats,
-    norms: Floats,
-    dets: Floats,
-    q: Floats,
-) -> None:
+    u: Floats, cells: Ints, G: Floats, begin: int, count: int, F: Floats, norms: Floats, dets: Floats, q: Floats
+) -> None:  # fmt: skip
     """F (count, 9) of the cells from `begin` on, and what `stretch_sums` needs of it."""
     for j in range(count):
         e = begin + j
@@ -355,15 +360,7 @@ def _add_forces(e: int, cells: Ints, G: Floats, P: Nine, forces: Floats) -> None
 
 @kernel
 def _fill(
-    e: int,
-    G: Floats,
-    R: Nine,
-    Y: Six,
-    mu: float,
-    lam: float,
-    factor: float,
-    r: Floats,
-    block: Floats,
+    e: int, G: Floats, R: Nine, Y: Six, mu: float, lam: float, factor: float, r: Floats, block: Floats
 ) -> None:
     """Blocks of nodes 1 <= a <= b <= 3 of one cell: factor (2 mu r_a.r_b I + lam r_a r_b^T + [r_a] Y [r_b]^T)."""
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = R
