@@ -131,6 +131,8 @@ def _seen(thing: Any, view: View, views: Mapping[str, View]) -> Seen:
         view.clock,
         view.history,
         view.solve,
+        own.times,
+        own.course,
     )
 
 
@@ -151,6 +153,8 @@ def _known(against: str, reference: View | None, probe: str | None, own: ProbeRe
         reference.displacement,
         surface,
         reference.uncertainty,
+        seen.times if seen else None,
+        seen.course if seen else None,
     )
 
 

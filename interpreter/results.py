@@ -116,7 +116,7 @@ class ModelResult:
     """A model's outcome; probes and metrics are empty of numbers unless it converged."""
 
     name: str
-    status: str  # converged | not_converged | diverged | failed | skipped
+    status: str  # converged | capped | not_converged | diverged | failed | skipped
     message: str | None
     outline: str
     size: Mapping[str, int] = field(default_factory=dict)
@@ -236,7 +236,7 @@ class Report:
 
         Expectations about models that were not chosen to run do not count.
         """
-        if any(o.status not in ("converged", "skipped") for o in self.outcomes):
+        if any(o.status not in ("converged", "capped", "skipped") for o in self.outcomes):
             return 3
         return 1 if any(not e.passed and not e.left_out for e in self.expectations) else 0
 

@@ -221,7 +221,7 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": spec}
     if base is str and not spec:
         return {"form": "text"}
-    if base is int:
+    if base is int or int in get_args(base):
         return {"form": "integer", "interval": _interval(spec)}
     if spec in ("shape", "material", "element", "course", "stiffness"):
         return {"form": "value", "kind": spec}

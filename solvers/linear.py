@@ -114,4 +114,6 @@ def _triangular(K: sparse.csr_matrix, symmetric: bool) -> Triangular:
 def warm(unknowns: int) -> None:
     """Load the kernels that a system of so many unknowns will need, outside any clock."""
     if unknowns >= LARGE:
-        _definite(sparse.csr_matrix(np.diag([2.0, 2.0, 2.0]) - np.diag([1.0, 1.0], 1) - np.diag([1.0, 1.0], -1)))
+        _definite(
+            sparse.csr_matrix(np.diag([2.0, 2.0, 2.0]) - np.diag([1.0, 1.0], 1) - np.diag([1.0, 1.0], -1))
+        )

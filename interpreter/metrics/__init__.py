@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.displacement import Displacement
 from softmark.interpreter.metrics.energy_norm import EnergyNorm
 from softmark.interpreter.metrics.hausdorff import Hausdorff
@@ -28,6 +29,7 @@ METRICS: dict[str, type[Any]] = {
     "tip_error": TipError,
     "max_error": MaxError,
     "mean_error": MeanError,
+    "course_norm": CourseNorm,
     "strain_energy_norm": StrainEnergyNorm,
     "surface_distance": SurfaceDistance,
     "hausdorff": Hausdorff,

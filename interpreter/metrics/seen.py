@@ -36,6 +36,8 @@ class Known:
     displacement: Field | None = None  # (n, 3) -> (n, 3), of any material point
     surface: Measured | None = None
     uncertainty: float = 0.0  # m
+    times: Floats | None = None  # (t,) s, and
+    course: Floats | None = None  # (t, n, 3) m at the points of the probe, of a model with a history
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,8 @@ class Seen:
     clock: Mapping[str, Timing | None] = field(default_factory=dict)
     history: History | None = None
     solve: Mapping[str, Any] = field(default_factory=dict)  # iterations, tolerance, whether it was capped
+    times: Floats | None = None  # (t,) s, and
+    course: Floats | None = None  # (t, n, 3) m at the points of the probe, where there is a history
 
 
 @dataclass(frozen=True)

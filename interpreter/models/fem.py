@@ -30,7 +30,9 @@ class Fem:
     frees it from volumetric locking. `rotation = element` (corotational): one rotation for each cell, as simulators in
     real time have it; its forces have no energy. `mass`: how weight is put on nodes. `consistent` integrates the shape
     functions, `lumped` shares each cell's mass by the diagonal of its mass matrix, `uniform` gives every node of the
-    mesh the same, which is wrong wherever the mesh is graded.
+    mesh the same, which is wrong wherever the mesh is graded. `cap` is for dynamic analyses: what programs do that must
+    keep a frame; such a step is not solved, never counts as real time, and `course_norm` against the same model
+    without a cap says what it costs.
     """
 
     element: Annotated[str, "element", "the element: tet4, tet10 or hex8"]
@@ -41,7 +43,14 @@ class Fem:
     integration: Annotated[Literal["full", "selective"], "at which points of a hexahedron"] = "full"
     rotation: Annotated[Literal["point", "element"], "what turns as one in corotational strain"] = "point"
     mass: Annotated[Literal["consistent", "lumped", "uniform"], "how nodes share the mass"] = "consistent"
-    material: Annotated[Any | None, "material", "another material than the body's, to see what it changes"] = None
+    cap: Annotated[
+        int | None,
+        "1 in [1, 1000]",
+        "iterations after which a time step is accepted, solved or not; none: all are solved",
+    ] = None
+    material: Annotated[
+        Any | None, "material", "another material than the body's, to see what it changes"
+    ] = None
 
     def mesh_key(self) -> tuple[Any, ...]:
         """What two models of a body must agree in to share a mesh."""
@@ -190,6 +199,7 @@ class Fem:
         options = (
             ", selectively integrated" if self.integration == "selective" else "",
             ", one rotation for each cell" if self.rotation == "element" else "",
+            f", capped at {self.cap} iterations a step" if self.cap is not None else "",
             f", nu = {self.material.poisson:g}" if self.material is not None else "",
         )
         return f"{self.mesh_words(case)}, {self.strain} strain{''.join(options)}"

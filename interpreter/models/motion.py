@@ -12,7 +12,7 @@ import numpy as np
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import units
 from softmark.interpreter.case import Case, fault
-from softmark.interpreter.models.prepared import History, Solution
+from softmark.interpreter.models.prepared import History, Solution, Status
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.assembly import Assembly
@@ -96,16 +96,27 @@ class PreparedMotion:
             _whole(track, track.wall, self.analysis.step),
             _whole(track, track.cpu, self.analysis.step),
             self.analysis.step,
+            _all_solved(track, self.analysis.step),
             events=tuple((e.time, e.text) for e in track.events),
             energies={name: values[kept] for name, values in track.energies.items()},
         )
-        return Solution("converged", None, _facts(track), at_end, _events(self.declared, track), history)
+        missed = int((~track.solved).sum())
+        message = f"{missed} of {len(track.solved)} steps were accepted unsolved" if missed else None
+        status: Status = "capped" if missed else "converged"
+        return Solution(status, message, _facts(track), at_end, _events(self.declared, track), history)
 
 
 def _whole(track: Trajectory, seconds: Floats, step: float) -> tuple[float, ...]:
     """Seconds of each step that the scene asked for: the parts of one that was halved count together."""
     number = np.floor((track.times[:-1] + 1e-6 * step) / step).astype(int)
     return tuple(np.bincount(number, weights=seconds).tolist())
+
+
+def _all_solved(track: Trajectory, step: float) -> tuple[bool, ...]:
+    """Whether each step that the scene asked for met its tolerance, in all its parts."""
+    number = np.floor((track.times[:-1] + 1e-6 * step) / step).astype(int)
+    missed = np.bincount(number, weights=~track.solved) if len(track.solved) else np.zeros(0)
+    return tuple((missed == 0).tolist())
 
 
 @dataclass
@@ -136,7 +147,8 @@ def _facts(track: Trajectory) -> dict[str, Any]:
     facts: dict[str, Any] = {
         "iterations": int(track.iterations.sum()),
         "steps": len(track.steps),
-        "residual": None,
+        "residual": float(track.residuals.max()) if len(track.residuals) else None,
+        "unsolved": int((~track.solved).sum()),
         "reached_s": float(track.times[-1]) if len(track.times) else 0.0,
         "events": [{"time": e.time, "what": e.text} for e in track.events[:200]],
         "halved": len(track.events),
@@ -213,6 +225,8 @@ def in_motion(
         analysis.tolerance,
         analysis.max_iterations,
         sound=rest.sound,
+        cap=(cap := getattr(declared.thing, "cap", None)),
+        lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
     )
     return PreparedMotion(static, declared, analysis, problem, mesh)
 

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.scene import Declared, Scene
     from softmark.solvers.statics import Watch
 
-Status = Literal["converged", "not_converged", "diverged", "failed", "skipped"]
+# capped: computed as the scene asks, with steps that were accepted unsolved
+Status = Literal["converged", "capped", "not_converged", "diverged", "failed", "skipped"]
 
 
 @dataclass(frozen=True)

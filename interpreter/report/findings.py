@@ -120,7 +120,7 @@ class Findings:
     @cached_property
     def unsolved(self) -> dict[str, Result]:
         """Models and references that were tried and gave no solution."""
-        return {n: r for n, r in self.everyone.items() if r.status not in ("converged", "skipped")}
+        return {n: r for n, r in self.everyone.items() if r.status not in ("converged", "capped", "skipped")}
 
     # -------------------------------------------------------------- sentences
 

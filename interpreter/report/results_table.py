@@ -14,6 +14,7 @@ from softmark.interpreter.results import ModelResult, ReferenceResult
 
 SYMBOLS = {
     "converged": ("✓", "good", "converged"),
+    "capped": ("~", "quiet", "capped, steps unsolved"),
     "skipped": ("–", "quiet", "skipped"),
     "not_converged": ("✗", "bad", "not converged"),
     "diverged": ("✗", "bad", "diverged"),

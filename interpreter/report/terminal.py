@@ -10,6 +10,7 @@ from softmark.interpreter.results import ExpectationResult, MetricResult, ModelR
 
 STATUS = {
     "converged": "ok",
+    "capped": "capped",
     "not_converged": "did not converge",
     "diverged": "diverged",
     "failed": "failed",
@@ -81,7 +82,7 @@ def _metric_names(report: Report) -> list[str]:
 
 def _model_row(m: ModelResult, names: Sequence[str]) -> list[str]:
     timing = m.time.get("solve_s")
-    clock = units.show(timing.to_json()["median"], units.TIME) if timing and m.status == "converged" else "-"
+    clock = units.show(timing.to_json()["median"], units.TIME) if timing and m.status in ("converged", "capped") else "-"
     iterations = str(m.solve.get("iterations", "-"))
     unknowns = str(m.size.get("dofs", "-"))
     return [

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly import Assembly, prepare
+from softmark.solvers.energies import corotational_tets
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.materials import corotational, polar
 from softmark.solvers.materials.corotational import Corotational
 
 LAW = Corotational(2.0, 7.0)
@@ -56,6 +58,12 @@ def state(name: str, points: np.ndarray) -> np.ndarray:
     }[name]
     size = float(np.abs(F).max())
     return ((points + noise * min(size, 1.0)) @ F.T - points).ravel()
+
+
+def test_the_thresholds_are_those_of_the_law() -> None:
+    """An energy imports no law, and has its own copies."""
+    assert corotational_tets.GAP == polar.GAP
+    assert corotational_tets.FLOOR == corotational.FLOOR
 
 
 STATES = ("rest", "turned", "stretched", "flat", "inverted", "mirrored", "huge", "small")
