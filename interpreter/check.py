@@ -13,6 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import lints, units
 from softmark.interpreter.cantilever import cantilever_of
 from softmark.interpreter.case import Case, Fault, body_of, case_for, reach
+from softmark.interpreter.comparisons import comparisons
 from softmark.interpreter.conditions import Point
 from softmark.interpreter.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -231,6 +232,24 @@ def _published(scene: Scene, found: Found) -> Iterator[Diagnostic]:
                               f"`{thing.metric}` is {name}; give the values in {units.usual(due)}")  # fmt: skip
 
 
+def _comparisons(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    yield from comparisons(scene)
+
+
+def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """In a dynamic analysis, all supports of a body that move share one course."""
+    moved: dict[str, Declared] = {}
+    analyses = list(scene.of_kind("analysis").values())
+    for support in scene.of_kind("support").values():
+        if not analyses or not isinstance(analyses[0].thing, Dynamic) or not hasattr(support.thing, "course"):
+            continue
+        first = moved.setdefault(support.thing.body, support)
+        if first.thing.course != support.thing.course:
+            yield _diagnostic("E501", support.at("course"),
+                              f"`{support.name}` and `{first.name}` move by different courses",
+                              "another course", "all supports that move share one course")  # fmt: skip
+
+
 def _looks_at(scene: Scene, metric: str) -> str | None:
     """The body whose points a metric compares."""
     probe = getattr(scene.declared[metric].thing, "probe", None)
@@ -258,4 +277,5 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _selections, _places, _lints)
-WHOLE: tuple[Check, ...] = (_bodies, _held, _loaded, _models, _references, _metrics, _published, _expectations, _use)
+WHOLE: tuple[Check, ...] = (_bodies, _held, _loaded, _models, _references, _metrics, _comparisons, _courses, _published,
+                            _expectations, _use)

@@ -19,6 +19,7 @@ from typing import Literal
 
 import numpy as np
 
+from softmark.solvers import linear
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.energies.energy import Floats, Ints, Space
 from softmark.solvers.linear import Factor, Singular, factor
@@ -66,6 +67,7 @@ class Equilibrium:
     load_steps: int
     criterion: Criterion = "residual"
     stable: bool | None = True
+    linear_solver: str = linear.NAME  # the last factorisation
 
     @property
     def iterations(self) -> int:
@@ -166,7 +168,8 @@ def _kept(newton: _Newton, x: Floats, steps: int, stable: bool | None) -> Equili
     history = tuple(newton.history)
     if not newton.problem.sound(x):
         raise NotConverged("the equilibrium has inverted cells", history)
-    return Equilibrium(x, newton.residual(x, 1.0)[1], history, steps, newton.criterion, stable)
+    solver = newton.last.name if newton.last else linear.NAME
+    return Equilibrium(x, newton.residual(x, 1.0)[1], history, steps, newton.criterion, stable, solver)
 
 
 class _Newton:

@@ -148,6 +148,8 @@ def _facts(track: Trajectory) -> dict[str, Any]:
         "iterations": int(track.iterations.sum()),
         "steps": len(track.steps),
         "residual": float(track.residuals.max()) if len(track.residuals) else None,
+        "lagged": int(track.lagged.sum()),
+        "fallbacks": int(track.fallbacks),
         "unsolved": int((~track.solved).sum()),
         "reached_s": float(track.times[-1]) if len(track.times) else 0.0,
         "events": [{"time": e.time, "what": e.text} for e in track.events[:200]],
@@ -224,7 +226,7 @@ def in_motion(
         integrator,
         analysis.tolerance,
         analysis.max_iterations,
-        sound=rest.sound,
+        sound=next((e.sound for e in internal if hasattr(e, "sound")), rest.sound),
         cap=(cap := getattr(declared.thing, "cap", None)),
         lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
     )

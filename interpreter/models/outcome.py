@@ -81,4 +81,5 @@ def converged(found: Equilibrium, displacement: Callable[[Floats], Floats]) -> S
     known = facts(found.history, found.residual, found.load_steps)
     known["criterion"] = CRITERIA[found.criterion]
     known["stable"] = found.stable
+    known["linear_solver"] = found.linear_solver
     return Solution("converged", None, known, displacement)

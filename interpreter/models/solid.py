@@ -30,6 +30,7 @@ from softmark.solvers.energies.elementwise import ElementRotation
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.materials import law_for, parts_for
 from softmark.solvers.materials.corotational import Corotational
+from softmark.solvers.materials.polar import rotations
 from softmark.solvers.mesh.file import Unreadable
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.statics import Equilibrium, Statics, equilibrium
@@ -230,7 +231,7 @@ def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> E
         middle = integration(mesh, rule=centre_rule(mesh.element))
         K = elementwise.stiffness(elastic.dNdX, elastic.w, shear.dPdF(rest)[0])
         K += elementwise.stiffness(middle.dNdX, middle.w, volume.dPdF(rest)[0])
-    return ElementRotation(mesh.points, mesh.cells, G, K)
+    return ElementRotation(mesh.points, mesh.cells, G, K, rotations)
 
 
 def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.materials.components import components
-from softmark.solvers.materials.polar import rotation
+
+Polar = Callable[[Floats], Floats]  # F (m, 3, 3) -> the rotations nearest to them (m, 3, 3)
 
 
 @dataclass(frozen=True)
@@ -17,8 +18,8 @@ class ElementRotation:
     """Nodal forces R K (R^T x - X) of each cell, R the rotation nearest to its mean deformation gradient.
 
     `X` (n, 3) are undeformed points in m, `cells` (m, a), `G` (m, a, 3) mean gradients of the shape functions in 1/m,
-    `K` (m, 3a, 3a) the cells' stiffness at rest in N/m. With displacements in the frame of R the forces are those of
-    linear elasticity. In a cell of more than four nodes they are not the derivative of any energy, since R depends on
+    `K` (m, 3a, 3a) the cells' stiffness at rest in N/m; `polar` finds rotations. With displacements in the frame of R
+    the forces are those of linear elasticity. In a cell of more than four nodes they are not the derivative of any energy, since R depends on
     the nodes too; the tangent here is exact and not symmetric. In a four-node tetrahedron they are those of the law
     `Corotational`. Source: Mueller and Gross (2004), "Interactive virtual materials"; Felippa (2000).
     """
@@ -27,6 +28,7 @@ class ElementRotation:
     cells: Ints
     G: Floats
     K: Floats
+    polar: Polar
     conservative: bool = False
 
     @cached_property
@@ -62,8 +64,7 @@ class ElementRotation:
 
     def rotations(self, x: Floats) -> Floats:
         """The rotation of each cell (m, 3, 3)."""
-        R: Floats = rotation(components(self.mean_gradient(x))).transpose(2, 0, 1)
-        return np.ascontiguousarray(R)
+        return self.polar(self.mean_gradient(x))
 
     def value(self, x: Floats) -> float:
         """Strain energy in the turned frames, J; the forces are its derivative at fixed R only."""

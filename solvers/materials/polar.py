@@ -31,6 +31,11 @@ ROUND_OFF = 1e-16
 TINY = 1e-300  # keeps 0/0 away where a matrix is diagonal already
 
 
+def rotations(F: Array) -> Array:
+    """The rotations (m, 3, 3) nearest to F (m, 3, 3)."""
+    return np.ascontiguousarray(rotation(components(F)).transpose(2, 0, 1))
+
+
 def rotation(f: Array) -> Array:
     """R (3, 3, m), the rotation nearest to F (3, 3, m), to a few units of round-off over s2 + s3.
 

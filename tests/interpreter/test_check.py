@@ -44,15 +44,20 @@ def test_a_good_scene_is_not_complained_about() -> None:
     assert codes(BEAM + TET + THEORY + judged) == []
 
 
-MEANT = {"silicone-beam": {"W301", "W302"}, "uniaxial-stretch": {"W301"}}  # scenes about these warnings
+MEANT = {  # scenes about these warnings
+    "silicone-beam": {"W301", "W302", "W321", "W322"},
+    "silicone-beam-as-published": {"W301", "W302", "W321", "W323"},
+    "silicone-beam-refined": {"W301"},
+    "silicone-beam-release": {"W301", "W321", "W322"},
+    "uniaxial-stretch": {"W301"},
+}
 
 
 @pytest.mark.parametrize("file", sorted(ROOT.rglob("*.scene")), ids=lambda p: p.stem)
 def test_no_false_alarm_about_scenes_that_come_with_softmark(file: Path) -> None:
     source = Source(file.name, file.read_text(encoding="utf-8"))
     warned = {d.code for d in checked(source, file.parent, file)[1]}
-    assert warned - {"W301", "W302", "W304"} == set()
-    assert MEANT.get(file.stem, set()) <= warned
+    assert warned == MEANT.get(file.stem, set())
 
 
 # ------------------------------------------------------------------ values that are doubtful

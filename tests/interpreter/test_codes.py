@@ -39,6 +39,14 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every example is `my.scene` in a folder with the files that examples name."""
     shutil.copytree(PARTS, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
+    without_data(tmp_path, monkeypatch)
+
+
+def without_data(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No public data set is here, and none can be had."""
+    monkeypatch.delenv("SOFTMARK_DATA", raising=False)
+    monkeypatch.setattr("softmark.references.data._place", lambda entry: folder / "cache" / Path(entry.name).name)
+    monkeypatch.setattr("softmark.references.data._copy", lambda *arguments: "no network")
 
 
 @pytest.mark.parametrize("page", pages().values(), ids=lambda p: p.code)

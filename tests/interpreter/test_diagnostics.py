@@ -34,10 +34,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(autouse=True)
-def _here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Paths in messages are those that a person in the folder gives; no colours."""
+def _here(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Paths in messages are those that a person in the folder gives; no colours; no public data, and no network."""
     monkeypatch.chdir(folder)
     monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.delenv("SOFTMARK_DATA", raising=False)
+    monkeypatch.setattr("softmark.references.data._place", lambda entry: tmp_path / "cache" / Path(entry.name).name)
+    monkeypatch.setattr("softmark.references.data._copy", lambda *arguments: "no network")
 
 
 def shown(text: str, name: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:

@@ -11,6 +11,7 @@ from softmark.solvers.energies import elementwise
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.elementwise import ElementRotation
 from softmark.solvers.materials import MATERIALS, law_for
+from softmark.solvers.materials.polar import rotations
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 
@@ -27,7 +28,7 @@ def made(mesh: Mesh) -> ElementRotation:
     parts = integration(mesh)
     A = law_for(MATERIAL, "small").dPdF(np.eye(3)[None])[0]
     K = elementwise.stiffness(parts.dNdX, parts.w, A)
-    return ElementRotation(mesh.points, mesh.cells, elementwise.mean(parts.dNdX, parts.w), K)
+    return ElementRotation(mesh.points, mesh.cells, elementwise.mean(parts.dNdX, parts.w), K, rotations)
 
 
 def forces(energy: ElementRotation | Elastic, x: np.ndarray) -> np.ndarray:
