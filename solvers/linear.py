@@ -10,12 +10,13 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from softmark.solvers.energies.energy import Floats
+from softmark.solvers.threads import ALONE
 
 if TYPE_CHECKING:
     from softmark.solvers.sparse.cholesky import Cholesky
 
 NAME, CHOLESKY = "SuperLU (scipy)", "multifrontal Cholesky"
-LARGE = 3500  # unknowns from which the Cholesky factorisation pays for the analysis and the loading of its kernels
+LARGE = 150_000  # entries from which the Cholesky factorisation pays for the analysis and the loading of its kernels
 NEUTRAL = 1e-13  # of the largest pivot: smaller ones have no sign
 
 
@@ -47,7 +48,8 @@ class Triangular:
 
     def solve(self, b: Floats) -> Floats:
         """x with K x = b."""
-        x: Floats = self.lu.solve(b)
+        with ALONE:
+            x: Floats = self.lu.solve(b)
         return x
 
     @property
@@ -83,7 +85,7 @@ def factor(K: sparse.csr_matrix, symmetric: bool = True) -> Factor:
     """
     if not np.all(np.isfinite(K.data)):
         raise Singular("the stiffness matrix holds numbers that are not finite")
-    definite = _definite(K) if symmetric and K.shape[0] >= LARGE else None
+    definite = _definite(K) if symmetric and K.nnz >= LARGE else None
     return definite or _triangular(K, symmetric)
 
 
@@ -105,15 +107,18 @@ def _triangular(K: sparse.csr_matrix, symmetric: bool) -> Triangular:
     # a symmetric matrix read by columns is itself: no conversion
     columns = sparse.csc_matrix((K.data, K.indices, K.indptr), shape=K.shape) if symmetric else K.tocsc()
     try:
-        lu = splu(columns, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        with ALONE:
+            lu = splu(
+                columns, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+            )
     except RuntimeError as error:  # "Factor is exactly singular"
         raise Singular(str(error)) from error
     return Triangular(lu)
 
 
-def warm(unknowns: int) -> None:
-    """Load the kernels that a system of so many unknowns will need, outside any clock."""
-    if unknowns >= LARGE:
+def warm(entries: int) -> None:
+    """Load the kernels that a system of so many entries will need, outside any clock."""
+    if entries >= LARGE:
         _definite(
             sparse.csr_matrix(np.diag([2.0, 2.0, 2.0]) - np.diag([1.0, 1.0], 1) - np.diag([1.0, 1.0], -1))
         )

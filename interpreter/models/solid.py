@@ -69,7 +69,7 @@ class PreparedSolid:
             small.value(rest, 1.0)
             small.gradient(rest, 1.0)
             small.tangent(rest, 1.0)
-        linear.warm(len(self.problem.assembly.free))
+        linear.warm(len(self.problem.assembly.pattern.indices))
 
     def outside(self, X: Floats) -> float:
         """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""

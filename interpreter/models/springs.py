@@ -54,7 +54,7 @@ class PreparedSprings:
     def warm(self) -> None:
         """Compile or load every kernel, outside the clock."""
         warm_kernels()
-        linear.warm(len(self.problem.assembly.free))
+        linear.warm(len(self.problem.assembly.pattern.indices))
 
     def outside(self, X: Floats) -> float:
         """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""

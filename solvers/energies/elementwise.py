@@ -19,9 +19,10 @@ class ElementRotation:
 
     `X` (n, 3) are undeformed points in m, `cells` (m, a), `G` (m, a, 3) mean gradients of the shape functions in 1/m,
     `K` (m, 3a, 3a) the cells' stiffness at rest in N/m; `polar` finds rotations. With displacements in the frame of R
-    the forces are those of linear elasticity. In a cell of more than four nodes they are not the derivative of any energy, since R depends on
-    the nodes too; the tangent here is exact and not symmetric. In a four-node tetrahedron they are those of the law
-    `Corotational`. Source: Mueller and Gross (2004), "Interactive virtual materials"; Felippa (2000).
+    the forces are those of linear elasticity. In a cell of more than four nodes they are not the derivative of any
+    energy, since R depends on the nodes too; the tangent here is exact and not symmetric. In a four-node tetrahedron
+    they are those of the law `Corotational`. Source: Mueller and Gross (2004), "Interactive virtual materials"; Felippa
+    (2000).
     """
 
     X: Floats

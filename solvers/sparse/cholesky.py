@@ -14,6 +14,7 @@ from scipy import sparse
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.sparse import blas, kernels
 from softmark.solvers.sparse.symbolic import Symbolic, analyse
+from softmark.solvers.threads import ALONE
 
 LETTERS = np.frombuffer(b"LRTN", dtype=np.uint8)
 Precision = Literal["double", "single"]
@@ -64,7 +65,7 @@ class Cholesky:
 
     def factorise(self, data: Floats) -> None:
         """Factorise the matrix with these values (nnz,). Raises Indefinite, also where a value is not finite."""
-        with blas.ALONE:
+        with ALONE:
             failed = int(kernels.factorise(data, *self._matrix))
         if failed:
             raise Indefinite(failed - 1, int(self.plan.first[failed - 1]))
@@ -72,6 +73,6 @@ class Cholesky:
     def solve(self, b: Floats) -> Floats:
         """x with K x = b."""
         self._x[:] = b[self.plan.order]
-        with blas.ALONE:
+        with ALONE:
             kernels.substitute(*self._triangles)
         return self._x[self.plan.place].astype(np.float64, copy=False)
