@@ -13,14 +13,14 @@ import pytest
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from softmark.solvers import linear
+from softmark.solvers import linear, threads
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.elements.interpolation import integration
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.materials import Law
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.sparse import blas, plans
+from softmark.solvers.sparse import plans
 from softmark.solvers.sparse.cholesky import Cholesky
 from softmark.solvers.sparse.solver import LinearSolver
 
@@ -200,13 +200,13 @@ def test_the_solver_meets_its_tolerance_on_bad_matrices(name: str, law: Maker) -
 
 
 def test_blas_works_alone_and_gets_its_threads_back() -> None:
-    get, put = blas._switches()
+    get, put = threads._switches()
     before = get()
     put(2)
     try:
-        with blas.ALONE:
+        with threads.ALONE:
             assert get() == 1
-            with blas.ALONE:
+            with threads.ALONE:
                 Cholesky.of(chain(30))
                 assert get() == 1
         assert get() in (1, 2)  # 1 where the library has but one
