@@ -427,7 +427,7 @@ class Binder:
             raise self._wrong(field, node, place)
         if node.text in elements:
             return node.text
-        meant = schema.WORDS.get(node.text)
+        meant = schema.CELLS.get(node.text)
         close = meant if meant in elements else nearest(node.text, elements)
         hint = f"did you mean `{close}`?" if close else "elements: " + ", ".join(elements)
         raise place.fail("E203", node.span, f"there is no element `{node.text}`", "unknown element", hint)

@@ -18,6 +18,7 @@ from softmark.interpreter.conditions import Point
 from softmark.interpreter.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import PointForce
+from softmark.interpreter.vocabulary.probes import Nodes
 from softmark.interpreter.vocabulary.supports import Displaced, Follows
 from softmark.solvers.mesh.shapes import contains
 
@@ -103,6 +104,14 @@ def _points(declared: Declared) -> list[tuple[str, Point]]:
     if len(stations) < 2:
         return [("at", point) for point in stations]
     return [("from", stations[0]), ("to", stations[-1])]
+
+
+def _meshes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Probes of the nodes of a shape that has none."""
+    for probe in scene.of_kind("probe").values():
+        if isinstance(probe.thing, Nodes) and not getattr(probe.thing.mesh, "prebuilt", False):
+            yield _diagnostic("E507", probe.at("mesh"), f"the `mesh` of `{probe.name}` is a shape without cells",
+                              "not a mesh", 'name a file: `mesh = mesh("file.msh", unit = 1 mm)`')  # fmt: skip
 
 
 # ------------------------------------------------------------------ what hangs together
@@ -223,13 +232,17 @@ def _published(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         thing, unit = column.thing, scene.declared[column.thing.metric].thing.unit
         due = units.parse(unit).dimension
         if len(thing.of) != len(thing.values.values):
-            yield _diagnostic("E506", column.at("values"),
-                              f"`{column.name}` names {len(thing.of)} models and {len(thing.values.values)} values",
+            models, values = _count(len(thing.of), "model"), _count(len(thing.values.values), "value")
+            yield _diagnostic("E506", column.at("values"), f"`{column.name}` has {models} and {values}",
                               "not one for each", "give as many values as models, in the same order")  # fmt: skip
         elif thing.values.dimension != due:
             name, given = units.named(due), units.named(thing.values.dimension)
             yield _diagnostic("E204", column.at("values"), f"expected {name}, found {given}", given,
                               f"`{thing.metric}` is {name}; give the values in {units.usual(due)}")  # fmt: skip
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" + ("" if number == 1 else "s")
 
 
 def _comparisons(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -276,6 +289,6 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
-LOCAL: tuple[Check, ...] = (_one_analysis, _selections, _places, _lints)
+LOCAL: tuple[Check, ...] = (_one_analysis, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (_bodies, _held, _loaded, _models, _references, _metrics, _comparisons, _courses, _published,
                             _expectations, _use)

@@ -11,18 +11,16 @@ from dataclasses import dataclass
 from typing import Literal
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.metrics import (
-    CourseNorm,
-    EnergyNorm,
-    Hausdorff,
-    MaxError,
-    MeanError,
-    Period,
-    StrainEnergyNorm,
-    SurfaceDistance,
-    TipError,
-    VolumeChange,
-)
+from softmark.interpreter.metrics.course_norm import CourseNorm
+from softmark.interpreter.metrics.energy_norm import EnergyNorm
+from softmark.interpreter.metrics.hausdorff import Hausdorff
+from softmark.interpreter.metrics.max_error import MaxError
+from softmark.interpreter.metrics.mean_error import MeanError
+from softmark.interpreter.metrics.period import Period
+from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
+from softmark.interpreter.metrics.surface_distance import SurfaceDistance
+from softmark.interpreter.metrics.tip_error import TipError
+from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.scene import Declared, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.probes import Markers, Surface, Volume

@@ -240,6 +240,8 @@ class Evaluator:
         listed = "functions: " + ", ".join(all_functions)
         if kinds := [kind for kind, table in schema.tables().items() if name in table]:
             found = f"{schema.article(kinds[0])} {kinds[0]}"
+            if kinds[0] == "course":
+                listed = f"a load or a support takes it as a field of its own: `course = {name}(...)`"
             return self.place.fail("E203", span, f"`{name}(...)` makes {found}, not a number", found, listed)
         close = None if name in schema.FUNCTIONS else nearest(name, all_functions)
         hint = f"did you mean `{close}`?" if close else schema.FUNCTIONS.get(name) or listed

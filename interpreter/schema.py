@@ -267,6 +267,22 @@ SYNONYMS = {
     "kinematics": "strain",
     "fixed": "components", "dofs": "components", "filename": "path", "file": "path", "scale": "unit",
     "extents": "size", "dimensions": "size", "center": "origin", "centre": "origin",
+    "dt": "step", "delta_t": "step", "time_step": "step", "timestep": "step", "h_t": "step",
+    "t_end": "duration", "end_time": "duration", "total_time": "duration", "final_time": "duration",
+    "time": "duration", "T": "duration", "scheme": "integrator", "time_integration": "integrator",
+    "time_integrator": "integrator", "rayleigh_mass": "damping_mass", "rayleigh_stiffness": "damping_stiffness",
+    "rayleighMass": "damping_mass", "rayleighStiffness": "damping_stiffness", "alpha": "damping_mass",
+    "beta": "damping_stiffness", "rho_inf": "spectral_radius", "rho_infinity": "spectral_radius",
+    "initial_velocity": "velocity", "angular_velocity": "spin", "omega": "spin",
+    "duration": "over", "rise_time": "over", "ramp_time": "over", "stop": "until", "amplitude": "course",
+    "curve": "course", "history": "course", "schedule": "course", "f": "frequency",
+    "k": "stiffness", "spring_constant": "stiffness", "spring_stiffness": "stiffness", "topology": "network",
+    "cells": "network", "quadrature": "integration", "gauss_points": "integration", "lumping": "mass",
+    "mass_matrix": "mass", "units": "unit", "length_unit": "unit", "accuracy": "uncertainty",
+    "precision": "uncertainty", "error": "uncertainty", "registration": "register", "align": "register",
+    "isovalue": "iso", "iso_value": "iso", "level": "iso", "voxel_size": "voxel", "psf": "blur",
+    "models": "of", "model": "of", "frame": "state", "fps": "rate", "refresh": "rate", "hz": "rate",
+    "statistics": "statistic", "norm": "statistic", "citation": "source",
 }  # fmt: skip
 
 # What other programs call the choices of a field.
@@ -276,6 +292,32 @@ CHOICES = {
     "large": "corotational",
     "svd": "corotational", "qr": "corotational", "nonlinear": "finite", "green_lagrange": "finite",
     "total_lagrangian": "finite", "hyperelastic": "finite", "finite_strain": "finite",
+    "backward_euler": "implicit_euler", "euler_implicit": "implicit_euler", "euler": "implicit_euler",
+    "implicit": "implicit_euler", "average_acceleration": "newmark", "newmark_beta": "newmark",
+    "crank_nicolson": "trapezoidal", "trapezoid": "trapezoidal", "trapezium": "trapezoidal",
+    "hht": "generalized_alpha", "hht_alpha": "generalized_alpha", "wbz": "generalized_alpha",
+    "generalised_alpha": "generalized_alpha", "chung_hulbert": "generalized_alpha",
+    "bdf": "bdf2", "gear": "bdf2", "implicit_midpoint": "midpoint", "midpoint_rule": "midpoint",
+    "variational": "midpoint", "verlet": "central_differences", "leapfrog": "central_differences",
+    "explicit": "central_differences", "central_difference": "central_differences",
+    "symplectic_euler": "central_differences", "semi_implicit_euler": "central_differences",
+    "reduced": "selective", "b_bar": "selective", "bbar": "selective", "sri": "selective",
+    "mean_dilatation": "selective", "gauss": "full", "exact": "full",
+    "diagonal": "lumped", "row_sum": "lumped", "equal": "uniform", "per_element": "element", "cell": "element",
+    "average": "mean", "std": "sd", "stdev": "sd", "standard_deviation": "sd", "maximum": "max", "rmse": "rms",
+    "root_mean_square": "rms", "closest": "nearest", "closest_point": "nearest", "normals": "normal",
+    "projected": "normal", "iterative_closest_point": "icp", "held": "clamp",
+    "biggest": "largest", "face": "faces", "body": "all", "tetrahedra": "tet4", "hexahedra": "hex8",
+    "freudenthal": "kuhn",
+}  # fmt: skip
+
+# What other programs call the elements.
+CELLS = {
+    "brick": "hex8", "hexahedron": "hex8", "hexahedra": "hex8", "hexa": "hex8", "hex": "hex8", "cube": "hex8",
+    "C3D8": "hex8", "H8": "hex8", "Q1": "hex8", "hexahedron8": "hex8", "tetra10": "tet10", "tetrahedron10": "tet10",
+    "quadratic": "tet10", "quadratic_tet": "tet10", "C3D10": "tet10", "P2": "tet10", "T10": "tet10",
+    "tetrahedron": "tet4", "tetra": "tet4", "tetrahedra": "tet4", "tet": "tet4", "C3D4": "tet4", "P1": "tet4",
+    "T4": "tet4",
 }  # fmt: skip
 
 # Words for directions, which depend on how one looks at a scene.
@@ -315,6 +357,7 @@ ADVICE = {
 
 # What other programs call our constructors and kinds.
 WORDS = {
+    **CELLS,
     "neohookean": "neo_hookean", "NeoHookean": "neo_hookean", "neohooke": "neo_hookean",
     "StVK": "st_venant_kirchhoff",
     "stvk": "st_venant_kirchhoff", "svk": "st_venant_kirchhoff",
@@ -322,8 +365,7 @@ WORDS = {
     "hooke": "linear_elastic", "elastic": "linear_elastic", "linear": "linear_elastic",
     "isotropic": "linear_elastic",
     "springs": "mass_spring", "spring": "mass_spring", "msm": "mass_spring", "spring_network": "mass_spring",
-    "beam": "beam6dof", "rod": "beam6dof", "cosserat": "beam6dof", "tetrahedron": "tet4", "tetra": "tet4",
-    "tet": "tet4", "C3D4": "tet4", "P1": "tet4", "T4": "tet4", "cube": "box", "brick": "box", "block": "box",
+    "beam": "beam6dof", "rod": "beam6dof", "cosserat": "beam6dof", "cube": "box", "brick": "box", "block": "box",
     "rod_shape": "cylinder", "tube": "cylinder", "clamp": "fixed", "fix": "fixed", "dirichlet": "displaced",
     "encastre": "fixed", "body_force": "gravity", "weight": "gravity", "neumann": "traction",
     "force": "point_force",
@@ -335,4 +377,21 @@ WORDS = {
     "error": "metric", "geometry": "shape", "let": "param", "parameter": "param", "const": "param",
     "var": "param",
     "import": "use", "include": "use", "assert": "expect", "check": "expect", "observable": "probe",
+    "transient": "dynamic", "time_history": "dynamic", "implicit_dynamic": "dynamic", "modal": "dynamic",
+    "quasi_static": "static", "equilibrium": "static", "steady": "static",
+    "mass_springs": "mass_spring", "spring_mass": "mass_spring", "spring_damper": "mass_spring",
+    "van_gelder": "from_material", "auto": "from_material", "fitted": "calibrated", "fit": "calibrated",
+    "tuned": "calibrated", "optimised": "calibrated", "optimized": "calibrated", "constant": "uniform",
+    "stl": "surface", "obj": "surface", "ply": "surface", "scan": "surface", "laser_scan": "surface",
+    "ct_scan": "ct_volume", "ct": "ct_volume", "mri": "ct_volume", "dicom": "ct_volume", "nrrd": "ct_volume",
+    "nifti": "ct_volume", "voxels": "ct_volume", "beads": "markers", "landmarks": "markers",
+    "fiducials": "markers", "tracked_points": "markers", "synthetic_scan": "virtual_scan",
+    "virtual_ct": "virtual_scan", "vertices": "nodes", "interior": "volume", "skin": "surface",
+    "tracked": "follows", "imposed": "displaced", "chamfer": "surface_distance",
+    "mean_distance": "surface_distance", "surface_error": "surface_distance", "frame_rate": "realtime",
+    "mean_absolute_error": "mean_error", "volume_loss": "volume_change", "volume_ratio": "volume_change",
+    "eigenfrequency": "period", "natural_frequency": "period", "trajectory_error": "course_norm",
+    "strain_error": "strain_energy_norm", "linear_ramp": "ramp", "smoothstep": "smooth", "cosine": "sine",
+    "sinusoid": "sine", "impulse": "pulse", "experiment": "reference", "measurement": "reference",
+    "ground_truth": "reference", "truth": "reference", "paper": "published", "table": "published",
 }  # fmt: skip

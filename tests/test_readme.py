@@ -1,4 +1,7 @@
-"""README.md is true: its scene runs, its message is the one that is given, its commands exist."""
+"""README.md is true: its scene runs, its message is the one that is given, its commands exist.
+
+So is the guide to the vocabulary in grammar/README.md: its scenes are sound, and it names every constructor.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +12,15 @@ import pytest
 
 import softmark
 from softmark.grammar.diagnostic import Source, render
+from softmark.interpreter import schema
 from softmark.interpreter.api import checked
 from softmark.interpreter.cli import COMMANDS
+from softmark.scenes import ROOT
 
-TEXT = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+HERE = Path(__file__).parents[1]
+TEXT = (HERE / "README.md").read_text(encoding="utf-8")
+GUIDE = (HERE / "grammar" / "README.md").read_text(encoding="utf-8").split("## The vocabulary")[1].split("\n## ")[0]
+PRELUDE, *EXAMPLES = re.findall(r"```scene\n(.*?)```", GUIDE, re.DOTALL)
 
 
 def block(kind: str) -> str:
@@ -46,3 +54,20 @@ def test_the_python_example_runs() -> None:
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_is_in_the_table(command: str) -> None:
     assert f"`dsl {command}" in TEXT
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=range(len(EXAMPLES)))
+def test_the_examples_of_the_vocabulary_are_sound(example: str) -> None:
+    _, found = checked(Source("README.md", PRELUDE + example), HERE / "tests" / "errors" / "parts", None)
+    assert [(d.code, d.message) for d in found] == []
+
+
+def test_the_guide_names_every_constructor_of_the_kinds_that_it_is_about() -> None:
+    kinds = ("analysis", "model", "reference", "probe", "metric", "published", "course", "stiffness")
+    words = {*(name for kind in kinds for name in schema.tables()[kind]), *schema.words()}
+    assert words - {"static"} - set(re.findall(r"\w+", GUIDE)) == set()
+
+
+def test_every_scene_is_in_the_table() -> None:
+    own = {f.stem for f in ROOT.rglob("*.scene") if f.parent.name not in ("templates", "materials")}
+    assert own - set(re.findall(r"^\| `([\w-]+)` \|", TEXT, re.MULTILINE)) == set()

@@ -7,7 +7,7 @@ import argparse
 OPTIONS = {
     "check": "-p --diagnostics",
     "plan": "-p --model",
-    "run": "-p --model --out --json --junit --repeat",
+    "run": "-p --model --out --json --junit --vtu --repeat",
     "fmt": "--check",
     "new": "--list",
     "explain": "",

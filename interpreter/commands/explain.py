@@ -124,23 +124,36 @@ def page(name: str) -> str | None:
     if name in schema.tables():
         rows = [schema.constructor(name, n) for n in schema.tables()[name]]
         lines = "\n".join(f"  {c.name:<24}{c.summary}" for c in rows if c)
-        return f"{name}: declared as `{name} NAME = CONSTRUCTOR(...)`\n\n{lines}"
+        fields = _field_page(name)
+        return f"{name}: declared as `{name} NAME = CONSTRUCTOR(...)`\n\n{lines}" + (f"\n\n{fields}" if fields else "")
     if word := _word(name):
         return word
     if name in schema.words():
         return f"{name} (element)\n\n{inspect.getdoc(schema.words()[name])}"
-    meant = schema.WORDS.get(name) or schema.SYNONYMS.get(name)
+    if used := _field_page(name) or _choice_page(name):
+        return used
+    meant = schema.WORDS.get(name) or schema.SYNONYMS.get(name) or schema.CHOICES.get(name)
     if meant and not _unit(name):
         said = f"`{name}` is not a word of this language; what is meant is called `{meant}` here."
         return f"{said}\n\n{page(meant) or _field_page(meant)}"
-    return _field_page(name) or _unit(name)
+    return _unit(name)
 
 
 def _field_page(name: str) -> str:
     """Where a field of this name occurs."""
-    made = (schema.constructor(kind, n) for kind, table in schema.tables().items() for n in table)
-    owners = [(c, f) for c in made if c and (f := c.field(name))]
+    owners = [(c, f) for c in _constructors() if (f := c.field(name))]
     return "\n".join(f"field of `{c.name}`: {f.doc}{_facts(f)}" for c, f in owners)
+
+
+def _choice_page(name: str) -> str:
+    """Which fields have this choice."""
+    owners = [(c, f) for c in _constructors() for f in c.fields if name in f.options]
+    return "\n".join(f"choice for `{f.name}` of `{c.name}`: {f.doc}{_facts(f)}" for c, f in owners)
+
+
+def _constructors() -> list[Constructor]:
+    made = (schema.constructor(kind, n) for kind, table in schema.tables().items() for n in table)
+    return [c for c in made if c is not None]
 
 
 def _constructor(c: Constructor) -> str:
@@ -184,7 +197,7 @@ def _default(f: Field) -> str:
         return next(named, str(f.default))
     if f.form == "vector":
         return "(" + ", ".join(f"{v:g}" for v in f.default) + f") {units.si(f.dimension or units.NONE)}"
-    return str(f.default)
+    return str(f.default) or "none"
 
 
 _QUANTITIES = {
@@ -196,7 +209,7 @@ _VALUES = {
 }  # fmt: skip
 _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "direction": "-z", "condition": "x <= 0 mm",
-    "components": "(x, y)",
+    "components": "(x, y)", "names": "[NAME_OF_MODEL]", "list": "[10, 5, 2.5] mm",
 }  # fmt: skip
 
 

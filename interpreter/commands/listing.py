@@ -12,7 +12,7 @@ from softmark.grammar.suggest import nearest
 def arguments(parser: argparse.ArgumentParser) -> None:
     """[WHAT]"""
     parser.add_argument("what", nargs="?",
-                        help="models, materials, references, metrics, shapes, scenes, codes, units, ...")
+                        help="models, materials, references, metrics, shapes, scenes, data, codes, units, ...")
 
 
 def run(parsed: argparse.Namespace) -> int:

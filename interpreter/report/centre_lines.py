@@ -33,7 +33,8 @@ def section_of(findings: Findings) -> str:
     figures = [_Lines(findings, number, probe).plate() for number, probe in enumerate(lines_of(findings))]
     tables = [point_table(probe, seen) for probe, seen in points_of(findings).items()]
     if not figures and not tables:
-        return section("figure", "Centre lines", tag("p", EMPTY, class_="quiet"))
+        seen = any(len(p.points) for who in findings.probes.values() for p in who.values())
+        return "" if seen else section("figure", "Centre lines", tag("p", EMPTY, class_="quiet"))
     return section("figure", "Centre lines" if figures else "Points", *figures, *tables)
 
 
@@ -120,11 +121,11 @@ class _Lines:
         return ", ".join(f"{axis} {quantity(float(point[i]), 'm', 4)}" for axis, i in pairs)
 
     def _conclusion(self) -> str:
-        said = "; ".join(self.findings.closest())
+        said = "; ".join(self.findings.closest(self.probe))
         if not said:
             return (
                 "No model has an error to compare."
-                if self.findings.errors
+                if any(m.probe == self.probe for m in self.findings.errors)
                 else "No metric compares these lines."
             )
         return f"{said[0].upper()}{said[1:]}."

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from softmark.interpreter.report.bodies import Body, bodies
 from softmark.interpreter.report.findings import Findings, Metric, Result, value_of
 from softmark.interpreter.report.markup import prose, section, tag, text
 from softmark.interpreter.report.metric_details import details_of
-from softmark.interpreter.report.quantities import quantity
-from softmark.interpreter.report.results_table import SYMBOLS, ResultsTable
+from softmark.interpreter.report.quantities import own_error
+from softmark.interpreter.report.results_table import SYMBOLS, Notes, ResultsTable, caption, ordered
 from softmark.interpreter.report.sheet import Cell, csv_link
 from softmark.interpreter.results import ReferenceResult, Timing
 
@@ -22,20 +23,28 @@ def section_of(findings: Findings) -> str:
         return section(
             "table", "Comparison", tag("p", "Neither a model nor a reference was run.", class_="quiet")
         )
-    table = ResultsTable(findings)
-    body = table.html()  # before the footnotes, which gather in it
-    save = _csv(findings, table.columns)
-    about = _meanings(findings, table.columns)
+    notes, columns = Notes(), ordered(findings.metrics)
+    own = bodies(findings)
+    tables = "".join(_table(findings, body, notes) for body in own)  # before the notes, which gather in it
+    save = _csv(findings, columns)
+    about = _meanings(findings, columns)
     return section(
         "table",
         "Comparison",
         _messages(findings),
-        body,
-        table.notes.list(),
+        tag("p", caption(findings), class_="quiet about"),
+        tables,
+        notes.list(),
         save,
         about,
         details_of(findings),
     )
+
+
+def _table(findings: Findings, body: Body, notes: Notes) -> str:
+    """The table of a body, under its name where there are several."""
+    heading = tag("h3", prose(f"`{body.name}`")) if body.name else ""
+    return heading + ResultsTable(findings, body, notes).html()
 
 
 def _messages(findings: Findings) -> str:
@@ -65,7 +74,7 @@ def _meaning(metric: Metric) -> str:
 
 def _source(name: str, reference: ReferenceResult) -> str:
     error = reference.estimated_error
-    own = "" if error is None else f" Its own error is estimated at {quantity(error, 'm', 2)}."
+    own = "" if error is None else f" Its own error is {own_error(error)}."
     return _defined(name, f"{reference.kind[:1].upper()}{reference.kind[1:]}: {reference.source}.{own}")
 
 

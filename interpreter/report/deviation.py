@@ -15,7 +15,7 @@ from softmark.interpreter.report.markup import prose, section, tag
 from softmark.interpreter.report.naming import LETTER, Point
 from softmark.interpreter.report.plate import Column, crowded, plate
 from softmark.interpreter.report.probes import Floats, arc, drawn_first, lines_of, looks
-from softmark.interpreter.report.quantities import decimals_of, quantity, scale_of, signed
+from softmark.interpreter.report.quantities import decimals_of, own_error, quantity, scale_of, signed
 from softmark.interpreter.report.sheet import csv_link, short
 from softmark.interpreter.results import ProbeResult
 
@@ -113,7 +113,7 @@ class _Pair:
 
     def _caption(self, open_: Sequence[str]) -> str:
         own = self.findings.report.references[self.reference].estimated_error
-        error = "" if own is None else f" Its own error is estimated at {quantity(own, 'm', 2)}."
+        error = "" if own is None else f" Its own error is {own_error(own)}."
         hidden = any(0.0 < v < self._floor for d in self.distances.values() for v in d[1:])
         cut = " Distances that are mere rounding are not drawn." if hidden else ""
         shown = crowded(len(self.distances), len([n for n in open_ if n in self.distances]))

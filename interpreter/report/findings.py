@@ -27,6 +27,7 @@ class Metric:
     against: str | None = None
     summary: str = ""
     line: int | None = None
+    clock: bool = False  # a share of the time that there is: the verdict matters, not the number
 
     @property
     def is_error(self) -> bool:
@@ -36,7 +37,7 @@ class Metric:
     @property
     def percent(self) -> bool:
         """Whether plain numbers of this metric are read as percentages."""
-        return self.is_error
+        return self.is_error or self.clock
 
 
 @dataclass(frozen=True)
@@ -76,14 +77,15 @@ class Findings:
 
     def _metric(self, name: str, unit: str) -> Metric:
         declared = self.declared.get(name)
+        clock = any("verdict" in r.metrics[name].details for r in self.everyone.values() if name in r.metrics)
         if declared is None or not isinstance(declared.value, tree.Call):
-            return Metric(name, unit)
+            return Metric(name, unit, clock=clock)
         known = schema.constructor("metric", declared.value.function.text)
         fields = dict(_names(declared.value, tuple(f.name for f in known.fields) if known else ()))
         against = fields.get("against")
         return Metric(
             name, unit, fields.get("probe"), against if against in self.report.references else None,
-            known.summary if known else "", declared.span.line,
+            known.summary if known else "", declared.span.line, clock,
         )  # fmt: skip
 
     @cached_property
@@ -127,7 +129,7 @@ class Findings:
     @property
     def conclusion(self) -> str:
         """One sentence: how many, who is closest to the first reference, and what became of expectations."""
-        parts = [self._crowd(), *self._fates(), *self.closest()[:1], self._expected()]
+        parts = [self._crowd(), *self._fates(), *self._first_closest(), self._expected()]
         return "; ".join(part for part in parts if part) + "."
 
     def _crowd(self) -> str:
@@ -146,10 +148,23 @@ class Findings:
                 whole = count(len(results), noun)
                 yield f"{len(lost)} of {whole} gave no solution ({listed(shown)})"
 
-    def closest(self) -> list[str]:
-        """By reference, from its first metric with a value: `the closest to theory is rod: 5.9 % (eta)`."""
+    def _first_closest(self) -> Iterator[str]:
+        """Who is closest to the first reference, and to the first that was measured."""
+        said = list(self.closest())
+        known = list(dict.fromkeys(str(m.against) for m in self.errors if self.best(m)))
+        measured = (i for i, n in enumerate(known) if self.report.references[n].kind == "experimental")
+        chosen = dict.fromkeys([0, next(measured, 0)])
+        yield from (said[i] for i in chosen if i < len(said))
+
+    def closest(self, probe: str | None = None) -> list[str]:
+        """By reference, from its first metric with a value: `the closest to theory is rod: 5.9 % (eta)`.
+
+        With `probe` only the metrics that look there count.
+        """
         said: dict[str, str] = {}
         for metric in self.errors:
+            if probe is not None and metric.probe != probe:
+                continue
             if metric.against in said or not (best := self.best(metric)):
                 continue
             amount = self._amount(metric, best)

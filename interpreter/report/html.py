@@ -17,6 +17,7 @@ from softmark.interpreter.report import (
     provenance,
     published,
     realtime,
+    refinement,
     shapes,
     verdicts,
 )
@@ -31,6 +32,7 @@ SECTIONS: tuple[tuple[str, str, Callable[[Findings], str]], ...] = (
     ("shapes", "Shapes", shapes.section_of),
     ("figure", "Centre lines", centre_lines.section_of),
     ("table", "Table", comparison.section_of),
+    ("refinement", "Refinement", refinement.section_of),
     ("published", "Published", published.section_of),
     ("distribution", "Distribution", histograms.section_of),
     ("error", "Along the line", deviation.section_of),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import re
 
-VOID = frozenset({"meta", "input", "br", "img", "link"})
+VOID = frozenset({"meta", "input", "br", "img", "link", "wbr"})
 
 
 def text(value: object) -> str:
@@ -36,6 +36,11 @@ def _attribute(key: str, value: object) -> str:
         return ""
     name = key.rstrip("_").replace("_", "-")
     return f" {name}" if value is True else f' {name}="{text(value)}"'
+
+
+def broken(name: str) -> str:
+    """A name that may be broken after its underscores."""
+    return text(name).replace("_", "_<wbr>")
 
 
 _CODE = re.compile(r"`([^`\n]+)`")

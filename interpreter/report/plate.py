@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from softmark.interpreter.report.chart import Chart, sample
-from softmark.interpreter.report.markup import count, prose, tag, text
+from softmark.interpreter.report.markup import broken, count, prose, tag, text
 
 SHOWN = 12  # curves of models that are drawn at first; the legend has the others
 
@@ -47,7 +47,7 @@ def _legend(chart: Chart, open_: Sequence[str] | None) -> str:
         checked = open_ is None or curve.name in open_ or curve.look.role != "model"
         box = tag("input", type="checkbox", value=f"k{index}", checked=checked)
         rows.append(
-            tag("label", box, sample(curve.look), tag("span", text(curve.name)), class_=curve.look.role)
+            tag("label", box, sample(curve.look), tag("span", broken(curve.name)), class_=curve.look.role)
         )
     return tag("fieldset", tag("legend", "Curves"), *rows, class_="legend")
 

@@ -19,7 +19,7 @@ def point_table(probe: str, seen: Mapping[str, ProbeResult]) -> str:
     every = [v for row in numbers.values() for v in row]
     scale = scale_of(every, "m")
     decimals = decimals_of(every, scale, 6)
-    rows = [_row(name, [scale.text(v, decimals) for v in row]) for name, row in numbers.items()]
+    rows = [_row(name, [scale.fixed(v, decimals) for v in row]) for name, row in numbers.items()]
     at = listed([quantity(float(v), "m", 4) for v in next(iter(seen.values())).points[0]])
     words = f"Probe `{probe}`: the point that was at {at}; u is its displacement, x y z where it is now."
     caption = tag("caption", tag("span", prose(words)))

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from softmark.interpreter.report.findings import Findings, Metric, value_of
-from softmark.interpreter.report.markup import prose, section, tag, text
+from softmark.interpreter.report.markup import listed, prose, section, tag, text
 from softmark.interpreter.report.quantities import Scale, decimals_of, scale_of, signed
 from softmark.interpreter.report.sheet import Cell, csv_link
 from softmark.interpreter.results import MetricResult, ModelResult
 
 LEAD = (
     "Our numbers beside those that were published about the same experiment; the difference is ours less "
-    "theirs, also in per cent of theirs. Nothing is judged by them."
+    "theirs, and below it in per cent of theirs. Nothing is judged by them."
 )
-HEADS = ("ours", "published", "difference", "")
+HEADS = ("ours", "published", "difference")
 
 
 def section_of(findings: Findings) -> str:
@@ -42,16 +42,18 @@ def _published(model: ModelResult, metric: Metric) -> float | None:
 def _sources(findings: Findings) -> str:
     """Where the numbers come from; a scene may not say."""
     entries = findings.report.scene.get("published") or ()
-    items = [_source(entry) for entry in entries if isinstance(entry, Mapping)]
-    return tag("ul", *dict.fromkeys(items), class_="notes sources") if items else ""
+    same: dict[str, list[str]] = {}
+    for entry in entries:
+        if isinstance(entry, Mapping):
+            metric = [f"`{entry['metric']}`"] if entry.get("metric") else []
+            same.setdefault(_source(entry), []).extend(metric)
+    items = [tag("li", prose(f"{listed(m)}: {said}" if m else said)) for said, m in same.items()]
+    return tag("ul", *items, class_="notes sources") if items else ""
 
 
 def _source(entry: Mapping[str, Any]) -> str:
-    metric = f"`{entry['metric']}`: " if entry.get("metric") else ""
     note = f" {entry['note']}" if entry.get("note") else ""
-    return tag(
-        "li", prose(f"{metric}{entry.get('source') or 'no source is given'}.{note}".replace("..", "."))
-    )
+    return f"{entry.get('source') or 'no source is given'}.{note}".replace("..", ".")
 
 
 @dataclass(frozen=True)
@@ -68,11 +70,11 @@ class _Pairs:
         return {n: m for n, m in known if any(_published(m, c) is not None for c in self.columns)}
 
     def html(self) -> str:
-        """Rows of models, four columns for each metric."""
+        """Rows of models, three columns for each metric."""
         scales = {m.name: self._scale(m) for m in self.columns}
         top = [tag("th", "Model", rowspan=2, scope="col")]
         top += [self._head(m, scales[m.name][0]) for m in self.columns]
-        low = [tag("th", word or "%", scope="col") for _ in self.columns for word in HEADS]
+        low = [tag("th", word, scope="col") for _ in self.columns for word in HEADS]
         body = [self._row(n, m, scales) for n, m in self.rows.items()]
         caption = tag("caption", tag("span", "Computed and published values"))
         table = tag(
@@ -108,7 +110,7 @@ class _Pairs:
 
     def _row(self, name: str, model: ModelResult, scales: Mapping[str, tuple[Scale, int]]) -> str:
         cells = [cell for m in self.columns for cell in _cells(model.metrics.get(m.name), *scales[m.name])]
-        head = tag("th", tag("code", text(name)), tag("small", text(model.outline)), scope="row")
+        head = tag("th", tag("code", text(name)), scope="row", title=model.outline)
         return tag("tr", head, *(tag("td", cell, class_="n") for cell in cells))
 
     def csv(self) -> str:
@@ -130,17 +132,18 @@ def _differences(ours: float | None, theirs: float | None) -> tuple[float | None
 
 
 def _cells(found: MetricResult | None, scale: Scale, decimals: int) -> list[str]:
-    """Ours, published, difference, difference in per cent."""
+    """Ours, published, difference with its share of what was published."""
     ours, theirs = (found.value, found.published) if found else (None, None)
     absolute, share = _differences(ours, theirs)
     shown = [_number(v, scale, decimals) for v in (ours, theirs)]
     sign = "+" if absolute is not None and absolute > 0 else ""
-    return [*shown, sign + _number(absolute, scale, decimals), _percent(share)]
+    below = tag("small", _percent(share)) if share is not None else ""
+    return [*shown, sign + _number(absolute, scale, decimals) + below]
 
 
 def _number(value: float | None, scale: Scale, decimals: int) -> str:
     return "–" if value is None else tag("data", text(scale.text(value, decimals)), value=repr(float(value)))
 
 
-def _percent(share: float | None) -> str:
-    return "–" if share is None else text(("+" if share > 0 else "") + signed(f"{100 * share:.0f} %"))
+def _percent(share: float) -> str:
+    return text(("+" if share > 0 else "") + signed(f"{100 * share:.0f} %"))

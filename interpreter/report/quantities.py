@@ -95,6 +95,16 @@ def decimals_of(values: Sequence[float | None], scale: Scale, digits: int) -> in
     return max(0, digits - 1 - math.floor(math.log10(largest)))
 
 
+def negligible(value: float, largest: float, unit: str) -> bool:
+    """Whether a value is rounding: below 1e-9 of the largest of its column or, in m, below a tenth of an atom."""
+    return abs(value) < 1e-9 * largest or (unit == "m" and abs(value) < 1e-11)
+
+
+def own_error(error: float) -> str:
+    """The estimated error of a reference in m, in words; below 1 nm nobody needs to know by how much."""
+    return "below 1\u00a0nm" if error < 1e-9 else f"estimated at {quantity(error, 'm', 2)}"
+
+
 def grouped(n: int) -> str:
     """`4 320` with thin spaces that do not break."""
     return f"{n:,}".replace(",", "\u202f")

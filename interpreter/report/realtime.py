@@ -18,102 +18,141 @@ from softmark.interpreter.report.quantities import quantity, scale_of, signed
 from softmark.interpreter.report.sheet import Cell, csv_link, short
 from softmark.interpreter.results import MetricResult
 
-HEADS = ("Model", "Verdict", "Margin", "Median", "95 %", "99 %", "Worst", "Late", "Limit")
-TIMES = ("median_s", "p95_s", "p99_s", "worst_s")
+TIMES = {"median_s": "Median", "p95_s": "95 %", "p99_s": "99 %", "worst_s": "Worst"}
 VERDICTS = {True: ("✓", "good", "real time"), False: ("✗", "bad", "not real time")}
-ROW, TOP, WIDTH, BOTTOM = 34.0, 26.0, 640.0, 50.0
+ROW, TOP, WIDTH, BOTTOM = 34.0, 34.0, 640.0, 50.0
 DOTS = 300  # frames of one model that are drawn; always the slowest
+Judged = Mapping[str, MetricResult]  # model -> what a metric says of it
 
 
 def section_of(findings: Findings) -> str:
-    """A table and a picture for each metric about time; empty where there is none."""
-    parts = []
-    for number, metric in enumerate(m for m in findings.metrics if _judged(findings, m)):
-        parts.append(_Clock(findings, number, metric).html())
+    """A table and a picture for each clock, however many rates it is held against; empty where there is none."""
+    groups: dict[tuple[Any, ...], dict[Metric, Judged]] = {}
+    for metric in findings.metrics:
+        if judged := _judged(findings, metric):
+            groups.setdefault(_clock_of(judged), {})[metric] = judged
+    parts = [_Clock(findings, number, judged).html() for number, judged in enumerate(groups.values())]
     return section("realtime", "Real time", *parts) if parts else ""
 
 
-def _judged(findings: Findings, metric: Metric) -> dict[str, MetricResult]:
+def _judged(findings: Findings, metric: Metric) -> Judged:
     found = {n: m.metrics.get(metric.name) for n, m in findings.report.models.items()}
     return {
         n: m for n, m in found.items() if m is not None and "verdict" in m.details and "limit_s" in m.details
     }
 
 
+def _clock_of(judged: Judged) -> tuple[Any, ...]:
+    """What metrics that look at the same frames have in common."""
+    return tuple((n, *(m.details.get(k) for k in TIMES), m.details.get("frames")) for n, m in judged.items())
+
+
 @dataclass(frozen=True)
 class _Clock:
-    """One metric about time."""
+    """The metrics that look at the same frames, each with a rate of its own."""
 
     findings: Findings
     number: int
-    metric: Metric
+    judged: Mapping[Metric, Judged]
 
     @cached_property
-    def judged(self) -> dict[str, MetricResult]:
-        """Models with a verdict."""
-        return _judged(self.findings, self.metric)
+    def first(self) -> tuple[Metric, Judged]:
+        """The metric that names the files, and whom it judges."""
+        return next(iter(self.judged.items()))
 
     def html(self) -> str:
         """The table, and the picture where there are times of frames."""
-        sampled = {n: m for n, m in self.judged.items() if len(m.samples) > 1}
-        strips = _Strips(self.findings, self.number, self.metric, sampled).figure() if sampled else ""
-        head = tag(
-            "tr", *(tag("th", w, scope="col", class_="n" if i > 1 else None) for i, w in enumerate(HEADS))
-        )
-        rows = [_row(name, m.details) for name, m in self.judged.items()]
+        sampled = {n: m for n, m in self.first[1].items() if len(m.samples) > 1}
+        strips = _Strips(self.findings, self.number, self.first[0], sampled, self._rates)
+        several = any((m.details.get("frames") or 0) > 1 for m in self.first[1].values())
         caption = tag("caption", tag("span", prose(self._words())))
-        table = tag("table", caption, tag("thead", head), tag("tbody", *rows), class_="verdicts")
-        box = tag(
-            "div",
-            table,
-            class_="scroll",
-            tabindex=0,
-            role="region",
-            aria_label=f"Real time, {self.metric.name}",
+        body = [self._row(name, several) for name in self.first[1]]
+        table = tag(
+            "table", caption, tag("thead", self._head(several)), tag("tbody", *body), class_="verdicts"
         )
-        return box + self._save() + strips
+        label = f"Real time, {', '.join(m.name for m in self.judged)}"
+        box = tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=label)
+        return box + self._save() + (strips.figure() if sampled else "")
+
+    @property
+    def _rates(self) -> list[float]:
+        """The rates that are asked for, Hz."""
+        every = (m.details.get("rate_Hz") for judged in self.judged.values() for m in judged.values())
+        return sorted({float(rate) for rate in every if rate})
 
     def _words(self) -> str:
-        good = sum(m.details["verdict"] is True for m in self.judged.values())
-        lost = len(self.findings.report.models) - len(self.judged)
+        counts = [
+            f"`{metric.name}`: {sum(m.details['verdict'] is True for m in judged.values())} of "
+            f"{count(len(judged), 'model')} in real time"
+            for metric, judged in self.judged.items()
+        ]
+        lost = len(self.findings.report.models) - len(self.first[1])
         rest = f" {count(lost, 'model')} without a verdict." if lost else ""
         return (
-            f"`{self.metric.name}`: {good} of {count(len(self.judged), 'model')} in real time.{rest} The "
-            "margin is the share of a frame that is left when 99 % of the frames are computed; "
-            "times are wall time on this computer."
+            f"{'; '.join(counts)}.{rest} Real time is when 99 % of the frames are computed in the time that there is, "
+            "and no step is longer than a frame; times are wall time on this computer."
         )
 
+    def _head(self, several: bool) -> str:
+        verdicts = [tag("th", _titled(metric, judged), scope="col") for metric, judged in self.judged.items()]
+        words = [*TIMES.values(), "Frames"] if several else ["Time"]
+        times = [tag("th", w, scope="col", class_="n") for w in words]
+        return tag("tr", tag("th", "Model", scope="col"), *verdicts, *times)
+
+    def _row(self, name: str, several: bool) -> str:
+        known = self.first[1][name].details
+        verdicts = [tag("td", _verdict(judged[name].details)) for judged in self.judged.values()]
+        worst = tag("small", f"frame {known['worst_frame']}") if known.get("worst_frame") else ""
+        times = [text(_seconds(known.get(k))) for k in (TIMES if several else ("median_s",))]
+        if several:
+            times[-1] += worst
+            times.append(text(known.get("frames", "–")))
+        head = tag("th", tag("code", text(name)), scope="row")
+        return tag("tr", head, *verdicts, *(tag("td", c, class_="n") for c in times))
+
     def _save(self) -> str:
-        keys = list(dict.fromkeys(k for m in self.judged.values() for k in m.details))
-        rows: list[list[Cell]] = [
-            [n, *(_cell(m.details.get(k)) for k in keys)] for n, m in self.judged.items()
-        ]
-        return tag("p", csv_link(self.metric.name, ["name", *keys], rows), class_="save-line")
+        links = []
+        for metric, judged in self.judged.items():
+            keys = list(dict.fromkeys(k for m in judged.values() for k in m.details))
+            rows: list[list[Cell]] = [
+                [n, *(_cell(m.details.get(k)) for k in keys)] for n, m in judged.items()
+            ]
+            label = f"CSV of {metric.name}" if len(self.judged) > 1 else "CSV"
+            links.append(csv_link(metric.name, ["name", *keys], rows, label))
+        return tag("p", " ".join(links), class_="save-line")
+
+
+def _titled(metric: Metric, judged: Judged) -> str:
+    """`eye / 25 Hz`."""
+    rates = {m.details.get("rate_Hz") for m in judged.values()}
+    rate = rates.pop() if len(rates) == 1 else None
+    return tag("code", text(metric.name)) + (
+        tag("span", f" / {rate:g} Hz", class_="unit") if isinstance(rate, (int, float)) else ""
+    )
 
 
 def _cell(value: Any) -> Cell:
     return value if value is None or isinstance(value, (int, float, str)) else str(value)
 
 
-def _row(name: str, known: Mapping[str, Any]) -> str:
+def _verdict(known: Mapping[str, Any]) -> str:
+    """Yes or no, with what is to spare or lacking, and how many frames were late."""
     symbol, mood, words = VERDICTS[bool(known["verdict"])]
-    reason = tag("small", text(known["verdict_reason"])) if known.get("verdict_reason") else ""
-    verdict = tag("span", tag("span", symbol, aria_hidden="true"), f" {words}", class_=f"status {mood}")
-    late = f"{known.get('missed', '–')} of {known.get('frames', '–')}"
-    worst = tag("small", f"frame {known['worst_frame']}") if known.get("worst_frame") else ""
-    times = [text(_seconds(known.get(k))) for k in TIMES]
-    times[-1] += worst
-    cells = [text(_percent(known.get("margin"))), *times, text(late), text(_seconds(known["limit_s"]))]
-    head = tag("th", tag("code", text(name)), scope="row")
-    return tag("tr", head, tag("td", verdict, reason), *(tag("td", c, class_="n") for c in cells))
+    sign = tag("span", tag("span", symbol, aria_hidden="true"), f" {words}", class_=f"status {mood}")
+    late = f"{known.get('missed', '–')} of {known.get('frames', '–')} late" if known.get("missed") else ""
+    return sign + tag("small", text(", ".join(part for part in (_margin(known), late) if part)))
+
+
+def _margin(known: Mapping[str, Any]) -> str:
+    """`13 % of 40 ms to spare`, `takes 2.6 times 10 ms`, or why it is too slow whatever it takes."""
+    limit, margin = quantity(known["limit_s"], "s", 3), known.get("margin")
+    if margin is None or (not known["verdict"] and margin >= 0):
+        return str(known.get("verdict_reason") or "")
+    return f"{100 * margin:.3g} % of {limit} to spare" if margin >= 0 else f"takes {1 - margin:.3g} times {limit}"
 
 
 def _seconds(value: float | None) -> str:
     return "–" if value is None else quantity(value, "s", 3)
-
-
-def _percent(value: float | None) -> str:
-    return "–" if value is None else signed(f"{100 * value:.3g} %")
 
 
 @dataclass(frozen=True)
@@ -124,6 +163,7 @@ class _Strips:
     number: int
     metric: Metric
     sampled: Mapping[str, MetricResult]
+    rates: Sequence[float]  # Hz
 
     @cached_property
     def times(self) -> dict[str, list[float]]:
@@ -135,8 +175,8 @@ class _Strips:
     @cached_property
     def axis(self) -> Axis:
         every = [t for times in self.times.values() for t in times if t > 0]
-        limits = [float(m.details["limit_s"]) for m in self.sampled.values()]
-        return logarithmic(min(*every, *limits), max(*every, *limits), "time of a frame", "s")
+        limits = [float(m.details["limit_s"]) for m in self.sampled.values()] + [1 / r for r in self.rates]
+        return logarithmic(min([*every, *limits]), max([*every, *limits]), "time of a frame", "s")
 
     @property
     def left(self) -> float:
@@ -153,7 +193,8 @@ class _Strips:
         )
         caption = (
             "Each dot is a frame; boxes reach from the first to the third quartile, with the median in them. The heavy "
-            "upright stroke is the limit: frames to the right of it are late."
+            "upright stroke is the time that there is: frames to the right of it are late. Dashed lines are the frames of "
+            "the rates asked for."
         )
         drawing = tag("div", self._svg(), class_="drawing")
         return tag("figure", drawing, tag("figcaption", tag("p", caption), numbers), class_="strips")
@@ -187,7 +228,11 @@ class _Strips:
         words = tag(
             "text", name, x=f"{middle:.1f}", y=f"{bottom + 42:.1f}", text_anchor="middle", class_="axis"
         )
-        return grid + tag("g", *labels, class_="ticks") + words
+        asked = [(self.x(1 / rate), f"{rate:g} Hz") for rate in self.rates]
+        lines = "".join(f"M{x:.1f} {TOP - 6:.1f}V{bottom:.1f}" for x, _ in asked)
+        rates = [tag("text", w, x=f"{x:.1f}", y=f"{TOP - 12:.1f}", text_anchor="middle") for x, w in asked]
+        marks = tag("path", class_="rate", d=lines) + tag("g", *rates, class_="ticks")
+        return grid + tag("g", *labels, class_="ticks") + words + marks
 
     def _strip(self, name: str, y: float) -> str:
         times, limit = self.times[name], float(self.sampled[name].details["limit_s"])

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import groupby
 
+from softmark.interpreter.report.bodies import Body
 from softmark.interpreter.report.findings import Findings, Metric, Result, value_of
 from softmark.interpreter.report.markup import count, listed, prose, tag, text
-from softmark.interpreter.report.quantities import Scale, decimals_of, grouped, quantity, scale_of
+from softmark.interpreter.report.quantities import (
+    Scale,
+    decimals_of,
+    grouped,
+    negligible,
+    quantity,
+    scale_of,
+    signed,
+)
 from softmark.interpreter.results import ModelResult, ReferenceResult
 
 SYMBOLS = {
@@ -20,15 +29,28 @@ SYMBOLS = {
     "diverged": ("✗", "bad", "diverged"),
     "failed": ("✗", "bad", "failed"),
 }
-TIMES = {"setup_s": "Setup", "solve_s": "Solve", "step_s": "Step"}
+TIMES = {"solve_s": "Solve", "step_s": "Step"}  # setup stands below the time of the solution
 NO_MESH = "a reference is not discretised: it has no mesh, no iterations and no time"
 CAPTION = (
     "Times are wall time, the median and [least–largest] of the runs, compilation excluded; "
     "processor time (CPU) is added where it differs by more than a quarter."
 )
 BEST = " The least error of a column is in bold and marked best."
-
 TIED = " Errors that differ by less than the uncertainty of the reference are not ranked: they are all marked tied."
+CLOCK = " Shares of the time that there is are marked ✓ for real time and ✗ for none."
+
+
+def caption(findings: Findings) -> str:
+    """What the tables are, in words."""
+    best, tied = (any(ask(m) for m in findings.metrics) for ask in (findings.best, findings.tied))
+    clock = any(m.clock for m in findings.metrics)
+    return text(CAPTION + (BEST if best else "") + (TIED if tied else "") + (CLOCK if clock else ""))
+
+
+def ordered(metrics: Sequence[Metric]) -> list[Metric]:
+    """Errors by reference, then measurements, then times."""
+    against = [m.against for m in metrics]
+    return sorted(metrics, key=lambda m: (m.clock, m.against is None, against.index(m.against)))
 
 
 @dataclass
@@ -74,32 +96,37 @@ def letter(n: int) -> str:
 
 @dataclass
 class ResultsTable:
-    """One pass over the results; footnotes gather on the way."""
+    """The results of one body; footnotes gather on the way."""
 
     findings: Findings
+    body: Body
     notes: Notes = field(default_factory=Notes)
 
     @cached_property
     def groups(self) -> list[tuple[str, list[Metric]]]:
-        """Metrics under headings: errors by reference, then measurements."""
-        against = [m.against for m in self.findings.metrics]
-        ordered = sorted(self.findings.metrics, key=lambda m: (m.against is None, against.index(m.against)))
-        named = groupby(ordered, key=lambda m: f"Error against `{m.against}`" if m.against else "Measured")
+        """Metrics under headings: errors by reference, measurements, times."""
+        named = groupby(self.columns, key=_heading)
         return [(heading, list(metrics)) for heading, metrics in named]
 
     @cached_property
     def columns(self) -> list[Metric]:
         """Metrics in the order of the table."""
-        return [m for _, metrics in self.groups for m in metrics]
+        return ordered(self.body.metrics)
+
+    @cached_property
+    def values(self) -> Mapping[str, list[float]]:
+        """What stands in every column."""
+        results = [self.findings.everyone[n] for n in self.body.results]
+        return {m.name: [v for r in results if (v := value_of(r, m.name)) is not None] for m in self.columns}
 
     @cached_property
     def scales(self) -> Mapping[str, tuple[Scale, int]]:
         """Unit and decimals of every column."""
         found = {}
         for metric in self.columns:
-            values = [value_of(r, metric.name) for r in self.findings.everyone.values()]
+            values = self.values[metric.name]
             scale = scale_of(values, metric.unit, metric.percent)
-            found[metric.name] = scale, decimals_of(values, scale, 4 if metric.is_error else 6)
+            found[metric.name] = scale, decimals_of(values, scale, 4 if metric.is_error else 5)
         return found
 
     @cached_property
@@ -109,17 +136,18 @@ class ResultsTable:
 
     def html(self) -> str:
         """The table in its scrolling box."""
-        report = self.findings.report
-        bodies = [self._body("Models", report.models), self._body("References", report.references)]
-        best = any(self.findings.best(m) for m in self.columns)
-        tied = any(self.findings.tied(m) for m in self.columns)
-        caption = tag("caption", tag("span", CAPTION + (BEST if best else "") + (TIED if tied else "")))
-        table = tag("table", caption, self._head(), *bodies, class_="results")
-        label = "Comparison of models and references"
+        report, own = self.findings.report, self.body.results
+        models = {n: m for n, m in report.models.items() if n in own}
+        references = {n: r for n, r in report.references.items() if n in own}
+        bodies = [self._rows("Models", models), self._rows("References", references)]
+        label = "Comparison of models and references" + (f" of {self.body.name}" if self.body.name else "")
+        hidden = tag("caption", tag("span", text(label)), class_="hidden")
+        table = tag("table", hidden, self._head(), *bodies, class_="results wide" if len(self.columns) > 6 else "results")
         return tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=label)
 
     def _head(self) -> str:
-        top = [tag("th", word, rowspan=2, scope="col") for word in ("Name", "Status")]
+        done = tag("span", "Status", class_="spoken")
+        top = [tag("th", word, rowspan=2, scope="col") for word in ("Name", done)]
         top += [tag("th", prose(name), colspan=len(own), scope="colgroup") for name, own in self.groups]
         top += [tag("th", "Size", rowspan=2, scope="col", class_="n")]
         top += [tag("th", "Effort", colspan=1 + len(self.times), scope="colgroup")]
@@ -133,7 +161,7 @@ class ResultsTable:
         unit = tag("span", text(f" / {scale.unit}"), class_="unit") if scale.unit else ""
         return tag("th", name, unit, scope="col")
 
-    def _body(self, heading: str, results: Mapping[str, Result]) -> str:
+    def _rows(self, heading: str, results: Mapping[str, Result]) -> str:
         if not results:
             return ""
         width = 4 + len(self.columns) + len(self.times)
@@ -155,9 +183,10 @@ class ResultsTable:
         value = value_of(result, metric.name)
         if value is None:
             return self.notes.dash(self._reason(name, result, metric))
-        scale, decimals = self.scales[metric.name]
-        shown = tag("data", text(scale.text(value, decimals)), value=repr(value))
         found = result.metrics[metric.name]
+        shown = tag("data", text(self._text(value, metric)), value=repr(value))
+        if metric.clock and "verdict" in found.details:
+            return _verdict(bool(found.details["verdict"])) + shown
         if not found.meaningful:
             shown += self.notes.dagger(
                 metric.name, quantity(found.uncertainty or 0.0, metric.unit, 3, percent=True)
@@ -167,6 +196,15 @@ class ResultsTable:
             return tag("strong", shown) + tag("small", word, class_="best")
         return shown
 
+    def _text(self, value: float, metric: Metric) -> str:
+        """The number as it stands in its column."""
+        scale, decimals = self.scales[metric.name]
+        if metric.clock:
+            own = value / scale.factor
+            return signed(f"{own:.0f}" if abs(own) >= 100 else f"{own:.3g}")
+        largest = max((abs(v) for v in self.values[metric.name]), default=0.0)
+        return "0" if negligible(value, largest, metric.unit) else scale.text(value, decimals)
+
     def _reason(self, name: str, result: Result, metric: Metric) -> str:
         found = result.metrics.get(metric.name)
         if found is not None:
@@ -175,6 +213,8 @@ class ResultsTable:
             return "the error is measured from this reference itself"
         if metric.probe is None and isinstance(result, ReferenceResult):
             return "only the work of models is measured"
+        if isinstance(result, ReferenceResult) and not result.probes and result.status == "converged":
+            return "what was measured is not known at the points of this metric"
         if self.findings.report.partial:
             return "not computed yet: the report is unfinished"
         return result.message or "this metric looks at another body"
@@ -199,11 +239,13 @@ class ResultsTable:
         if timing is None:
             return self.notes.dash("a static analysis has no time steps" if kind == "step_s" else "not timed")
         wall, cpu, below = timing.to_json(), model.time.get(kind.replace("_s", "_cpu_s")), []
+        setup = model.time.get("setup_s") if kind == "solve_s" else None
         if wall["runs"] > 1:
             below.append(_range(wall["min"], wall["max"]))
-        if kind != "setup_s":
-            below.append(count(int(wall["runs"]), "run"))
-        if cpu and kind != "setup_s" and _differ(used := cpu.to_json()["median"], wall["median"]):
+            below.append(count(int(wall["runs"]), "run" if kind == "solve_s" else "step"))
+        if setup:
+            below.append(f"setup {seconds(setup.to_json()['median'])}")
+        if cpu and _differ(used := cpu.to_json()["median"], wall["median"]):
             below.append(f"CPU {seconds(used)}")
         return seconds(wall["median"]) + _small("<br>".join(below))
 
@@ -230,7 +272,23 @@ def _range(low: float, high: float) -> str:
 def status_of(result: Result) -> str:
     """A symbol and words."""
     symbol, mood, words = SYMBOLS.get(result.status, ("?", "quiet", result.status))
-    return tag("span", tag("span", symbol, aria_hidden="true"), f" {text(words)}", class_=f"status {mood}")
+    said = f" {text(words)}"
+    if result.status == "converged":  # the usual: the sign is enough for those who see it
+        said = tag("span", said, class_="spoken")
+    return tag("span", tag("span", symbol, aria_hidden="true"), said, class_=f"status {mood}")
+
+
+def _verdict(good: bool) -> str:
+    """✓ or ✗ before a share of the time that there is."""
+    symbol, mood, words = ("✓", "good", "real time") if good else ("✗", "bad", "not real time")
+    sign, said = tag("span", symbol, aria_hidden="true"), tag("span", f"{words} ", class_="spoken")
+    return tag("span", sign, " ", said, class_=f"status {mood}")
+
+
+def _heading(metric: Metric) -> str:
+    if metric.clock:
+        return "Real time"
+    return f"Error against `{metric.against}`" if metric.against else "Measured"
 
 
 def number(n: int) -> str:

@@ -42,7 +42,7 @@ document.querySelectorAll("figure.shapes").forEach((figure) => {
 
   const camera = { yaw: 0, pitch: 0, zoom: 1 };
   const state = { time: last, playing: false, quick: false };
-  const chosen = (name) => (get(`input[name="${name}"]:checked`) || {}).value;
+  const chosen = (name) => (get(`input[name^="${name}"]:checked`) || {}).value;
   const ghost = () => {
     const pick = get("select");
     return pick && pick.value ? solids[+pick.value] : null;
@@ -51,7 +51,8 @@ document.querySelectorAll("figure.shapes").forEach((figure) => {
 
   function basis() {
     const { yaw, pitch } = camera, s = Math.sin(yaw), c = Math.cos(yaw), u = Math.sin(pitch), v = Math.cos(pitch);
-    return [[c, s, 0], [-s * u, c * u, v], [s * v, -c * v, u]]; // right, up, towards the reader
+    const level = [[c, s, 0], [-s * u, c * u, v], [s * v, -c * v, u]]; // right, up, towards the reader
+    return level.map((row) => [0, 1, 2].map((k) => row.reduce((sum, a, i) => sum + a * data.frame[i][k], 0)));
   }
 
   // What the picture is centred on and how large it is: all shapes at all times, kept while the camera turns.

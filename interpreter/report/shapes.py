@@ -9,31 +9,47 @@ from functools import cached_property
 
 import numpy as np
 
+from softmark.interpreter.report.bodies import bodies
+from softmark.interpreter.report.camera import letters, view_of
 from softmark.interpreter.report.chart import sample
 from softmark.interpreter.report.findings import Findings, Result
 from softmark.interpreter.report.markup import count, listed, plain, prose, section, tag, text
 from softmark.interpreter.report.plate import Column, data_table, details
 from softmark.interpreter.report.probes import looks
 from softmark.interpreter.report.quantities import grouped, quantity, scale_of, signed
-from softmark.interpreter.report.shapes_toolbar import DECADES, colour_bar, time_bar, toolbar
+from softmark.interpreter.report.shapes_toolbar import DECADES, Kind, colour_bar, time_bar, toolbar
 from softmark.interpreter.report.sheet import Cell, csv_link, short
-from softmark.interpreter.report.still import seen_box, still
-from softmark.interpreter.report.surfaces import Floats, Small, fit, packed, packed_triangles, step_of
+from softmark.interpreter.report.still import View, seen_box, still
+from softmark.interpreter.report.surfaces import (
+    Floats,
+    Small,
+    fit,
+    notes_of,
+    packed,
+    packed_triangles,
+    step_of,
+)
 from softmark.interpreter.results import Shape
 
-PANELS = 8  # more shapes than this are overlaid at first
-CLIP = 95.0  # percentile
-TURN, TILT = 26.0, 16.0  # degrees, of the first view
+PANELS = 24  # more shapes than this are overlaid at first
+CLIP = 95.0  # percentile of the points of one shape
+FAR = 3.0  # a shape with errors so many times the usual ones does not set the colours
 STAGE = "Shapes of all models. Arrow keys turn them, plus and minus zoom, 0 starts again, space plays."
 STATISTICS = ("mean", "median", "95 %", "largest")
 
 
 def section_of(findings: Findings) -> str:
     """The figure; empty where nothing has a shape."""
-    shapes = {n: r.shape for n, r in _ordered(findings) if r.shape is not None and _drawable(r.shape)}
-    if not shapes:
+    given = {n: r.shape for n, r in _ordered(findings) if r.shape is not None and _drawable(r.shape)}
+    if not given:
         return ""
-    return section("shapes", "Shapes", _Shapes(findings, fit(shapes)).figure())
+    kept, figures = fit(given).shapes, []
+    for number, body in enumerate(bodies(findings)):
+        own = {n: shape for n, shape in kept.items() if n in body.results}
+        if own:
+            small = Small(own, tuple(notes_of({n: given[n] for n in own}, own)))
+            figures.append(_Shapes(findings, small, f"-{number}" if number else "", body.name).figure())
+    return section("shapes", "Shapes", *figures)
 
 
 def _ordered(findings: Findings) -> Iterator[tuple[str, Result]]:
@@ -56,6 +72,8 @@ class _Shapes:
 
     findings: Findings
     small: Small
+    key: str = ""  # the end of its ids
+    body: str = ""
 
     @property
     def shapes(self) -> Mapping[str, Shape]:
@@ -74,16 +92,25 @@ class _Shapes:
         return max((float(e.max()) for e in self.errors.values()), default=0.0)
 
     @cached_property
-    def clipped(self) -> float:
-        """The error that CLIP per cent of all points do not exceed, m."""
-        return float(np.percentile(np.concatenate(list(self.errors.values())), CLIP)) if self.errors else 0.0
+    def high(self) -> dict[str, float]:
+        """The error that CLIP per cent of the points do not exceed, m, by shape."""
+        return {n: float(np.percentile(e, CLIP)) for n, e in self.errors.items()}
 
     @cached_property
-    def view(self) -> tuple[float, float]:
-        """Turn and tilt at first: the longer horizontal direction runs from left to right."""
-        every = np.concatenate([s.position for s in self.shapes.values()])
-        x, y, _ = np.ptp(every, axis=0)
-        return (TURN if x >= y else 90.0 - TURN), TILT
+    def clipped(self) -> float:
+        """Where the scale of the usual errors ends, m: shapes that are FAR off do not count."""
+        usual = FAR * float(np.median(list(self.high.values()))) if self.high else 0.0
+        return max((h for h in self.high.values() if h <= usual), default=self.most)
+
+    @cached_property
+    def beyond(self) -> list[str]:
+        """The shapes that go far beyond the usual errors."""
+        return [n for n, h in self.high.items() if h > FAR / 2 * self.clipped]
+
+    @cached_property
+    def view(self) -> View:
+        """From where it is seen at first."""
+        return view_of(self.findings, self.shapes.values())
 
     @cached_property
     def against(self) -> str:
@@ -111,12 +138,14 @@ class _Shapes:
             "Data of this figure", data_table("Data: errors of the shapes", self._columns()), self._save()
         )
         caption = tag("figcaption", tag("p", prose(self._caption())), numbers)
-        controls = toolbar(self._names(), bool(self.errors), len(self.shapes) <= PANELS, self._ghosts())
+        kind = Kind(self.key, bool(self.beyond), letters(self.view))
+        controls = toolbar(self._names(), bool(self.errors), len(self.shapes) <= PANELS, self._ghosts(), kind)
         time = time_bar() if self.dynamic else ""
         spoken = tag("div", class_="spoken", aria_live="polite")
-        return tag(
+        heading = tag("h3", prose(f"`{self.body}`")) if self.body else ""
+        return heading + tag(
             "figure", controls, self._stage(), self._still(), time, bar, unknown, spoken, caption, self._data(),
-            class_="shapes", id="figure-shapes",
+            class_="shapes", id=f"figure-shapes{self.key}",
         )  # fmt: skip
 
     def _names(self) -> list[tuple[str, str, str, bool]]:
@@ -166,7 +195,8 @@ class _Shapes:
 
     def _still(self) -> str:
         words = "Shapes after deformation", f"{self._ranking()} {self._each()}"
-        return tag("noscript", still(self.shapes, self.view, self.most, words))
+        top = self.clipped if self.beyond else self.most
+        return tag("noscript", still(self.shapes, self.view, top, words, f"shapes{self.key}"))
 
     def _data(self) -> str:
         """What `shapes.js` draws from."""
@@ -179,7 +209,8 @@ class _Shapes:
                 triangles.append(packed_triangles(shape.triangles))
             packs.append(packed(name, shape, meshes[key]))
         data = {
-            "view": self.view,
+            "view": (self.view.turn, self.view.tilt),
+            "frame": self.view.frame.tolist(),
             "most": self.most,
             "clipped": self.clipped,
             "decades": DECADES,
@@ -210,18 +241,22 @@ class _Shapes:
         seen = "All shapes are seen by one camera and drawn to one scale; drag to turn them."
         colour = ""
         if self.errors:
-            clip = quantity(self.clipped, "m", 3)
-            colour = (
-                f" Colour is the distance from {self.against}, one scale for all; cut off at {CLIP:.0f} %, the scale "
-                f"ends at {clip}, which {CLIP:.0f} % of all points stay below."
-            )
-        bare = [f"`{n}`" for n in self.shapes if n not in self.errors and n in self.findings.report.models]
+            colour = f" Colour is the distance from {self.against}, one scale for all.{self._cut()}"
+        bare = [f"`{n}`" for n in self.shapes if n not in self.errors and n in self.findings.report.models and self.errors]
         plainly = f" {listed(bare)} {'has' if len(bare) == 1 else 'have'} no error to show." if bare else ""
         step = quantity(step_of(self.shapes), "m", 2)
         notes = " ".join(["", *self.small.notes])
         return (
             f"{self._ranking()} {seen}{colour}{plainly} In this page positions are rounded to {step}.{notes}"
         )
+
+    def _cut(self) -> str:
+        """Who goes beyond the scale of usual errors."""
+        if not self.beyond:
+            return ""
+        names, clip = listed([f"`{n}`" for n in self.beyond]), quantity(self.clipped, "m", 3)
+        verb = "goes" if len(self.beyond) == 1 else "go"
+        return f" It ends at {clip} at first, so that the usual errors can be told apart; {names} {verb} beyond."
 
     # -------------------------------------------------------------- numbers
 
@@ -253,12 +288,12 @@ class _Shapes:
                 found = [short(v) for v in _statistics(self.errors[name])]
             rows.append([name, len(shape.position), len(shape.triangles), shape.measured_from, *found])
         button = tag("button", "CSV of all points, as drawn now", type="button", class_="points live")
-        return csv_link("shapes-errors", header, rows) + button
+        return csv_link(f"shapes-errors{self.key}", header, rows) + button
 
 
 def _columns_of(panels: int) -> int:
     """Columns that leave few gaps in the last row."""
-    return panels if panels <= 4 else 3 if panels in (5, 6, 9) else 4
+    return panels if panels <= 4 else 3 if panels in (5, 6, 9) else 5 if panels > 16 else 4
 
 
 def _statistics(error: Floats) -> tuple[float, ...]:

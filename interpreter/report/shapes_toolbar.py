@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from softmark.interpreter.report.axes import Axis, linear
 from softmark.interpreter.report.colours import gradient
@@ -13,7 +14,16 @@ from softmark.interpreter.report.quantities import quantity
 DECADES = 3  # of the logarithmic scale
 MORE = " (the lightest colour stands for all that is more)"
 LESS = " (the darkest colour stands for all that is less)"
-VIEWS = (("x–z", "0 0"), ("y–z", "90 0"), ("x–y", "0 90"))
+VIEWS = ((0, 2, "0 0"), (1, 2, "90 0"), (0, 1, "0 90"))  # places in the frame, to the right and upwards; turn and tilt
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What sets one figure of a page apart: the end of its names, whether few shapes dwarf others, its axes."""
+
+    key: str
+    clipped: bool
+    axes: str  # letters of the level directions and of the upward one
 
 
 def toolbar(
@@ -21,22 +31,17 @@ def toolbar(
     errors: bool,
     beside: bool,
     ghosts: Sequence[tuple[int, str, bool]],
+    kind: Kind,
 ) -> str:
     """What readers choose by; hidden where no script runs."""
-    groups = [
-        _choice(
-            "Layout", "layout", (("beside", "Side by side"), ("overlaid", "Overlaid")), 0 if beside else 1
-        )
-    ]
+    key, first = kind.key, 0 if beside else 1
+    groups = [_choice("Layout", f"layout{key}", (("beside", "Side by side"), ("overlaid", "Overlaid")), first)]
     if errors:
-        groups.append(
-            _choice("Colour", "colour", (("error", "Error"), ("own", "By model")), 0 if beside else 1)
-        )
-        groups.append(
-            _choice("Scale", "range", (("full", "Largest"), ("clipped", "95 %"), ("log", "Log")), 0)
-        )
+        groups.append(_choice("Colour", f"colour{key}", (("error", "Error"), ("own", "By model")), first))
+        scales = (("full", "Largest"), ("clipped", "Usual"), ("log", "Log"))
+        groups.append(_choice("Scale", f"range{key}", scales, 1 if kind.clipped else 0))
     groups.append(_behind(ghosts) if ghosts else "")
-    groups.append(_view())
+    groups.append(_view(kind.axes))
     who = tag("fieldset", tag("legend", "Shown"), *(_who(*known) for known in names), class_="who legend")
     return tag("div", *groups, who, class_="toolbar live")
 
@@ -61,11 +66,12 @@ def _behind(ghosts: Sequence[tuple[int, str, bool]]) -> str:
     return tag("div", label, class_="behind")
 
 
-def _view() -> str:
+def _view(axes: str) -> str:
     zooms = (("out", "−", "Zoom out"), ("in", "+", "Zoom in"), ("home", "Reset", None))
+    planes = [(f"{axes[a]}–{axes[b]}", angles) for a, b, angles in VIEWS]
     buttons = [
         tag("button", name, type="button", data_view=angles, aria_label=f"View of {name}")
-        for name, angles in VIEWS
+        for name, angles in planes
     ]
     buttons += [
         tag("button", sign, type="button", data_zoom=act, aria_label=words) for act, sign, words in zooms

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,14 +18,33 @@ CELL, GAP, NAME = 230.0, 14.0, 24.0  # pixels
 COLUMNS = 4
 
 
-def axes_of(view: tuple[float, float]) -> Floats:
-    """Directions to the right, upwards and towards the reader (3, 3), from turn and tilt in degrees."""
-    yaw, pitch = (math.radians(angle) for angle in view)
+@dataclass(frozen=True)
+class View:
+    """Turn and tilt in degrees in a frame (3, 3) whose last row points upwards, against gravity."""
+
+    turn: float
+    tilt: float
+    frame: Floats
+
+
+def frame_of(up: Floats) -> Floats:
+    """Two level directions and the upward one (3, 3), right-handed, along axes: the axis nearest to `up`."""
+    k = int(np.abs(up).argmax())
+    sign = 1.0 if up[k] > 0 else -1.0
+    unit = np.eye(3)
+    first, second = unit[(k + 1) % 3], unit[(k + 2) % 3]
+    return np.stack([first, second, unit[k]]) if sign > 0 else np.stack([second, first, -unit[k]])
+
+
+def axes_of(view: View) -> Floats:
+    """Directions to the right, upwards and towards the reader (3, 3)."""
+    yaw, pitch = math.radians(view.turn), math.radians(view.tilt)
     s, c, u, v = math.sin(yaw), math.cos(yaw), math.sin(pitch), math.cos(pitch)
-    return np.array([[c, s, 0.0], [-s * u, c * u, v], [s * v, -c * v, u]])
+    level: Floats = np.array([[c, s, 0.0], [-s * u, c * u, v], [s * v, -c * v, u]]) @ view.frame
+    return level
 
 
-def seen_box(shapes: Mapping[str, Shape], view: tuple[float, float]) -> tuple[Floats, Floats]:
+def seen_box(shapes: Mapping[str, Shape], view: View) -> tuple[Floats, Floats]:
     """The corners (2,) of what the reader sees of all shapes at all times, m."""
     axes, flat = axes_of(view)[:2].T, []
     for shape in shapes.values():
@@ -32,8 +52,13 @@ def seen_box(shapes: Mapping[str, Shape], view: tuple[float, float]) -> tuple[Fl
     return np.min([X.min(axis=0) for X in flat], axis=0), np.max([X.max(axis=0) for X in flat], axis=0)
 
 
-def still(shapes: Mapping[str, Shape], view: tuple[float, float], most: float, words: tuple[str, str]) -> str:
-    """An SVG with a panel for each shape, `most` m being the top of the colours; `words`: title and description."""
+def still(
+    shapes: Mapping[str, Shape], view: View, most: float, words: tuple[str, str], key: str = "shapes"
+) -> str:
+    """An SVG with a panel for each shape, `most` m being the top of the colours; `words`: title and description.
+
+    `key` is the start of its ids.
+    """
     low, high = seen_box(shapes, view)
     scale = CELL / max(float((high - low).max()), 1e-12)
     height = float(high[1] - low[1]) * scale + NAME + GAP
@@ -45,14 +70,14 @@ def still(shapes: Mapping[str, Shape], view: tuple[float, float], most: float, w
         inside = _polygons(thinned(shape, POLYGONS, triangles=True), view, low, high, scale, most)
         label = tag("text", text(name), x=f"{CELL / 2:.0f}", y=f"{height - GAP:.0f}", text_anchor="middle")
         panels.append(tag("g", inside, label, transform=f"translate({x:.0f} {y:.0f})"))
-    title = tag("title", text(plain(words[0])), id="shapes-t")
-    desc = tag("desc", text(plain(words[1])), id="shapes-d")
+    title = tag("title", text(plain(words[0])), id=f"{key}-t")
+    desc = tag("desc", text(plain(words[1])), id=f"{key}-d")
     box = f"0 0 {columns * (CELL + GAP):.0f} {rows * height:.0f}"
-    return tag("svg", title, desc, *panels, role="img", aria_labelledby="shapes-t shapes-d", viewBox=box)
+    return tag("svg", title, desc, *panels, role="img", aria_labelledby=f"{key}-t {key}-d", viewBox=box)
 
 
 def _polygons(
-    shape: Shape, view: tuple[float, float], low: Floats, high: Floats, scale: float, most: float
+    shape: Shape, view: View, low: Floats, high: Floats, scale: float, most: float
 ) -> str:
     """Triangles that face the reader, the furthest first."""
     axes = axes_of(view)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.report.markup import listed
 from softmark.interpreter.results import Shape
 
 Floats = NDArray[np.float64]
@@ -39,7 +40,7 @@ def fit(shapes: Mapping[str, Shape]) -> Small:
             break
         limit //= 2
     kept = {name: _sampled(shape, max(frames, 2)) for name, shape in thin.items()}
-    return Small(kept, tuple(_notes(shapes, kept)))
+    return Small(kept, tuple(notes_of(shapes, kept)))
 
 
 def _affordable(shapes: Mapping[str, Shape]) -> int:
@@ -59,16 +60,20 @@ def _sampled(shape: Shape, most: int) -> Shape:
     return replace(shape, times=shape.times[chosen], frames=shape.frames[chosen])
 
 
-def _notes(given: Mapping[str, Shape], kept: Mapping[str, Shape]) -> list[str]:
+def notes_of(given: Mapping[str, Shape], kept: Mapping[str, Shape]) -> list[str]:
     """Sentences about what is coarser in the page than in the results."""
-    notes = []
+    coarse: dict[str, list[str]] = {}
     for name, shape in given.items():
         own = kept[name]
         if len(own.position) < len(shape.position):
-            notes.append(f"`{name}` is drawn with {len(own.position)} of its {len(shape.position)} points.")
+            said = f"with {len(own.position)} of {len(shape.position)} points"
+            coarse.setdefault(said, []).append(f"`{name}`")
         if shape.times is not None and own.times is not None and len(own.times) < len(shape.times):
-            notes.append(f"`{name}` is drawn at {len(own.times)} of its {len(shape.times)} moments.")
-    return notes
+            said = f"at {len(own.times)} of {len(shape.times)} moments"
+            coarse.setdefault(said, []).append(f"`{name}`")
+    return [
+        f"{listed(names)} {'is' if len(names) == 1 else 'are'} drawn {said}." for said, names in coarse.items()
+    ]
 
 
 def thinned(shape: Shape, limit: int, triangles: bool = False) -> Shape:

@@ -195,11 +195,11 @@ def test_completion_scripts_are_printed(tmp_path: Path, shell: str) -> None:
 
 def test_bash_completes_scenes(tmp_path: Path) -> None:
     script = dsl("completion", "bash", cwd=tmp_path).stdout
-    probe = 'COMP_WORDS=(dsl run sil); COMP_CWORD=2; _dsl; echo "${COMPREPLY[@]}"'
+    probe = 'COMP_WORDS=(dsl run stiff); COMP_CWORD=2; _dsl; echo "${COMPREPLY[@]}"'
     done = subprocess.run(
         ["bash", "-c", f"{script}\n{probe}"], capture_output=True, text=True, check=True, cwd=tmp_path
     )
-    assert done.stdout.split() == ["silicone-beam"]
+    assert done.stdout.split() == ["stiff-cantilever"]
 
 
 def test_junit_file(tmp_path: Path) -> None:

@@ -104,7 +104,7 @@ def field_names() -> list[str]:
 
 @pytest.mark.parametrize("name", field_names())
 def test_every_field_name_can_name_something(name: str) -> None:
-    """None of them is a function, a constant or a reserved word; frames of measurements alone are named by coordinates."""
+    """None of them is a function, a constant or a reserved word; coordinates name fields of frames alone."""
     scene = valid(f"param {name} = 3 mm\nparam twice = 2 * {name}\n" + BEAM)
     assert value(scene, "twice") == pytest.approx(6e-3, rel=1e-15)
 
