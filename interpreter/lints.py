@@ -13,6 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import units
 from softmark.interpreter.plan import plan_of
 from softmark.interpreter.scene import Location, Scene
+from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Gravity
 
 LIGHTEST, HEAVIEST = 10.0, 30_000.0  # kg/m^3: a light foam, and more than osmium
@@ -94,6 +95,18 @@ def _registered(scene: Scene) -> Iterator[Diagnostic]:
                            "errors that look like a motion disappear; `clamp` registers the held face")  # fmt: skip
 
 
+def _courses(scene: Scene) -> Iterator[Diagnostic]:
+    """A state of rest knows no time."""
+    if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()):
+        return
+    for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
+        if getattr(declared.thing, "course", None) is not None:
+            yield _warning("W317", declared.at("course"),
+                           f"the course of `{declared.name}` plays no part in a static analysis",
+                           "a state of rest has no time",
+                           "it acts in full; declare `analysis NAME = dynamic(...)` to follow the motion")  # fmt: skip
+
+
 def idle(scene: Scene) -> Iterator[Diagnostic]:
     """Models that nothing asks about."""
     plan = plan_of(scene)
@@ -118,5 +131,5 @@ def unused(scene: Scene) -> Iterator[Diagnostic]:
 
 
 LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (
-    _densities, _stiffnesses, _gravities, _registered, _settled,
+    _densities, _stiffnesses, _gravities, _registered, _courses, _settled,
 )  # fmt: skip
