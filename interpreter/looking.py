@@ -24,6 +24,7 @@ Field = Callable[[Floats], Floats]
 
 FINENESS = 40  # points along the longest extent of a body, where a scene says nothing
 FRAMES = 40  # of a history that a report keeps of a surface
+SCANNED = (128, 192)  # points around and along: facets must stay far below a voxel
 DRAWN = 1500  # points of a surface that is drawn only: enough for a smooth picture
 
 
@@ -38,6 +39,20 @@ class Place:
 
 def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Place:
     """The points of a probe; `tracked` gives those of a measurement by its name. Raises Fault."""
+    own = getattr(probe.thing, "mesh", None) is not None
+    if not own and not getattr(case.shape, "prebuilt", False):
+        return _place(probe, case, tracked)
+    from softmark.solvers.mesh.file import Unreadable
+
+    try:
+        return _place(probe, case, tracked)
+    except Unreadable as error:
+        at, owner = (probe.at("mesh"), probe) if own else (case.body.at("shape"), case.body)
+        problem = f"the mesh of `{owner.name}` cannot be used: {error}"
+        raise fault("E403", at, problem, help="the file must hold cells of positive volume") from error
+
+
+def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Place:
     match probe.thing:
         case Surface():
             return _surface(probe, case)
@@ -59,7 +74,10 @@ def _size(shape: Any) -> float:
 
 
 def _surface(probe: Declared, case: Case) -> Place:
-    shape = located(probe.thing.mesh or case.shape, probe.at("mesh"))
+    own = probe.thing.mesh is not None
+    shape = located(
+        probe.thing.mesh if own else case.shape, probe.at("mesh") if own else case.body.at("shape")
+    )
     X, triangles = shape.surface(probe.thing.size or _size(shape))
     if probe.thing.where is None:
         return Place(X, triangles)
@@ -106,6 +124,12 @@ def drawn(case: Case) -> Place:
     return Place(X, triangles)
 
 
+def scanned(case: Case) -> Place:
+    """A surface of the body fine enough to be put through a scanner."""
+    shape = located(case.shape, case.body.at("shape"))
+    return Place(*skin_of(shape, *SCANNED)) if hasattr(shape, "section") else drawn(case)
+
+
 def held_face(case: Case) -> tuple[Floats, Ints] | None:
     """The part of the undeformed surface that supports hold in place, None where they hold none."""
     place = drawn(case)
@@ -115,7 +139,8 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
     for support in case.supports:
         if isinstance(support.thing, Fixed):
             held |= np.broadcast_to(
-                support.thing.where.holds(*place.X.T, np.ptp(place.X, axis=0).max()), len(held)
+                support.thing.where.holds(*place.X.T, float(np.linalg.norm(np.ptp(place.X, axis=0)))),
+                len(held),
             )
     triangles = place.triangles[held[place.triangles].all(axis=1)]
     return (place.X, triangles) if len(triangles) else None

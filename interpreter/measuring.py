@@ -138,7 +138,7 @@ def _seen(thing: Any, view: View, views: Mapping[str, View]) -> Seen:
 
 def _known(against: str, reference: View | None, probe: str | None, own: ProbeResult) -> Known:
     if reference is None:
-        raise Undefined(f"the reference `{against}` is not computed yet")
+        raise Undefined(f"`{against}` is not part of this run, or not computed yet")
     if reference.message is not None:
         raise Undefined(f"the reference `{reference.name}` has no solution")
     seen = reference.probes.get(probe or "")

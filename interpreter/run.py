@@ -18,7 +18,7 @@ from softmark.interpreter.cantilever import cantilever_of
 from softmark.interpreter.case import Case, Fault, case_for, case_of, fault
 from softmark.interpreter.environment import describe, environment
 from softmark.interpreter.judging import judge
-from softmark.interpreter.looking import Place, drawn, held_face, place_of, surface_of
+from softmark.interpreter.looking import Place, drawn, held_face, place_of, scanned, surface_of
 from softmark.interpreter.measuring import View, metrics_of
 from softmark.interpreter.models.prepared import History, Prepared, Solution, Workshop
 from softmark.interpreter.plan import Plan, plan_of
@@ -88,6 +88,7 @@ def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
     """The report of a scene. Raises SceneError before anything is solved if something cannot be built."""
     work = _Run(scene, options, plan_of(scene, options.only), warnings=list(warnings))
     _read_all(work)
+    _place_all(work)
     _prepare_all(work)
     for name in work.plan.references:
         if not _waits(scene.declared[name]):
@@ -104,6 +105,19 @@ def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
 
 
 # ------------------------------------------------------------------ models
+
+
+def _place_all(work: _Run) -> None:
+    """Find the points of every probe before anything is solved; report all that cannot be found. Raises SceneError."""
+    plan, faults = work.plan, []
+    bodies = {work.case(work.scene.declared[name]).body.name: None for name in (*plan.models, *plan.references)}
+    for probe in (probe for body in bodies for probe in work.probes(body)):
+        try:
+            work.place(probe)
+        except Fault as error:
+            faults.append(error.diagnostic)
+    if faults:
+        raise SceneError(list(dict.fromkeys(faults)))
 
 
 def _prepare_all(work: _Run) -> None:
@@ -373,7 +387,7 @@ def _virtual(work: _Run, declared: Declared) -> None:
     if model is None or model.displacement is None:
         _failed(work, declared, f"the model `{thing.of}` has no shape to scan")
         return
-    place = drawn(model.case)
+    place = scanned(model.case)
     try:
         data = thing.load(place.X + model.displacement(place.X), place.triangles)
     except Exception as failure:
@@ -399,7 +413,7 @@ def _look(
     for probe in work.probes(body):
         place = work.place(probe)
         times = course = None
-        if history is not None and place.triangles is None:
+        if history is not None and place.triangles is None and place.weights is None:
             times, course = history.times, np.asarray(history.displacement(place.X))
         u = np.asarray(displacement(place.X))
         found[probe.name] = ProbeResult(place.X, u, times, course, place.triangles)

@@ -14,31 +14,31 @@ Ints = NDArray[np.int64]
 AROUND, ALONG = 32, 48
 
 
-def skin_of(shape: Any) -> tuple[Floats, Ints]:
+def skin_of(shape: Any, around: int = AROUND, along: int = ALONG) -> tuple[Floats, Ints]:
     """Points (n, 3) in m and triangles (t, 3), outward, of a shape with `section`, `axis`, `root` and `length`."""
     from softmark.solvers.mesh.shapes import transverse
 
-    ring = _outline(shape.section)  # (k, 2), counter-clockwise
+    ring = _outline(shape.section, around)  # (k, 2), counter-clockwise
     k = len(ring)
     frame = np.array(transverse(shape.axis))  # (2, 3)
-    stations = np.linspace(0.0, shape.length, ALONG + 1)
+    stations = np.linspace(0.0, shape.length, along + 1)
     axis = np.array(shape.root) + stations[:, None] * np.array(shape.axis)
     sides = (axis[:, None, :] + ring @ frame).reshape(-1, 3)
     points = np.concatenate([sides, axis[:1], axis[-1:]])
     first, last = len(sides), len(sides) + 1
     i = np.arange(k)
     j = (i + 1) % k
-    rows = [_between(k * s, i, j, k) for s in range(ALONG)]
-    caps = [_fan(first, j, i), _fan(last, i + k * ALONG, j + k * ALONG)]
+    rows = [_between(k * s, i, j, k) for s in range(along)]
+    caps = [_fan(first, j, i), _fan(last, i + k * along, j + k * along)]
     return points, np.concatenate([*rows, *caps]).astype(np.int64)
 
 
-def _outline(section: Any) -> Floats:
+def _outline(section: Any, around: int) -> Floats:
     if hasattr(section, "radius"):
-        turn = 2 * math.pi * np.arange(AROUND) / AROUND
+        turn = 2 * math.pi * np.arange(around) / around
         circle: Floats = section.radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
         return circle
-    n = AROUND // 4
+    n = around // 4
     t = np.linspace(-0.5, 0.5, n + 1)[:-1]
     half = np.full(n, 0.5)
     sides = [(t, -half), (half, t), (-t, half), (-half, -t)]

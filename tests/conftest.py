@@ -17,9 +17,9 @@ from pathlib import Path
 for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):  # before numpy comes in
     os.environ.setdefault(_threads, "1")
 
-import pytest
+import pytest  # noqa: E402
 
-import softmark
+import softmark  # noqa: E402
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
 

@@ -58,10 +58,13 @@ def test_imports_follow_the_rule(folder: str) -> None:
 
 def test_a_material_sees_no_mesh_an_element_no_law_an_energy_no_time_step() -> None:
     forbidden = {
-        "materials": ("mesh", "elements", "energies", "assembly", "statics"),
-        "elements": ("materials", "energies", "assembly", "statics"),
-        "energies": ("materials", "mesh", "assembly", "statics"),
-        "mesh": ("materials", "energies", "assembly", "statics"),
+        "materials": ("mesh", "elements", "energies", "assembly", "statics", "dynamics", "sparse", "linear"),
+        "elements": ("materials", "energies", "assembly", "statics", "dynamics", "sparse", "linear"),
+        "energies": ("materials", "mesh", "assembly", "statics", "dynamics", "sparse", "linear"),
+        "mesh": ("materials", "energies", "assembly", "statics", "dynamics", "sparse", "linear"),
+        "sparse": ("materials", "elements", "mesh", "assembly", "statics", "dynamics"),
+        # time knows forces and masses, and not what makes them
+        "dynamics": ("materials", "elements", "mesh", "statics"),
     }
     for folder, others in forbidden.items():
         for file in sorted((ROOT / "solvers" / folder).glob("*.py")):
@@ -195,6 +198,34 @@ def test_a_scene_with_a_beam_alone_makes_no_mesh_and_imports_no_kernel(tmp_path:
 def test_no_name_of_the_root_is_loaded_when_running_from_it() -> None:
     found = after("check", "silicone-beam", cwd=ROOT)
     assert not found & set(FOLDERS)
+
+
+SCENES = sorted(f.stem for f in (ROOT / FOLDERS["scenes"]).rglob("*.scene"))
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_checking_a_scene_imports_no_numerics_and_looks_for_no_data(name: str, tmp_path: Path) -> None:
+    """Neither the network nor the folder of data sets is asked: a scene is text until it runs."""
+    file = next((ROOT / FOLDERS["scenes"]).rglob(f"{name}.scene"))
+    for command in ("check", "plan"):
+        found = loaded_by(
+            "import os; os.environ['SOFTMARK_DATA'] = '/nonexistent';"
+            f" from softmark.interpreter.cli import main; assert main([{command!r}, {str(file)!r}]) == 0",
+            cwd=tmp_path,
+        )
+        assert not found & {*HEAVY, "skimage", "urllib.request", "http.client"}
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_listing_data_asks_no_network(tmp_path: Path) -> None:
+    assert not after("list", "data", cwd=tmp_path) & {*HEAVY, "urllib.request", "http.client"}
+
+
+def test_a_scene_at_rest_imports_nothing_of_motion(tmp_path: Path) -> None:
+    found = after("run", "uniaxial-stretch", cwd=tmp_path)
+    assert not {m for m in found if m.startswith("softmark.solvers.dynamics")}
+    assert "softmark.interpreter.models.motion" not in found
+    assert not found & {"trimesh", "skimage", "softmark.solvers.energies.springs"}
 
 
 def test_a_folder_called_softmark_does_not_mix_in(tmp_path: Path) -> None:

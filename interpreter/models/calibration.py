@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -101,10 +101,13 @@ def _checked(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Decla
 def _scalable(model: Declared, reference: Declared, case: Case) -> None:
     """Raise a Fault where the reference, or what moves the body, is not known at the part of the load."""
     load, at = model.thing.stiffness.load, model.at("stiffness")
-    if reference.kind == "model" or hasattr(reference.thing, "scan"):
+    if reference.kind == "model" or getattr(reference.thing, "of", None) is not None:
         raise fault("E521", at, f"`{model.name}` cannot be fitted to `{reference.name}`",
                     "a model" if reference.kind == "model" else "scans a model",
                     "models are computed after the fit; take a metric against another reference")  # fmt: skip
+    if getattr(reference.thing, "register", "none") == "icp":
+        raise fault("E521", at, f"`{model.name}` cannot be fitted to `{reference.name}`",
+                    "moved onto each computed surface", "register it by `clamp`, or not at all")  # fmt: skip
     if load == 1.0:
         return
     part = units.show(load, units.NONE)
@@ -140,14 +143,14 @@ def _scaled(declared: Declared, part: float) -> Declared:
     return replace(declared, thing=replace(thing, **{name: less}))
 
 
-def target_of(scene: Scene, model: Declared, case: Case) -> Target:
-    """What the fit of a calibrated model makes least. Raises Fault."""
+def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, Any]) -> Target:
+    """What the fit of a calibrated model makes least; `measured` is what has been read, by reference. Raises Fault."""
     from softmark.interpreter.looking import place_of
 
     metric, probe, reference = _checked(scene, model, case)
     part = scaled(case, model.thing.stiffness.load)
-    data = _data(reference)
-    place = place_of(probe, case, lambda name: _data(scene.declared[name]).X)
+    data = _data(reference, measured, model)
+    place = place_of(probe, case, lambda name: _data(scene.declared[name], measured, model).X)
     known = _known(reference, data, part, place.X)
 
     def measure(displacement: Field) -> float:
@@ -163,9 +166,14 @@ def target_of(scene: Scene, model: Declared, case: Case) -> Target:
     return Target(part, metric, measure)
 
 
-def _data(reference: Declared) -> Any:
-    """What a measured reference holds, None of one that is solved."""
-    return reference.thing.load() if hasattr(reference.thing, "load") else None
+def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> Any:
+    """What a measured reference holds, as the run has read it; None of one that is solved. Raises Fault."""
+    if not hasattr(reference.thing, "load"):
+        return None
+    if reference.name not in measured:
+        problem = f"`{model.name}` is fitted to `{reference.name}`, which could not be read"
+        raise fault("E406", model.at("stiffness"), problem, help="the report of the reference says why")
+    return measured[reference.name]
 
 
 def _known(reference: Declared, data: Any, part: Case, X: Floats) -> Any:
@@ -218,6 +226,11 @@ def least(error: Callable[[float], float | None]) -> Fit | NoFit:
     middle = _lowest(at, start)
     minimize_scalar(at, bounds=(middle - STRIDE, middle + STRIDE), method="bounded", options={"xatol": CLOSE})
     best = min(at.found, key=at.found.__getitem__)
+    order = sorted(at.found)
+    beside = (order[i] for i in (order.index(best) - 1, order.index(best) + 1) if 0 <= i < len(order))
+    if any(at.found[s] >= UNUSABLE for s in beside):
+        reason = f"the metric falls towards factors near {math.exp(best):.2g}, with which no equilibrium was found"
+        return NoFit(reason, at.listed)
     if abs(best) > REACH:
         end = f"the metric only falls towards a factor of {math.exp(best):.2g}, the end of the range"
         return NoFit(f"{end}; look at what is compared", at.listed)

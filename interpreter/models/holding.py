@@ -121,7 +121,16 @@ def _followed(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floa
     centre, axes = points.mean(axis=0), np.linalg.svd(points - points.mean(axis=0))[2]
     flat = spread[2] < 0.1 * spread[1]
     frame = axes[: 2 if flat else 3].T
-    spline = RBFInterpolator((points - centre) @ frame, data.u[near], kernel="thin_plate_spline")
+    try:
+        spline = RBFInterpolator((points - centre) @ frame, data.u[near], kernel="thin_plate_spline")
+    except np.linalg.LinAlgError:
+        raise fault(
+            "E302",
+            support.at("reach"),
+            f"`{support.name}` finds tracked points that lie above one another",
+            "no one motion of the part that it moves",
+            "use a smaller `reach`, so that one layer is left",
+        ) from None
     u: Floats = spline((X - centre) @ frame)
     return u
 

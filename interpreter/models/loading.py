@@ -63,13 +63,18 @@ def _load(
 
 def nodal_mass(mesh: Mesh, parts: Integration, density: float, mass: Distribution) -> Floats:
     """The mass that each node carries (n,), kg: rows of the consistent matrix, or its diagonal, or equal shares."""
+    from softmark.solvers.dynamics.mass import mass_points
+
     if mass == "uniform":
         return np.full(len(mesh.points), density * float(parts.w.sum()) / len(mesh.points))
     if mass == "lumped":
         lumped: Floats = mass_matrix(mesh, parts, density, mass)[::3]
         return lumped
+    N, w = mass_points(
+        mesh.points, mesh.cells, mesh.element
+    )  # as the mass matrix has them: g is g at every node
     carried = np.zeros(len(mesh.points))
-    np.add.at(carried, mesh.cells, density * parts.w @ parts.N)
+    np.add.at(carried, mesh.cells, density * w @ N)
     return carried
 
 
@@ -119,8 +124,14 @@ def _facets(case: Case, load: Declared, mesh: Mesh) -> tuple[Ints, Floats]:
     A facet across the border of the selection counts by its part inside: the resultant does not jump with the mesh.
     """
     N = mesh.element.facet.shape(mesh.element.facet.samples(FINENESS))  # (s, k)
-    x, y, z = np.einsum("sc,fcx->xfs", N, mesh.points[mesh.facets])
-    share: Floats = np.broadcast_to(load.thing.where.holds(x, y, z, mesh.extent), x.shape).mean(axis=1)
+    corners = mesh.points[mesh.facets]
+    points = np.einsum("sc,fcx->sfx", N, corners)
+    if hasattr(
+        case.shape, "on_side"
+    ):  # the condition is about the body, not about the facets that stand for it
+        points = case.shape.on_side(corners, points)
+    x, y, z = np.moveaxis(points, 2, 0)  # (s, f)
+    share: Floats = np.broadcast_to(load.thing.where.holds(x, y, z, mesh.extent), x.shape).mean(axis=0)
     chosen = share > 0
     if not chosen.any():
         raise fault(

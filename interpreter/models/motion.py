@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from softmark.solvers.statics import Statics, Watch
 
 KEPT = 2000  # states of a march; of more steps, every second, third ... is kept
+UNACCOUNTED = 0.1  # of the largest energy of a motion: what an integrator may add before it is said
 REMEDY = "try a smaller step, another integrator or more damping"
 
 
@@ -102,8 +103,9 @@ class PreparedMotion:
         )
         missed = int((~track.solved).sum())
         message = f"{missed} of {len(track.solved)} steps were accepted unsolved" if missed else None
+        notes = (*_events(self.declared, track), *_unbalanced(self.declared, track))
         status: Status = "capped" if missed else "converged"
-        return Solution(status, message, _facts(track), at_end, _events(self.declared, track), history)
+        return Solution(status, message, _facts(track), at_end, notes, history)
 
 
 def _whole(track: Trajectory, seconds: Floats, step: float) -> tuple[float, ...]:
@@ -161,6 +163,27 @@ def _facts(track: Trajectory) -> dict[str, Any]:
         facts["energies"] = {name: values[some].tolist() for name, values in track.energies.items()}
         facts["drift_J"] = float(track.energies["drift"][-1])
     return facts
+
+
+def _unbalanced(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
+    """A warning where the step is too long for what happens in it: energy appears that nothing has brought."""
+    E = track.energies
+    most = float((E["kinetic"] + E["strain"]).max(initial=0.0))
+    gained = float(E["drift"].max(initial=0.0))
+    if gained <= UNACCOUNTED * most:
+        return ()
+    at = declared.at()
+    return (
+        Diagnostic(
+            "W318",
+            f"the energies of `{declared.name}` do not balance: {100 * gained / most:.0f} % of the largest came from "
+            "nowhere",
+            at.source,
+            at.span,
+            "the step is too long",
+            "try a smaller step, or give loads and supports that act at once a `course`",
+        ),
+    )
 
 
 def _events(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:

@@ -69,6 +69,7 @@ class PreparedSolid:
             small.value(rest, 1.0)
             small.gradient(rest, 1.0)
             small.tangent(rest, 1.0)
+        _one_cell(self.elastic).F(np.zeros(self.problem.assembly.dofs))  # type: ignore[attr-defined]
         linear.warm(len(self.problem.assembly.pattern.indices))
 
     def outside(self, X: Floats) -> float:

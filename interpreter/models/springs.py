@@ -156,7 +156,7 @@ def _moving(built: PreparedSprings, case: Case) -> MovingSprings:
     """The same network with its mass at the nodes. Raises Fault."""
     mesh, declared = built.mesh, built.declared
     mass = mass_matrix(mesh, built.parts, case.material.density, "lumped")
-    loads = single_loads(case, mesh, built.parts, small=False)
+    loads = single_loads(case, mesh, built.parts, small=False, mass="lumped")
     moving = in_motion(built, declared, case, mesh, mass, [built.springs], loads, built.problem)
     return MovingSprings(built, declared, moving.analysis, moving.problem, mesh)
 
@@ -175,7 +175,7 @@ def statics_of(
 ) -> Statics:
     """The static problem: loads and supports are those of a solid on the same mesh. Raises Fault."""
     fixed, target = solid_supports(case, mesh, measured)
-    loads = solid_loads(case, mesh, parts, small=False)
+    loads = solid_loads(case, mesh, parts, small=False, mass="lumped")
     dofs = mesh.points.size
     return Statics(
         Assembly(dofs, fixed, [springs], loads),
@@ -198,8 +198,8 @@ def _fitted(built: PreparedSprings, case: Case, workshop: Workshop) -> PreparedS
         raise fault(
             "E521", built.declared.at("stiffness"), f"`{built.declared.name}` has no scene to be fitted to"
         )
-    target = target_of(workshop.scene, built.declared, case)
-    trial = statics_of(target.case, built.mesh, built.parts, built.springs, {})
+    target = target_of(workshop.scene, built.declared, case, workshop.measured)
+    trial = statics_of(target.case, built.mesh, built.parts, built.springs, workshop.measured)
     fit = least(lambda factor: _error(factor, built, trial, target))
     if isinstance(fit, NoFit):
         return replace(built, target=target, fit=fit)

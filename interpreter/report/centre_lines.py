@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from softmark.interpreter.report.axes import linear
+from softmark.interpreter.report.camera import upward
 from softmark.interpreter.report.chart import Chart, Curve
 from softmark.interpreter.report.findings import Findings
 from softmark.interpreter.report.looks import REST
@@ -65,9 +66,12 @@ class _Lines:
 
     @cached_property
     def plane(self) -> tuple[int, int]:
-        """The two coordinates with the largest spread, in alphabetical order; z before y if equal."""
+        """The two coordinates with the largest spread, gravity along the second; z before y if equal."""
         spread = np.ptp(self.all_points, axis=0)
         first, second = sorted((0, 2, 1), key=lambda i: -float(spread[i]))[:2]
+        up = int(np.abs(upward(self.findings)).argmax())
+        if up in (first, second):
+            return (first if second == up else second), up
         return min(first, second), max(first, second)
 
     @cached_property

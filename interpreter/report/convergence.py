@@ -10,10 +10,11 @@ from itertools import groupby
 from softmark.interpreter.report.axes import Axis, logarithmic, whole
 from softmark.interpreter.report.chart import Chart, Curve, sample
 from softmark.interpreter.report.findings import Findings
-from softmark.interpreter.report.looks import Look, model_look, phase_look
+from softmark.interpreter.report.looks import Look, phase_look
 from softmark.interpreter.report.markup import count, listed, prose, section, tag, text
 from softmark.interpreter.report.naming import Point
 from softmark.interpreter.report.plate import Column, plate
+from softmark.interpreter.report.probes import looks
 from softmark.interpreter.report.quantities import signed
 from softmark.interpreter.report.sheet import Cell, csv_link
 from softmark.interpreter.results import ModelResult
@@ -80,7 +81,8 @@ class _Course:
 
 def section_of(findings: Findings) -> str:
     """The charts; empty where no model has a history."""
-    everyone = [_Course(n, m, model_look(i)) for i, (n, m) in enumerate(findings.report.models.items())]
+    known = looks(findings.report)
+    everyone = [_Course(n, m, known[n]) for n, m in findings.report.models.items()]
     courses = [course for course in everyone if course.steps]
     if not courses:
         return ""

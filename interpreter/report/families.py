@@ -72,7 +72,7 @@ def _lines(found: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, floa
     """Families with at least two values; of models with the same value, the first."""
     kept: dict[str, dict[str, float]] = {}
     for family, members in found.items():
-        first = {value: name for name, value in reversed(members.items())}
+        first = {value: name for name, value in reversed(list(members.items()))}
         if len(first) > 1:
             kept[family] = {name: value for value, name in sorted(first.items())}
     return kept

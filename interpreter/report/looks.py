@@ -1,7 +1,7 @@
 """How curves are told apart: colour and dash and marker, so that no one of them is needed.
 
-Colours are those of Okabe and Ito (2008), as classes `c0` to `c5` that `report.css` defines for light and
-dark paper. Models differ in all three; references are heavy and neutral and differ by their dash.
+Colours are those of Okabe and Ito (2008) and three more, as classes `c0` to `c8` that `report.css` defines
+for light and dark paper. Models differ in all three; references are heavy and neutral and differ by their dash.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ class Look:
         return f"{self.role} c{self.colour}" if self.role in ("model", "bins") else self.role
 
 
+COLOURS = 9
 MODEL_DASHES = ("", "8 3", "3 2", "9 3 2 3", "14 4")
 REFERENCE_DASHES = ("", "11 5", "3 4", "14 4 3 4", "6 3", "18 5")
 
@@ -75,9 +76,9 @@ REST = Look("rest", dash="1 4")
 
 
 def model_look(index: int) -> Look:
-    """The look of the model with this place among the models; all of the first 210 differ."""
+    """The look of the model with this place among the models; all of the first 315 differ."""
     names = tuple(MARKERS)
-    return Look("model", index % 6, MODEL_DASHES[index % len(MODEL_DASHES)], names[index % len(names)])
+    return Look("model", index % COLOURS, MODEL_DASHES[index % len(MODEL_DASHES)], names[index % len(names)])
 
 
 def reference_look(index: int) -> Look:

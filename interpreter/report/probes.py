@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from softmark.grammar import tree
+from softmark.interpreter.report.families import kind_of
 from softmark.interpreter.report.findings import Findings, value_of
-from softmark.interpreter.report.looks import Look, model_look, reference_look
+from softmark.interpreter.report.looks import COLOURS, Look, model_look, reference_look
 from softmark.interpreter.report.plate import SHOWN
 from softmark.interpreter.results import ProbeResult, Report
 
@@ -42,19 +45,48 @@ def points_of(findings: Findings) -> dict[str, dict[str, ProbeResult]]:
 
 
 def looks(report: Report) -> dict[str, Look]:
-    """One look for each model and reference, the same in every figure of the page."""
+    """One look for each model and reference, the same in every figure of the page.
+
+    Where there are more models than colours, those of one kind share a colour and differ by dash and marker.
+    """
     found = {name: model_look(i) for i, name in enumerate(report.models)}
+    if len(found) > COLOURS:
+        found = _by_kind(report)
     return found | {name: reference_look(i) for i, name in enumerate(report.references)}
 
 
+def _by_kind(report: Report) -> dict[str, Look]:
+    """A colour for each kind of model, whatever its size or Poisson's ratio; models of no kind have their own."""
+    kinds: dict[str, list[str]] = {}
+    for name, model in report.models.items():
+        kind = kind_of(model)
+        kinds.setdefault(f"kind {kind.words}" if kind else f"model {name}", []).append(name)
+    colours = {n: i for i, names in enumerate(kinds.values()) for n in names}
+    places = {n: i for names in kinds.values() for i, n in enumerate(names)} if len(kinds) <= COLOURS else {}
+    return {
+        n: replace(model_look(places.get(n, i)), colour=colours[n] % COLOURS)
+        for i, n in enumerate(report.models)
+    }
+
+
 def drawn_first(findings: Findings) -> list[str]:
-    """The models that are drawn at first: where there are many, those with the least first error."""
+    """The models that are drawn at first: where there are many, those with the least first error.
+
+    Where these are of a few kinds, the best and the worst of each kind.
+    """
     models = {n: m for n, m in findings.report.models.items() if m.probes}
     names = list(models)
     if findings.errors:
         errors = {n: value_of(m, findings.errors[0].name) for n, m in models.items()}
         names.sort(key=lambda n: (errors[n] is None, errors[n] or 0.0))
-    return names[:SHOWN]
+    if len(names) <= SHOWN:
+        return names
+    kinds: dict[str, list[str]] = {}
+    for name in names:
+        kind = kind_of(models[name])
+        kinds.setdefault(f"kind {kind.words}" if kind else f"model {name}", []).append(name)
+    ends = [n for own in kinds.values() for n in dict.fromkeys((own[0], own[-1]))]
+    return ends if len(ends) <= SHOWN else names[:SHOWN]
 
 
 def arc(X: Floats) -> Floats:

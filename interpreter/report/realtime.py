@@ -148,7 +148,11 @@ def _margin(known: Mapping[str, Any]) -> str:
     limit, margin = quantity(known["limit_s"], "s", 3), known.get("margin")
     if margin is None or (not known["verdict"] and margin >= 0):
         return str(known.get("verdict_reason") or "")
-    return f"{100 * margin:.3g} % of {limit} to spare" if margin >= 0 else f"takes {1 - margin:.3g} times {limit}"
+    return (
+        f"{100 * margin:.3g} % of {limit} to spare"
+        if margin >= 0
+        else f"takes {1 - margin:.3g} times {limit}"
+    )
 
 
 def _seconds(value: float | None) -> str:
@@ -193,8 +197,8 @@ class _Strips:
         )
         caption = (
             "Each dot is a frame; boxes reach from the first to the third quartile, with the median in them. The heavy "
-            "upright stroke is the time that there is: frames to the right of it are late. Dashed lines are the frames of "
-            "the rates asked for."
+            "upright stroke is the time that there is: frames to the right of it are late. Dashed lines are the frames "
+            "of the rates asked for."
         )
         drawing = tag("div", self._svg(), class_="drawing")
         return tag("figure", drawing, tag("figcaption", tag("p", caption), numbers), class_="strips")

@@ -12,7 +12,7 @@ from softmark.interpreter.report.chart import Chart, Curve
 from softmark.interpreter.report.families import by_poisson, by_size
 from softmark.interpreter.report.findings import Findings, Metric, value_of
 from softmark.interpreter.report.looks import model_look
-from softmark.interpreter.report.markup import prose, section, tag
+from softmark.interpreter.report.markup import listed, prose, section, tag
 from softmark.interpreter.report.naming import Point
 from softmark.interpreter.report.plate import Column, plate
 from softmark.interpreter.report.quantities import grouped, quantity, scale_of, signed
@@ -22,7 +22,10 @@ LEAD = (
     "Models of one kind with meshes of several sizes. A line that falls comes closer to what it is compared with; one "
     "that rises came close by what it gets wrong."
 )
-LEAD_NU = "Models of one kind and size with several Poisson's ratios. What locks departs as the ratio nears 0.5."
+LEAD_NU = (
+    "Models of one kind and size with several Poisson's ratios. What locks departs as the ratio nears 0.5."
+)
+NOTABLE = 1.1  # an error that changes by less than this factor does not go anywhere
 WIDTH, HEIGHT = 600.0, 330.0
 Families = Mapping[str, Mapping[str, float]]
 
@@ -34,7 +37,31 @@ def section_of(findings: Findings) -> str:
         figures = [kind(findings, i, m, families).plate() for i, m in enumerate(findings.errors)]
         if found := [figure for figure in figures if figure]:
             parts += [tag("p", lead, class_="lead"), *found]
-    return section("refinement", "Refinement", *parts) if parts else ""
+    return section("refinement", "Refinement", *parts, _against_whom(findings)) if parts else ""
+
+
+def _against_whom(findings: Findings) -> str:
+    """The families that refinement brings closer to one reference and further from another, in a sentence."""
+    said: dict[tuple[str, str], list[str]] = {}
+    lines = {m: _Sizes(findings, 0, m, by_size(findings)).lines for m in findings.errors}
+    for family in dict.fromkeys(f for own in lines.values() for f in own):
+        ends = {m: (own[family][0][2], own[family][-1][2]) for m, own in lines.items() if family in own}
+        closer = list(dict.fromkeys(f"`{m.against}`" for m, (a, b) in ends.items() if b < a / NOTABLE))
+        further = list(dict.fromkeys(f"`{m.against}`" for m, (a, b) in ends.items() if b > a * NOTABLE))
+        if closer and further and not set(closer) & set(further):
+            said.setdefault((listed(closer), listed(further)), []).append(family)
+    found = [
+        f"Refined, {_these(families)} closer to {to} and further from {away}."
+        for (to, away), families in said.items()
+    ]
+    return tag("p", prose(" ".join(found)), class_="callout warn") if found else ""
+
+
+def _these(families: list[str]) -> str:
+    """`tet4 and hex8 come`, with semicolons where a name has a comma."""
+    several = len(families) > 1
+    names = "; ".join(families) if any("," in f for f in families) else listed(families)
+    return f"{names} {'come' if several else 'comes'}"
 
 
 @dataclass(frozen=True)
@@ -99,10 +126,13 @@ class _Varied:
         return "; ".join(f"{f} {self._course(line)}" for f, line in self.lines.items()) + "."
 
     def _course(self, line: list[tuple[str, float, float]]) -> str:
-        first, last = line[0], line[-1]
-        verb = "falls" if last[2] < first[2] else "rises"
-        low, high = (f"{self._amount(end[2])} at {self.said(end[1])}" for end in (first, last))
-        return f"{verb} from {low} to {high}"
+        """`falls from 5.1 mm at 0.3 to 1.4 mm at 0.499, then rises to 5.2 mm at 0.4999`."""
+        inner = min(line, key=lambda point: point[2])
+        turns = inner[2] < 0.8 * min(line[0][2], line[-1][2])
+        stops = [line[0], inner, line[-1]] if turns else [line[0], line[-1]]
+        said = [f"{self._amount(e)} at {self.said(v)}" for _, v, e in stops]
+        verb = "falls" if stops[1][2] < stops[0][2] else "rises"
+        return f"{verb} from {said[0]} to {said[1]}" + (f", then rises to {said[2]}" if turns else "")
 
     def _caption(self) -> str:
         uncertain = self.findings.uncertainty(self.metric)
@@ -113,9 +143,7 @@ class _Varied:
         """Whether the ranking at the one end is that at the other."""
         if len(self.lines) < 2:
             return ""
-        first, last = (
-            min(self.lines, key=lambda f: self.lines[f][end][2]) for end in (0, -1)
-        )
+        first, last = (min(self.lines, key=lambda f: self.lines[f][end][2]) for end in (0, -1))
         low, high = self.ends
         if first == last:
             return f" {first[:1].upper()}{first[1:]} is closest {low} and {high}."
@@ -172,7 +200,7 @@ class _Sizes(_Varied):
     def across(self) -> Axis:
         values = [v for line in self.lines.values() for _, v, _ in line]
         low, high = min(values) / 1.15, max(values) * 1.15
-        steps = [m * 10**k for k in range(0, 12) for m in ((1, 2, 3, 5, 7) if high < 12 * low else (1, 2, 5))]
+        steps = [m * 10**k for k in range(12) for m in ((1, 2, 3, 5, 7) if high < 12 * low else (1, 2, 5))]
         ticks = tuple((float(n), grouped(n)) for n in steps if low <= n <= high)
         return Axis(low, high, "unknowns", ticks, log=True)
 

@@ -21,6 +21,7 @@ from softmark.interpreter.report.quantities import (
 )
 from softmark.interpreter.results import ModelResult, ReferenceResult
 
+WIDE = 6  # a table with more metrics is set more tightly
 SYMBOLS = {
     "converged": ("✓", "good", "converged"),
     "capped": ("~", "quiet", "capped, steps unsolved"),
@@ -142,7 +143,8 @@ class ResultsTable:
         bodies = [self._rows("Models", models), self._rows("References", references)]
         label = "Comparison of models and references" + (f" of {self.body.name}" if self.body.name else "")
         hidden = tag("caption", tag("span", text(label)), class_="hidden")
-        table = tag("table", hidden, self._head(), *bodies, class_="results wide" if len(self.columns) > 6 else "results")
+        kind = "results wide" if len(self.columns) > WIDE else "results"
+        table = tag("table", hidden, self._head(), *bodies, class_=kind)
         return tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=label)
 
     def _head(self) -> str:

@@ -242,7 +242,8 @@ class _Shapes:
         colour = ""
         if self.errors:
             colour = f" Colour is the distance from {self.against}, one scale for all.{self._cut()}"
-        bare = [f"`{n}`" for n in self.shapes if n not in self.errors and n in self.findings.report.models and self.errors]
+        models = self.findings.report.models if self.errors else ()
+        bare = [f"`{n}`" for n in self.shapes if n not in self.errors and n in models]
         plainly = f" {listed(bare)} {'has' if len(bare) == 1 else 'have'} no error to show." if bare else ""
         step = quantity(step_of(self.shapes), "m", 2)
         notes = " ".join(["", *self.small.notes])
@@ -256,7 +257,9 @@ class _Shapes:
             return ""
         names, clip = listed([f"`{n}`" for n in self.beyond]), quantity(self.clipped, "m", 3)
         verb = "goes" if len(self.beyond) == 1 else "go"
-        return f" It ends at {clip} at first, so that the usual errors can be told apart; {names} {verb} beyond."
+        return (
+            f" It ends at {clip} at first, so that the usual errors can be told apart; {names} {verb} beyond."
+        )
 
     # -------------------------------------------------------------- numbers
 

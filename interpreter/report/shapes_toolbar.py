@@ -14,7 +14,11 @@ from softmark.interpreter.report.quantities import quantity
 DECADES = 3  # of the logarithmic scale
 MORE = " (the lightest colour stands for all that is more)"
 LESS = " (the darkest colour stands for all that is less)"
-VIEWS = ((0, 2, "0 0"), (1, 2, "90 0"), (0, 1, "0 90"))  # places in the frame, to the right and upwards; turn and tilt
+VIEWS = (
+    (0, 2, "0 0"),
+    (1, 2, "90 0"),
+    (0, 1, "0 90"),
+)  # places in the frame, to the right and upwards; turn and tilt
 
 
 @dataclass(frozen=True)
@@ -35,7 +39,9 @@ def toolbar(
 ) -> str:
     """What readers choose by; hidden where no script runs."""
     key, first = kind.key, 0 if beside else 1
-    groups = [_choice("Layout", f"layout{key}", (("beside", "Side by side"), ("overlaid", "Overlaid")), first)]
+    groups = [
+        _choice("Layout", f"layout{key}", (("beside", "Side by side"), ("overlaid", "Overlaid")), first)
+    ]
     if errors:
         groups.append(_choice("Colour", f"colour{key}", (("error", "Error"), ("own", "By model")), first))
         scales = (("full", "Largest"), ("clipped", "Usual"), ("log", "Log"))

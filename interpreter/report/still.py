@@ -76,9 +76,7 @@ def still(
     return tag("svg", title, desc, *panels, role="img", aria_labelledby=f"{key}-t {key}-d", viewBox=box)
 
 
-def _polygons(
-    shape: Shape, view: View, low: Floats, high: Floats, scale: float, most: float
-) -> str:
+def _polygons(shape: Shape, view: View, low: Floats, high: Floats, scale: float, most: float) -> str:
     """Triangles that face the reader, the furthest first."""
     axes = axes_of(view)
     X = shape.position @ axes.T  # (n, 3) right, up, near

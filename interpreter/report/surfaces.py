@@ -72,7 +72,8 @@ def notes_of(given: Mapping[str, Shape], kept: Mapping[str, Shape]) -> list[str]
             said = f"at {len(own.times)} of {len(shape.times)} moments"
             coarse.setdefault(said, []).append(f"`{name}`")
     return [
-        f"{listed(names)} {'is' if len(names) == 1 else 'are'} drawn {said}." for said, names in coarse.items()
+        f"{listed(names)} {'is' if len(names) == 1 else 'are'} drawn {said}."
+        for said, names in coarse.items()
     ]
 
 

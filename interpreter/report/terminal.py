@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from softmark.interpreter import units
+from softmark.interpreter.report.bodies import Body, bodies
+from softmark.interpreter.report.findings import Findings, Metric, Result, value_of
+from softmark.interpreter.report.quantities import negligible
+from softmark.interpreter.report.results_table import ordered
 from softmark.interpreter.results import ExpectationResult, MetricResult, ModelResult, Report
+
+SEVERAL = 5  # names that a line lists
 
 STATUS = {
     "converged": "ok",
@@ -18,10 +26,22 @@ STATUS = {
 }
 
 
-def table(report: Report, terminal: bool) -> str:
-    """Title, a row per model and reference, expectations, and what went wrong."""
+WIDE = 110  # characters of a line where nobody says how wide the window is
+
+
+def table(report: Report, terminal: bool, width: int | None = None) -> str:
+    """Title, a row per model and reference, expectations, and what went wrong.
+
+    Each body has a table of its own; one that is wider than `width` goes on below itself.
+    """
     paint = _Paint(terminal and not os.environ.get("NO_COLOR"))
-    parts = [paint.bold(str(report.scene["title"])), "", _rows(report, paint)]
+    room = width or (max(80, shutil.get_terminal_size((WIDE, 24)).columns) if terminal else WIDE)
+    findings = Findings(report)
+    parts = [paint.bold(str(report.scene["title"])), ""]
+    for number, body in enumerate(bodies(findings)):
+        parts += [""] if number else []
+        parts += [paint.bold(body.name)] if body.name else []
+        parts.append(_Rows(findings, body, paint).text(room))
     if notes := [*_uncertain(report), *_reasons(report)]:
         parts += ["", *notes]
     if report.expectations:
@@ -46,53 +66,88 @@ class _Paint:
         return self._wrap(text, "31")
 
 
-def _rows(report: Report, paint: _Paint) -> str:
-    names = _metric_names(report)
-    head = ["", *names, "unknowns", "newton", "time", ""]
-    rows = [_model_row(m, names) for m in report.models.values()]
-    rows += [
-        [
-            f"({r.name})",
-            *(_value(r.metrics.get(n)) for n in names),
-            "",
-            "",
-            "",
-            "reference" if r.status == "converged" else r.status,
-        ]
-        for r in report.references.values()
-    ]
-    widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
-    lines = [_line(head, widths), "  ".join("-" * w for w in widths).rstrip()]
-    for row in rows:
-        line = _line(row, widths)
-        lines.append(line if row[-1] in ("ok", "reference") else paint.bad(line))
-    return "\n".join(lines)
+EFFORT = ("unknowns", "newton", "time", "")
 
 
-def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
-    first, *middle, last = cells
-    numbers = (f"{c:>{w}}" for c, w in zip(middle, widths[1:-1], strict=True))
-    return "  ".join([f"{first:<{widths[0]}}", *numbers, last]).rstrip()
+@dataclass(frozen=True)
+class _Rows:
+    """The table of one body."""
+
+    findings: Findings
+    body: Body
+    paint: _Paint
+
+    @property
+    def metrics(self) -> list[Metric]:
+        """Columns: errors by reference, measurements, times, as on the page."""
+        return ordered(self.body.metrics)
+
+    def text(self, room: int) -> str:
+        """The lines; columns that do not fit stand below, with the names again."""
+        head = ["", *(m.name for m in self.metrics), *EFFORT]
+        rows = [self._row(n, self.findings.everyone[n]) for n in self.body.results]
+        widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
+        blocks = _blocks(widths, room, len(EFFORT))
+        return "\n\n".join(self._block(head, rows, widths, block) for block in blocks)
+
+    def _block(
+        self, head: Sequence[str], rows: Sequence[Sequence[str]], widths: Sequence[int], chosen: Sequence[int]
+    ) -> str:
+        own = [widths[i] for i in chosen]
+        last = chosen[-1] == len(widths) - 1  # how it ended has no heading, and is not set to the right
+        lines = [_line([head[i] for i in chosen], own, last), "  ".join("-" * w for w in own).rstrip()]
+        for row in rows:
+            line = _line([row[i] for i in chosen], own, last)
+            lines.append(line if row[-1] in ("ok", "reference") else self.paint.bad(line))
+        return "\n".join(lines)
+
+    def _row(self, name: str, result: Result) -> list[str]:
+        values = [self._value(result, m) for m in self.metrics]
+        if isinstance(result, ModelResult):
+            return [name, *values, *_effort(result)]
+        end = "reference" if result.status == "converged" else result.status
+        return [f"({name})", *values, "", "", "", end]
+
+    def _value(self, result: Result, metric: Metric) -> str:
+        found = result.metrics.get(metric.name)
+        if found is None:
+            return ""
+        if found.value is None:
+            return "-"
+        if metric.clock and "verdict" in found.details:
+            return _verdict(found)
+        everyone = (self.findings.everyone[n] for n in self.body.results)
+        largest = max(abs(v) for r in everyone if (v := value_of(r, metric.name)) is not None)
+        if negligible(found.value, largest, metric.unit):
+            return "0"
+        return _amount(found.value, found.unit) + ("" if found.meaningful else " †")
 
 
-def _metric_names(report: Report) -> list[str]:
-    every = (n for part in report.outcomes for n in part.metrics)
-    return list(dict.fromkeys(every))
+def _blocks(widths: Sequence[int], room: int, effort: int) -> list[list[int]]:
+    """Places of columns, line by line: the name in front of each; what it took stays together."""
+    last = list(range(len(widths) - effort, len(widths)))
+    blocks: list[list[int]] = [[0]]
+    for group in [*([i] for i in range(1, last[0])), last]:
+        wide = sum(widths[i] + 2 for i in (*blocks[-1], *group)) - 2
+        if wide > room and len(blocks[-1]) > 1:
+            blocks.append([0])
+        blocks[-1] += group
+    return blocks
 
 
-def _model_row(m: ModelResult, names: Sequence[str]) -> list[str]:
+def _line(cells: Sequence[str], widths: Sequence[int], ends: bool) -> str:
+    shown = [f"{c:>{w}}" for c, w in zip(cells, widths, strict=True)]
+    shown[0] = f"{cells[0]:<{widths[0]}}"
+    if ends:
+        shown[-1] = cells[-1]
+    return "  ".join(shown).rstrip()
+
+
+def _effort(m: ModelResult) -> list[str]:
     timing = m.time.get("solve_s")
-    clock = units.show(timing.to_json()["median"], units.TIME) if timing and m.status in ("converged", "capped") else "-"
-    iterations = str(m.solve.get("iterations", "-"))
-    unknowns = str(m.size.get("dofs", "-"))
-    return [
-        m.name,
-        *(_value(m.metrics.get(n)) for n in names),
-        unknowns,
-        iterations,
-        _short(clock),
-        STATUS[m.status],
-    ]
+    clock = units.show(timing.to_json()["median"], units.TIME) if timing and m.status == "converged" else "-"
+    iterations, unknowns = str(m.solve.get("iterations", "-")), str(m.size.get("dofs", "-"))
+    return [unknowns, iterations, _short(clock), STATUS[m.status]]
 
 
 def _short(clock: str) -> str:
@@ -100,12 +155,12 @@ def _short(clock: str) -> str:
     return f"{float(number):.3g} {unit}" if unit else clock
 
 
-def _value(metric: MetricResult | None) -> str:
-    if metric is None:
-        return ""
-    if metric.value is None:
-        return "-"
-    return _amount(metric.value, metric.unit) + ("" if metric.meaningful else " †")
+def _verdict(found: MetricResult) -> str:
+    """`yes, 46 % left`, `NO, 3.8 x`; where the step is longer than a frame, no time would be short enough."""
+    margin = float(found.details.get("margin", 0.0))
+    if found.details["verdict"]:
+        return f"yes, {100 * margin:.0f} % left"
+    return f"NO, {1 - margin:.3g} x" if margin < 0 else "NO, step too long"
 
 
 def _amount(value: float, unit_text: str) -> str:
@@ -129,13 +184,17 @@ def _uncertain(report: Report) -> list[str]:
 
 
 def _reasons(report: Report) -> list[str]:
+    """What went wrong, each thing once: who has no solution, and which metrics of whom have no value."""
     lines = [f"{m.name}: {m.message}" for m in report.outcomes if m.message]
+    same: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
     for part in report.outcomes:
-        lines += [
-            f"{part.name}.{n}: {v.reason}"
-            for n, v in part.metrics.items()
-            if v.value is None and not part.message
-        ]
+        for name, metric in part.metrics.items():
+            if metric.value is None and not part.message:
+                metrics, owners = same.setdefault(metric.reason or "no value", ({}, {}))
+                metrics[name] = owners[part.name] = None
+    for reason, (metrics, owners) in same.items():
+        who = ", ".join(owners) if len(owners) <= SEVERAL else f"{len(owners)} models and references"
+        lines.append(f"no {', '.join(metrics)} for {who}: {reason}")
     return lines
 
 

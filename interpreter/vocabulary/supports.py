@@ -37,8 +37,9 @@ class Follows:
     """Moves the selected part of a body as tracked points moved in an experiment.
 
     Between the points their displacements are interpolated by thin plate splines (Duchon 1977) that pass through them,
-    and beyond the outermost ones extrapolated. Only points near the selected part count: those within `reach` of it. In
-    a solid model every node of the selected part is moved.
+    and beyond the outermost ones extrapolated. Points of one layer, a tenth as thick as wide or less, are taken to lie
+    in its plane: what changes across the layer is not followed. Only points near the selected part count: those within
+    `reach` of it. In a solid model every node of the selected part is moved.
     """
 
     body: Annotated[str, "body", "the body that is moved"]

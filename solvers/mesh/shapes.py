@@ -172,6 +172,23 @@ class Cylinder:
         return surface(self.mesh("tet4", size))
 
 
+    def on_side(self, corners: Floats, points: Floats) -> Floats:
+        """Points (s, f, 3) of facets with nodes (f, k, 3), moved out onto the side where all nodes lie on it, m.
+
+        Facets are inscribed: what is selected by its distance from the axis must not depend on how flat they are.
+        """
+        axis, origin = np.array(self.axis), np.array(self.origin)
+        along = (corners - origin) @ axis  # (f, k)
+        radii = np.linalg.norm(corners - origin - along[..., None] * axis, axis=2)
+        flat = np.ptp(along, axis=1) < 1e-9 * self.length  # facets of an end
+        side = (np.abs(radii - self.radius) < 1e-6 * self.radius).all(axis=1) & ~flat
+        away = points - origin - ((points - origin) @ axis)[..., None] * axis
+        r = np.linalg.norm(away, axis=2)
+        stretch = np.where(side & (r > 0), self.radius / np.where(r > 0, r, 1.0) - 1.0, 0.0)
+        moved: Floats = points + stretch[..., None] * away
+        return moved
+
+
 @dataclass(frozen=True)
 class Box:
     """A rectangular box with edges along x, y and z."""

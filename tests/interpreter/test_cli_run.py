@@ -216,3 +216,37 @@ def test_a_device_is_written_to_and_not_replaced(tmp_path: Path) -> None:
     done = dsl("run", written(tmp_path, SMALL), "--json", os.devnull, cwd=tmp_path)
     assert done.returncode == 0
     assert not Path(os.devnull).is_file()
+
+
+def test_a_missing_data_set_leaves_the_models_and_is_named(tmp_path: Path) -> None:
+    scan = 'reference ct = surface("data:silicone-beam/truthCylinder-Deformed.obj", unit = 1 m, uncertainty = 1 mm)\n'
+    gap = "probe skin = surface(beam, size = 5 mm)\nmetric gap = surface_distance(skin, against = ct)\n"
+    unreachable = dict.fromkeys(("http_proxy", "https_proxy", "HTTPS_PROXY", "HTTP_PROXY"), "http://127.0.0.1:9")
+    done = dsl(
+        "run", written(tmp_path, SMALL + scan + gap), cwd=tmp_path,
+        SOFTMARK_DATA=str(tmp_path / "nothing"), XDG_CACHE_HOME=str(tmp_path / "cache"), **unreachable,
+    )  # fmt: skip
+    assert done.returncode == 3, done.stderr
+    assert "truthCylinder-Deformed.obj" in done.stdout + done.stderr
+    assert "SOFTMARK_DATA" in done.stdout + done.stderr
+    data = json.loads((tmp_path / "my-report" / "report.json").read_text())
+    assert data["models"]["rod"]["metrics"]["eta"]["value"] > 0
+    assert data["models"]["rod"]["metrics"]["gap"]["value"] is None
+    assert data["references"]["ct"]["status"] == "failed"
+    assert data["references"]["theory"]["status"] == "converged"
+
+
+@pytest.mark.parametrize(
+    ("probe", "code"),
+    [
+        ("surface(beam, size = 5 mm, where = x > 200 mm)", "E302"),
+        ("nodes(beam, mesh = mesh(NAME, unit = 1 mm))", "E403"),
+    ],
+)
+def test_a_probe_that_cannot_be_placed_is_an_error_of_the_scene(tmp_path: Path, probe: str, code: str) -> None:
+    (tmp_path / "bad.vtk").write_text("no mesh")
+    text = f"probe there = {probe}\n".replace("NAME", '"bad.vtk"')
+    done = dsl("run", written(tmp_path, SMALL + text), cwd=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert f"error[{code}]" in done.stderr
+    assert "defect" not in done.stderr

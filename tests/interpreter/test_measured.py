@@ -28,11 +28,11 @@ GAP = "metric gap = surface_distance(skin, against = scan)\n"
 DROP = "metric drop = displacement(axis, along = -z)\n"
 
 
-def scanned(folder: Path, text: str, shift: tuple[float, float, float] = (0, 0, 0), stretch: float = 1.0) -> Path:
-    """A scene with a scan of the rod's own surface, moved or stretched (m)."""
+def scanned(folder: Path, text: str, shift: tuple[float, float, float] = (0, 0, 0)) -> Path:
+    """A scene beside a scan of the rod's own surface, moved (m)."""
     shape = softmark.loads(text).run().models["rod"].shape
     assert shape is not None
-    points = stretch * shape.position + np.array(shift)
+    points = shape.position + np.array(shift)
     trimesh.Trimesh(points, shape.triangles, process=False).export(folder / "scan.ply")
     return folder / "beam.scene"
 
@@ -98,9 +98,9 @@ def test_a_difference_below_the_uncertainty_is_marked(tmp_path: Path, shift: flo
     gap = json.loads(report.dumps())["models"]["rod"]["metrics"]["gap"]
     assert gap["uncertainty"] == pytest.approx(0.2e-3)
     assert gap["meaningful"] is meaningful
-    # shifted along z, a point on the side of the beam finds a closer one: 2 / pi of the shift on average, less at its end
+    # shifted along z, a point on the side of the beam finds a closer one: 2 / pi of the shift on average
     assert 0.4 * shift < gap["value"] < shift
-    assert gap["max_m"] <= shift * (1 + 1e-6)
+    assert gap["max_m"] <= shift + 1e-8  # a file of PLY has floats of 24 bits
 
 
 @pytest.mark.parametrize("register", ["clamp", "icp"])
@@ -128,7 +128,9 @@ def offline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 PUBLIC = 'reference ct = surface("data:silicone-beam/truthCylinder-Deformed.obj", unit = 1 m, uncertainty = 1 mm)\n'
-AGAINST = "metric away = surface_distance(skin, against = ct)\nexpect rod.away < 1 mm\nexpect rod.drop > 0 mm\n"
+AGAINST = (
+    "metric away = surface_distance(skin, against = ct)\nexpect rod.away < 1 mm\nexpect rod.drop > 0 mm\n"
+)
 
 
 @pytest.mark.usefixtures("offline")
@@ -244,4 +246,5 @@ def test_metres_whatever_the_scene_says(tmp_path: Path) -> None:
     mesh: Any = trimesh.load(tmp_path / "scan.ply", process=False)
     trimesh.Trimesh(1e3 * mesh.vertices, mesh.faces, process=False).export(tmp_path / "scan.ply")
     text = BEAM + SCAN.format(more="").replace("unit = 1 m,", "unit = 1 mm,") + GAP
-    assert run(scene, text).models["rod"].metrics["gap"].value == pytest.approx(metres, rel=1e-4)  # float32 of PLY
+    millimetres = run(scene, text).models["rod"].metrics["gap"].value
+    assert millimetres == pytest.approx(metres, rel=1e-4)  # a file of PLY has floats of 24 bits

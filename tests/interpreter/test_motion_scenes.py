@@ -69,8 +69,8 @@ def test_what_comes_to_rest_rests_where_the_static_analysis_is(integrator: str) 
     """At rest no step, mass or damping is left in the equations: the same state, to the tolerance of both."""
     text = BLOCK.format(nu="0.4", models=KINDS)
     rest = run(text)
-    # the lowest mode has some 4 Hz; damped by a = 40 / s it is near critical: after 1 s, exp(-20) of it is left; of modes
-    # far above 1 / step generalized_alpha leaves its spectral radius to the power of 50
+    # the lowest mode has some 4 Hz; damped by a = 40 / s it is near critical: after 1 s, exp(-20) of it is left;
+    # of modes far above 1 / step generalized_alpha leaves its spectral radius to the power of 50
     end = run(text + moving(1.0, 0.02, f", integrator = {integrator}{DAMPED}"))
     for name in rest.models:
         still, last = (r.models[name].probes["axis"].displacement for r in (rest, end))
@@ -93,8 +93,8 @@ def test_a_moved_support_ends_where_it_is_moved_to() -> None:
 @pytest.mark.parametrize(
     ("course", "overshoot", "tolerance"),
     [
-        # a sudden load: the tip of an undamped bar swings between 0 and twice its stretch (wave equation); cells of 20 mm
-        # cannot follow the kinks of that triangle wave
+        # a sudden load: the tip of an undamped bar swings between 0 and twice its stretch (wave equation); cells of
+        # 20 mm cannot follow the kinks of that triangle wave
         ("", 2.0, 0.04),
         # a ramp over many periods, and not a whole number of them: 1 + T / (pi over) at the most for the lowest mode
         (f", course = ramp(over = {20.5 * PERIOD} s)", 1.0, 1.2 / (np.pi * 20.5)),
@@ -126,7 +126,8 @@ def test_a_pulse_sends_a_wave_of_the_speed_of_sound() -> None:
     )  # fmt: skip
     times, u = course_of(report, "cells", "middle")
     arrived = times[np.argmax(u[:, 0, 0] > 0.05 * STRETCH)]
-    assert arrived == pytest.approx(0.2 / SPEED, rel=0.2)  # cells of 20 mm smear the front over two or three of them
+    # cells of 20 mm smear the front over two or three of them
+    assert arrived == pytest.approx(0.2 / SPEED, rel=0.2)
 
 
 # ------------------------------------------------------------------ what it conserves
@@ -173,7 +174,9 @@ def test_a_body_at_rest_must_be_held_and_one_in_motion_need_not_be() -> None:
     text = BAR.replace("support  wall = fixed(bar, where = x <= 0 mm)\n", "") + HEXES.format(more="")
     with pytest.raises(softmark.SceneError, match=r"E306"):
         run(text + "load weight = gravity(9.81 m/s^2)\n")
-    report = run(text + "load weight = gravity(9.81 m/s^2)\n" + moving(0.2, 0.02, ", integrator = trapezoidal"))
+    report = run(
+        text + "load weight = gravity(9.81 m/s^2)\n" + moving(0.2, 0.02, ", integrator = trapezoidal")
+    )
     # free fall: g t^2 / 2, exactly, since the trapezoidal rule integrates a constant acceleration exactly
     _, u = course_of(report, "cells", "tip")
     assert u[-1, 0, 2] == pytest.approx(-9.81 * 0.2**2 / 2, rel=1e-9)
@@ -256,7 +259,8 @@ def test_one_iteration_a_step_ends_the_march() -> None:
     assert cells.status == "not_converged"
     assert "smaller step" in str(cells.message)
     assert cells.probes == {}
-    for metric in cells.metrics.values():  # nothing is said of what is not solved, how fast it is least of all
+    # nothing is said of what is not solved, how fast it is least of all
+    for metric in cells.metrics.values():
         assert metric.value is None
         assert metric.reason
         assert "verdict" not in metric.details

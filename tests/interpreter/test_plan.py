@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import pytest
+
 import softmark
+from softmark.interpreter.cli import main
 from softmark.interpreter.plan import Task, plan_of
 
 HEAD = """
@@ -75,3 +80,60 @@ def test_an_expectation_alone_needs_its_metric_and_model() -> None:
     found = tasks(HEAD + PROBE + METRIC + "expect rod.drop > 0 mm\n")
     (expectation,) = [t for t in found if t.kind == "expect"]
     assert expectation.needs == ("rod",)
+
+
+SCANNED = (
+    HEAD
+    + """
+reference scan = surface("scan.ply", unit = 1 m, uncertainty = 1 mm)
+reference image = virtual_scan(of = rod)
+reference beads = markers("beads.csv", unit = 1 mm, uncertainty = 1 mm)
+probe skin = surface(beam)
+probe inside = markers(beam, of = beads)
+metric gap = surface_distance(skin, against = scan)
+metric away = mean_error(inside, against = beads)
+"""
+)
+
+
+def in_a_folder_with(folder: Path, *names: str) -> softmark.LoadedScene:
+    """The scene beside files that it names; a plan does not read them."""
+    for name in names:
+        (folder / name).write_text("")
+    (folder / "beam.scene").write_text(SCANNED, encoding="utf-8")
+    return softmark.load(folder / "beam.scene")
+
+
+def test_measured_references_are_named_with_what_they_are(tmp_path: Path) -> None:
+    found = list(plan_of(in_a_folder_with(tmp_path, "scan.ply", "beads.csv").scene).tasks)
+    references = {t.name: t.detail for t in found if t.kind == "reference"}
+    assert references["scan"] == "surface"
+    assert references["image"] == "virtual_scan"
+    assert references["beads"] == "markers"
+    probes = {t.name: t.detail for t in found if t.kind == "probe"}
+    assert probes["skin"].startswith("a surface in")
+    assert probes["inside"].startswith("tracked points in")
+    metrics = {t.name: t for t in found if t.kind == "metric"}
+    assert metrics["gap"].detail == "surface_distance against scan over skin"
+    assert set(metrics["away"].needs) == {"inside", "beads"}
+
+
+@pytest.mark.parametrize(
+    ("scene", "measured"),
+    [
+        ("silicone-beam-as-published", {"scan": "surface"}),
+        ("silicone-beam-calibrated", {"scan": "surface"}),
+        ("silicone-beam-refined", {"scan": "surface"}),
+        ("silicone-beam-scanned", {"image": "virtual_scan"}),
+        ("truth-cube", {"beads5": "markers", "beads12": "markers", "beads18": "markers"}),
+    ],
+)
+def test_plans_of_the_library_name_what_was_measured(
+    scene: str, measured: dict[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    tasks = plan_of(softmark.load(scene).scene).tasks
+    kinds = {t.name: t.detail for t in tasks if t.kind == "reference"}
+    assert measured.items() <= kinds.items()
+    assert main(["plan", scene]) == 0
+    shown = capsys.readouterr().out
+    assert all(name in shown for name in measured)

@@ -64,6 +64,28 @@ def test_a_condition_that_selects_nothing_is_refused(tmp_path: Path, declaration
     assert [d.code for d in refused.value.diagnostics] == ["E302"]
 
 
+@pytest.mark.parametrize(
+    ("declaration", "body", "owner"),
+    [
+        ("nodes(block, mesh = cells_of)", "box(size = (60, 20, 20) mm)", "here"),
+        ("surface(block, mesh = cells_of)", "box(size = (60, 20, 20) mm)", "here"),
+        ("surface(block)", "cells_of", "block"),
+        ("volume(block)", "cells_of", "block"),
+    ],
+)
+def test_a_mesh_that_cannot_be_read_is_refused(
+    tmp_path: Path, declaration: str, body: str, owner: str
+) -> None:
+    written(tmp_path, declaration)
+    (tmp_path / "block.vtk").write_text("this is no mesh")
+    text = (tmp_path / "block.scene").read_text().replace("box(size = (60, 20, 20) mm)", body)
+    (tmp_path / "block.scene").write_text(text)
+    with pytest.raises(softmark.SceneError) as refused:
+        softmark.load(tmp_path / "block.scene").run()
+    assert [d.code for d in refused.value.diagnostics] == ["E403"]
+    assert f"the mesh of `{owner}`" in str(refused.value)
+
+
 def written(folder: Path, declaration: str) -> softmark.LoadedScene:
     """A scene beside a mesh file of the block."""
     mesh = Box((0.06, 0.02, 0.02)).mesh("hex8", 0.01)

@@ -1,4 +1,4 @@
-"""The verdict on real time as reports of scenes give it: consistent with its own numbers, and given of nothing unsolved.
+"""The verdict on real time as reports of scenes give it: consistent with its numbers, and given of nothing unsolved.
 
 No test here asserts how long anything took: rates are chosen so far out that no computer decides them.
 """
@@ -86,7 +86,7 @@ def test_what_is_not_solved_has_no_verdict(more: str) -> None:
 
 
 def test_a_capped_model_has_numbers_and_no_verdict() -> None:
-    """One iteration a step is accepted unsolved where a scene asks for it: the motion is shown, its speed is not judged."""
+    """One iteration a step is accepted where a scene asks for it: the motion is shown, its speed is not judged."""
     report = softmark.loads(BLOCK.replace("mass = lumped", "mass = lumped, cap = 1") + MOTION).run()
     cells = report.models["cells"]
     assert cells.status == "capped"
@@ -128,6 +128,6 @@ def test_the_released_beam(report_of: Callable[[str], softmark.Report]) -> None:
             assert (found["value"] is None) is capped, name
             if capped:
                 continue
-            fast = found["value"] <= 1 and 0.01 <= 1 / rate
+            fast = found["value"] <= 1 and rate <= 100
             assert found["verdict"] is fast
         assert len(model.solve["times"]) == 200  # 201 states, of which a report keeps 200

@@ -175,7 +175,7 @@ CASES: dict[str, Callable[[], Report]] = {
     "hostile": hostile,
     "many": many,
 }
-VOID = {"meta", "input", "br", "img", "link"}
+VOID = {"meta", "input", "br", "img", "link", "wbr"}
 
 
 class Page(HTMLParser):

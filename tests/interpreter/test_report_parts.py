@@ -160,7 +160,7 @@ def test_contrast(theme: int) -> None:
     for mood in ("good", "bad", "warn"):
         assert contrast(colours["ink"], colours[f"{mood}-tint"]) >= 4.5
         assert contrast(colours[mood], colours[f"{mood}-tint"]) >= 4.5
-    for curve in ("c0", "c1", "c2", "c3", "c4", "c5", "reference", "rest"):
+    for curve in ("c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7", "c8", "reference", "rest"):
         assert contrast(colours[curve], colours["surface"]) >= 3.0, curve
 
 

@@ -1,0 +1,340 @@
+"""Families of models, refinement, several bodies, gravity and the table in the terminal."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from softmark.interpreter.report.bodies import bodies
+from softmark.interpreter.report.camera import letters, upward, view_of
+from softmark.interpreter.report.families import by_poisson, by_size, kind_of
+from softmark.interpreter.report.findings import Findings
+from softmark.interpreter.report.html import render
+from softmark.interpreter.report.probes import drawn_first, looks
+from softmark.interpreter.report.quantities import negligible, own_error
+from softmark.interpreter.report.still import axes_of, frame_of
+from softmark.interpreter.report.terminal import WIDE, table
+from softmark.interpreter.results import (
+    MetricResult,
+    ModelResult,
+    ProbeResult,
+    ReferenceResult,
+    Report,
+    Shape,
+    Timing,
+)
+
+SCENE = """softmark 1
+scene "Families"
+material rubber = linear_elastic(young = 60 kPa, poisson = 0.49, density = 1000 kg/m^3)
+body beam = solid(bar, rubber)
+load weight = gravity(9.81 m/s^2, direction = -y)
+probe axis = line(beam, from = (0, 0, 0) m, to = (0.1 m, 0 m, 0 m))
+metric eta = energy_norm(axis, against = theory)
+metric gap = mean_error(axis, against = scan)
+"""
+LINE = ProbeResult(np.linspace([0, 0, 0], [0.1, 0, 0], 5), np.linspace([0, 0, 0], [0, -0.02, 0], 5))
+
+
+def model(name: str, outline: str, dofs: int, eta: float | None, gap: float | None) -> ModelResult:
+    metrics = {
+        "eta": MetricResult(eta, "1", None if eta is not None else "the reference `theory` has no solution"),
+        "gap": MetricResult(gap, "m", None if gap is not None else "the reference `theory` has no solution"),
+    }
+    time = {"solve_s": Timing((0.2,)), "setup_s": Timing((0.1,))}
+    return ModelResult(
+        name, "converged", None, outline, {"dofs": dofs}, {"iterations": 3}, time, {"axis": LINE}, metrics
+    )
+
+
+def report(*models: ModelResult, text: str = SCENE, **changes: Any) -> Report:
+    references = {
+        n: ReferenceResult(n, "converged", None, kind, "us", 1e-15, {"axis": LINE}, {})
+        for n, kind in (("theory", "closed form"), ("scan", "experimental"))
+    }
+    own = Report(
+        {"title": "Families", "file": "f.scene", "text": text},
+        {},
+        {m.name: m for m in models},
+        references,
+        (),
+        (),
+    )
+    return replace(own, **changes)
+
+
+def words(page: str) -> str:
+    """The page without its tags, with plain spaces."""
+    return re.sub(r"\s+", " ", re.sub(r"<[^>]*>", "", page))
+
+
+# ------------------------------------------------------------------ outlines
+
+TET, HEX = "tet4 of about {} mm, corotational strain", "hex8 of about {} mm, corotational strain"
+
+
+@pytest.mark.parametrize(
+    ("outline", "said"),
+    [
+        (TET.format(7), ("tet4, corotational strain", "7 mm", None)),
+        (TET.format(10.5) + ", nu = 0.3", ("tet4, corotational strain", "10.5 mm", 0.3)),
+        ("tet4 of about 7 mm, nu = 0.499, small strain", ("tet4, small strain", "7 mm", 0.499)),
+        (
+            "hex8 of about 9 mm, selectively integrated, finite strain",
+            ("hex8, selectively integrated, finite strain", "9 mm", None),
+        ),
+        ("40 beam segments, no mesh", ("beam segments, no mesh", "40", None)),
+    ],
+)
+def test_outlines_are_read(outline: str, said: tuple[str, str, float | None]) -> None:
+    kind = kind_of(model("a", outline, 30, 0.1, 0.1))
+    assert kind is not None
+    assert (kind.words, kind.size, kind.nu) == said
+
+
+@pytest.mark.parametrize("outline", ["", "tet4 of the file, small strain", "<b>", "of about 7 mm", "a tube"])
+def test_other_outlines_are_of_no_kind(outline: str) -> None:
+    assert kind_of(model("a", outline, 30, 0.1, 0.1)) is None
+
+
+# eta falls and gap rises with refinement, as in silicone-beam-refined
+REFINED = report(
+    model("t9", TET.format(9), 2460, 0.146, 0.73e-3),
+    model("t5", TET.format(5), 10476, 0.072, 3.48e-3),
+    model("t7", TET.format(7), 3075, 0.112, 1.93e-3),
+    model("h9", HEX.format(9), 2460, 0.166, 0.60e-3),
+    model("h7", HEX.format(7), 3075, 0.139, 0.89e-3),
+    model("t7_30", TET.format(7) + ", nu = 0.3", 3075, 0.030, 5.09e-3),
+    model("t7_4999", TET.format(7) + ", nu = 0.4999", 3075, 0.288, 5.25e-3),
+    model("alone", "tet10 of about 9 mm, corotational strain", 9000, 0.01, 5e-3),
+)
+
+
+def test_families_by_size_and_by_poisson() -> None:
+    findings = Findings(REFINED)
+    sizes = by_size(findings)
+    assert {f: list(m) for f, m in sizes.items()} == {
+        "tet4, corotational strain": ["t9", "t7", "t5"],
+        "hex8, corotational strain": ["h9", "h7"],
+    }
+    # the scene's own ratio is that of the body's material
+    ratios = by_poisson(findings)
+    assert ratios == {"tet4, corotational strain, 7 mm": {"t7_30": 0.3, "t7": 0.49, "t7_4999": 0.4999}}
+
+
+def test_a_parameter_gives_poissons_ratio() -> None:
+    text = SCENE.replace("poisson = 0.49", "poisson = nu")
+    scene = {**REFINED.scene, "text": text, "parameters": {"nu": {"value": 0.45, "unit": "1"}}}
+    ratios = by_poisson(Findings(replace(REFINED, scene=scene)))
+    assert ratios["tet4, corotational strain, 7 mm"]["t7"] == 0.45
+
+
+def test_refinement_is_drawn_and_said() -> None:
+    page = render(REFINED)
+    said = words(page).replace("\u202f", " ")
+    assert page.count('id="refinement-') >= 2
+    assert 'id="poisson-1' in page
+    assert "tet4 falls from 14.6 % at 2 460 to 7.2 % at 10 476" in said
+    assert "Refined, tet4 and hex8 come closer to theory and further from scan." in said
+    # tet4 at 0.3, 0.49, 0.4999: 5.09, 1.93, 5.25 mm
+    assert "falls from 5.09 mm at 0.3 to 1.93 mm at 0.49, then rises to 5.25 mm at 0.4999" in said
+    assert page.count('download="gap-refinement.csv"') == 1
+
+
+def test_no_family_no_refinement() -> None:
+    assert 'id="refinement"' not in render(report(model("a", TET.format(7), 30, 0.1, 1e-3)))
+    same = report(*(model(n, "tet4 of the file, small strain", 30, 0.1, 1e-3) for n in "ab"))
+    assert 'id="refinement"' not in render(same)
+
+
+def test_an_error_of_zero_has_no_place_on_a_logarithm() -> None:
+    exact = report(model("a", TET.format(7), 30, 0.0, 1e-3), model("b", TET.format(5), 90, 0.0, 1e-4))
+    page = render(exact)
+    assert 'id="refinement-0"' not in page
+    assert 'id="refinement-1"' in page
+
+
+# ------------------------------------------------------------------ looks
+
+
+def test_kinds_share_a_colour_where_colours_run_out() -> None:
+    many = report(
+        *(model(f"t{i}", TET.format(i), 100 * i, 0.1 * i, 1e-3) for i in range(1, 9)),
+        *(model(f"h{i}", HEX.format(i), 100 * i, 0.2 * i, 1e-3) for i in range(1, 9)),
+    )
+    known = looks(many)
+    assert {known[f"t{i}"].colour for i in range(1, 9)} == {known["t1"].colour}
+    assert known["t1"].colour != known["h1"].colour
+    assert len({(k.role, k.colour, k.dash, k.marker) for k in known.values()}) == len(known)
+    assert drawn_first(Findings(many)) == ["t1", "t8", "h1", "h8"]
+
+
+# ------------------------------------------------------------------ gravity
+
+
+@pytest.mark.parametrize(
+    ("direction", "up"),
+    [("-y", (0, 1, 0)), ("-z", (0, 0, 1)), ("+x", (-1, 0, 0)), ("(0, 0, -1)", (0, 0, 1))],
+)
+def test_gravity_points_down(direction: str, up: tuple[int, int, int]) -> None:
+    findings = Findings(report(text=SCENE.replace("direction = -y", f"direction = {direction}")))
+    np.testing.assert_array_equal(upward(findings), up)
+    frame = frame_of(upward(findings))
+    np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=0)
+    assert math.isclose(float(np.linalg.det(frame)), 1.0)  # no mirror image
+    np.testing.assert_array_equal(frame[2], up)
+
+
+def test_the_longer_level_direction_runs_from_left_to_right() -> None:
+    # along z with y upwards, as on the authors' scan
+    X = np.array([[0, 0, 0], [0.02, 0, 0], [0, 0.02, 0], [0, 0, 0.2]], float)
+    view = view_of(Findings(report()), [Shape(X, np.array([[0, 1, 2], [0, 2, 3]]))])
+    right, above, _ = axes_of(view)
+    assert letters(view) == "zxy"
+    assert right @ [0, 0, 1] > 0.8
+    assert above @ [0, 1, 0] > 0.9
+
+
+# ------------------------------------------------------------------ bodies
+
+TWO = """softmark 1
+scene "Two"
+body left = solid(a, rubber)
+body right = solid(b, rubber)
+probe axis_l = line(left, from = (0, 0, 0) m, to = (1, 0, 0) m)
+probe axis_r = line(right, from = (0, 0, 0) m, to = (1, 0, 0) m)
+metric eta_l = energy_norm(axis_l, against = theory)
+metric eta_r = energy_norm(axis_r, against = scan)
+metric frame = realtime(rate = 25 Hz)
+reference theory = elastica(left)
+reference scan = surface("a.obj")
+model a = beam6dof(segments = 4, body = left)
+model b = beam6dof(segments = 4, body = right)
+model lost = beam6dof(segments = 4, body = right)
+"""
+
+
+def frame(share: float, verdict: bool | None = None) -> MetricResult:
+    good = share <= 1 if verdict is None else verdict
+    known = {"verdict": good, "margin": 1 - share, "limit_s": 0.04, "rate_Hz": 25.0, "median_s": 0.04 * share}
+    return MetricResult(share, "1", None, {**known, "verdict_reason": "too slow", "frames": 1, "missed": 0})
+
+
+def two() -> Report:
+    def one(name: str, end: str, eta: float, share: float) -> ModelResult:
+        metrics = {f"eta_{end}": MetricResult(eta, "1"), "frame": frame(share)}
+        return replace(
+            model(name, "4 beam segments, no mesh", 24, 0.1, 0.1),
+            probes={f"axis_{end}": LINE},
+            metrics=metrics,
+            shape=Shape(*box()),
+        )
+
+    lost = ModelResult("lost", "failed", "no equilibrium", "4 beam segments, no mesh")
+    references = {
+        "theory": ReferenceResult(
+            "theory", "converged", None, "closed form", "us", None, {"axis_l": LINE}, {}, Shape(*box())
+        ),
+        "scan": ReferenceResult("scan", "converged", None, "experimental", "us", None),
+    }
+    models = {"a": one("a", "l", 0.1, 0.54), "b": one("b", "r", 0.2, 3.77), "lost": lost}
+    return Report({"title": "Two", "file": "t.scene", "text": TWO}, {}, models, references, (), ())
+
+
+def box() -> tuple[Any, Any]:
+    """A tetrahedron."""
+    X = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]], float)
+    return X, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+
+
+def test_every_result_and_metric_is_with_its_body() -> None:
+    found = {b.name: (b.results, [m.name for m in b.metrics]) for b in bodies(Findings(two()))}
+    assert found == {
+        "left": (("a", "theory"), ["eta_l", "frame"]),
+        "right": (("b", "lost", "scan"), ["eta_r", "frame"]),
+    }
+
+
+def test_one_body_has_no_name() -> None:
+    (only,) = bodies(Findings(REFINED))
+    assert only.name == ""
+    assert only.results == (*REFINED.models, *REFINED.references)
+
+
+def test_bodies_have_tables_and_figures_of_their_own() -> None:
+    page = render(two())
+    assert page.count('class="results"') == 2
+    assert page.count("<figure") == page.count("<figcaption") == page.count("<desc")
+    assert page.count('class="shapes"') == 2
+    ids = re.findall(r' id="([^"]*)"', page)
+    assert len(ids) == len(set(ids))
+    # buttons of one figure do not switch those of the other
+    names = re.findall(r'type="radio" name="([^"]*)"', page)
+    assert set(names) == {"layout", "layout-1"}
+    shown = page.index('class="results"')
+    first = page[shown : page.index("</table>", shown)]
+    assert "eta_l" in first
+    assert "eta_r" not in first
+
+
+# ------------------------------------------------------------------ terminal
+
+
+def test_the_terminal_has_a_table_for_each_body() -> None:
+    lines = table(two(), terminal=False).splitlines()
+    assert lines[2] == "left"
+    assert "eta_l" in lines[3]
+    assert "eta_r" not in lines[3]
+    assert next(line for line in lines if line.startswith("a ")).endswith(
+        "yes, 46 % left        24       3  200 ms  ok"
+    )
+    assert "NO, 3.77 x" in next(line for line in lines if line.startswith("b "))
+
+
+def test_a_step_longer_than_a_frame_is_no_real_time_whatever_it_takes() -> None:
+    one = two()
+    metrics = {"frame": frame(0.5, verdict=False)}
+    shown = table(replace(one, models={"a": replace(one.models["a"], metrics=metrics)}), terminal=False)
+    assert "NO, step too long" in shown
+
+
+def test_wide_tables_go_on_below() -> None:
+    metrics = {f"a_long_name_of_a_metric_{i}": MetricResult(0.1 * i, "m") for i in range(9)}
+    wide = replace(model("a", TET.format(7), 30, 0.1, 0.1), metrics=metrics)
+    shown = table(report(wide), terminal=False)
+    assert max(len(line) for line in shown.splitlines()) <= WIDE
+    for name in metrics:
+        assert shown.count(name) == 1
+    assert sum(line.startswith("a ") for line in shown.splitlines()) >= 3
+    assert shown.count("unknowns") == 1
+
+
+def test_a_reason_is_said_once() -> None:
+    shown = table(report(*(model(n, "", 30, None, None) for n in "abcdefg")), terminal=False)
+    assert shown.count("the reference `theory` has no solution") == 1
+    assert "no eta, gap for 7 models and references: the reference `theory` has no solution" in shown
+
+
+def test_rounding_reads_as_zero() -> None:
+    metrics = {"drop": MetricResult(4.97771e-15, "m"), "eta": MetricResult(0.1, "1")}
+    other = {"drop": MetricResult(-0.058, "m"), "eta": MetricResult(1e-4, "1")}
+    one, far = (replace(model(n, "", 30, 0.1, 0.1), metrics=m) for n, m in (("a", metrics), ("b", other)))
+    both = report(one, far)
+    assert "e-15" not in table(both, terminal=False)
+    page = render(both)
+    # the number itself stays in the page and in its CSV
+    assert '<data value="4.97771e-15">0</data>' in page
+
+
+def test_what_is_negligible() -> None:
+    assert negligible(4.98e-15, 0.067, "m")
+    assert negligible(4.98e-15, 4.98e-15, "m")
+    assert not negligible(2.1e-9, 2.1e-9, "m")
+    assert not negligible(1.75e-4, 0.67, "1")
+    assert own_error(2.9e-15) == "below 1\u00a0nm"
+    assert own_error(5e-4).replace("\u00a0", " ") == "estimated at 500 µm"
