@@ -451,8 +451,9 @@ def _shape(work: _Run, name: str, errors: dict[str, np.ndarray]) -> Shape | None
     for metric, error in errors.items():
         if probe is not None and asked[metric].probe == probe.name:
             return surface_of(view, place, error, getattr(asked[metric], "against", None))
-    known = next((v for v in work.views.values() if v.name in work.references and v.displacement), None)
-    if known is None or known.name == name or known.body != view.body or known.displacement is None:
+    fields = (v for v in work.views.values() if v.name in work.references and v.body == view.body)
+    known = next((v for v in fields if v.displacement is not None), None)
+    if known is None or known.name == name or known.displacement is None:
         return surface_of(view, place, None, None)
     error = np.linalg.norm(view.displacement(place.X) - known.displacement(place.X), axis=1)
     return surface_of(view, place, error, known.name)

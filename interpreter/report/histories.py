@@ -27,7 +27,10 @@ WIDTH, HEIGHT = 640.0, 300.0
 def section_of(findings: Findings) -> str:
     """Charts over time; empty where nothing has a history."""
     courses = [(n, seen) for n in findings.probes if (seen := _courses(findings, n))]
-    charts = [_Course(findings, i, name, seen).plate() for i, (name, seen) in enumerate(courses)]
+    every = [_Course(findings, i, name, seen) for i, (name, seen) in enumerate(courses)]
+    charts = [course.plate() for course in {course.about: course for course in reversed(every)}.values()][
+        ::-1
+    ]
     energies, events = energy_plates(findings), _events(findings)
     if not charts and not energies and not events:
         return ""
@@ -57,6 +60,13 @@ class _Course:
         furthest = np.max([np.abs(c[:, :n]).max(axis=0) for c in courses], axis=0)  # (n, 3)
         point, axis = np.unravel_index(int(furthest.argmax()), furthest.shape)
         return int(point), int(axis)
+
+    @property
+    def about(self) -> tuple[object, ...]:
+        """The material point, the coordinate and the names: what two probes of one point have in common."""
+        point, axis = self.followed
+        places = (p.points[point] for p in self.seen.values())
+        return axis, tuple((n, *np.round(X, 9)) for n, X in zip(self.seen, places, strict=True))
 
     @cached_property
     def moments(self) -> Floats:

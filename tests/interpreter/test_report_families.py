@@ -338,3 +338,17 @@ def test_what_is_negligible() -> None:
     assert not negligible(1.75e-4, 0.67, "1")
     assert own_error(2.9e-15) == "below 1\u00a0nm"
     assert own_error(5e-4).replace("\u00a0", " ") == "estimated at 500 µm"
+
+
+# ------------------------------------------------------------------ histories
+
+
+def test_two_probes_of_one_point_have_one_chart() -> None:
+    times = np.linspace(0.0, 1.0, 20)
+    course = np.sin(times)[:, None, None] * LINE.displacement[None]
+    line = replace(LINE, times=times, course=course)
+    tip = ProbeResult(LINE.points[-1:], LINE.displacement[-1:], times, course[:, -1:])
+    one = replace(model("a", "", 30, 0.1, 0.1), probes={"tip": tip, "axis": line})
+    page = render(report(one))
+    assert 'id="course-0"' in page
+    assert 'id="course-1"' not in page
