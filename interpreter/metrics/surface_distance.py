@@ -28,7 +28,7 @@ else:
 
 @dataclass(frozen=True)
 class SurfaceDistance:
-    """Mean distance from the points of a deformed surface to a measured surface.
+    """Distance from the points of a deformed surface to a measured surface: its mean, or another statistic of it.
 
     For each point x = X + u of the probe, d is the distance to the measured surface, inside its triangles and not
     only at their corners. `along = nearest` takes the closest point; `along = normal` goes from x along the normal of
