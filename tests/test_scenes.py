@@ -20,11 +20,9 @@ LIBRARIES = [f for f in ALL if "materials" in f.parts]
 EXPERIMENTS = [f for f in ALL if f not in LIBRARIES]
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(f.stem, marks=pytest.mark.xdist_group(f.stem)) for f in EXPERIMENTS]
-)
-def test_scene_meets_its_expectations(name: str, report_of: Callable[[str], softmark.Report]) -> None:
-    report = report_of(name)
+@pytest.mark.parametrize("file", EXPERIMENTS, ids=lambda f: f.stem)
+def test_scene_meets_its_expectations(file: Path, report_of: Callable[[Path], softmark.Report]) -> None:
+    report = report_of(file)
     assert [(e.text, e.reason) for e in report.expectations if e.passed is not True] == []
     assert {n: o.message for n, o in report.models.items() if o.status not in ("converged", "capped")} == {}
     assert {n: o.message for n, o in report.references.items() if o.status != "converged"} == {}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -20,8 +21,8 @@ CONTRACT_MODEL = {"status", "message", "size", "solve", "time", "probes", "metri
 
 
 @pytest.fixture(scope="module")
-def report() -> softmark.Report:
-    return softmark.load("silicone-beam").run()
+def report(report_of: Callable[[str], softmark.Report]) -> softmark.Report:
+    return report_of("silicone-beam")
 
 
 def test_arrays_are_numpy_in_metres(report: softmark.Report) -> None:

@@ -2,9 +2,9 @@
 
 The beam of Marchal et al. (2008) with E = 60 kPa, nu = 0.49, neo-Hookean, computed by code of its own with mixed
 27-node hexahedra: 561, 1089 and 2607 nodes give (112.20, 133.46), (111.71, 133.99) and (111.95, 133.82) mm, so
-(111.9, 133.8) mm along and down, to 0.2 mm (REFERENCES, section 1.3). Selectively integrated hexahedra do not lock and are
-there on a coarse mesh. Quadratic tetrahedra lock a little at this Poisson's ratio: 3.6, 1.6, 1.2, 1.0, 0.8 mm off at
-sizes of 12, 9, 7.5, 6.5 and 6 mm, so they need the finest mesh that a test can afford.
+(111.9, 133.8) mm along and down, to 0.2 mm (REFERENCES, section 1.3). Selectively integrated hexahedra do not lock
+and are there on a coarse mesh. Quadratic tetrahedra lock a little at this Poisson's ratio: 3.6, 1.6, 1.2, 1.0, 0.8 mm
+off at sizes of 12, 9, 7.5, 6.5 and 6 mm, so they need the finest mesh that a test can afford.
 """
 
 from __future__ import annotations

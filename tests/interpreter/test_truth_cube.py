@@ -18,7 +18,6 @@ import pytest
 import softmark
 from softmark.references.data import here
 
-pytestmark = pytest.mark.xdist_group("truth-cube")
 STATES = {5: 1, 12: 2, 18: 3}
 LAWS = ("linear", "corot", "finite")
 # mean motion of the bead layers k = 1 and 7 towards the bottom and top plates, mm (REFERENCES, section 2.1)
