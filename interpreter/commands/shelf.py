@@ -19,7 +19,7 @@ class Shelf:
 
     def __init__(self, parsed: argparse.Namespace, scene: Scene) -> None:
         name = Path(scene.path).stem if scene.path else "scene"
-        default = None if parsed.json is not None else f"{name}-report"
+        default = None if parsed.json is not None and not parsed.vtu else f"{name}-report"
         out = default if parsed.out is None else parsed.out
         self.folder = None if out is None else Path(out)
         self.files = {

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from softmark.solvers.statics import Statics, Watch
 
 KEPT = 2000  # states of a march; of more steps, every second, third ... is kept
+FRAMES = 40  # of the mesh that are kept for other programs
 UNACCOUNTED = 0.1  # of the largest energy of a motion: what an integrator may add before it is said
 REMEDY = "try a smaller step, another integrator or more damping"
 
@@ -105,7 +106,11 @@ class PreparedMotion:
         message = f"{missed} of {len(track.solved)} steps were accepted unsolved" if missed else None
         notes = (*_events(self.declared, track), *_unbalanced(self.declared, track))
         status: Status = "capped" if missed else "converged"
-        return Solution(status, message, _facts(track), at_end, notes, history)
+        from softmark.interpreter.models.solid import Deformed
+
+        some = np.unique(np.linspace(0, len(kept) - 1, FRAMES).round().astype(int))
+        mesh = Deformed(self.mesh, nodes[-1], track.times[kept][some], nodes[some])
+        return Solution(status, message, _facts(track), at_end, notes, history, mesh)
 
 
 def _whole(track: Trajectory, seconds: Floats, step: float) -> tuple[float, ...]:

@@ -80,7 +80,7 @@ def test_a_motion_is_a_series_with_its_times(written: Path) -> None:
         assert last.point_data["displacement"][:, 2].min() < -1e-3
 
 
-def test_without_a_folder_none_are_written(written: Path) -> None:
+def test_without_a_folder_they_go_where_a_report_would(written: Path) -> None:
     (written / "block.scene").write_text(SCENE, encoding="utf-8")
     assert main(["run", "block.scene", "--vtu", "--model", "tets", "--json", "out.json"]) == 0
-    assert not list(written.rglob("*.vtu"))
+    assert list((written / "block-report").rglob("*.vtu"))
