@@ -59,16 +59,15 @@ def value(report: softmark.Report, owner: str, metric: str) -> float:
 
 @pytest.mark.parametrize("row", RERUN)
 def test_distances_to_the_scan_are_those_of_the_re_run(report: softmark.Report, row: str) -> None:
-    # 0.65 % less weight: that part of a tip deflection of 110 to 200 mm is 0.7 to 1.3 mm there, and a third of it in
-    # the mean over the beam
-    assert 1e3 * value(report, row, "gap") == pytest.approx(RERUN[row][0], abs=0.35)
+    # the re-run has its own polar factors, closest points and density; its last printed digit is 0.01 mm
+    assert 1e3 * value(report, row, "gap") == pytest.approx(RERUN[row][0], abs=0.05)
 
 
 @pytest.mark.parametrize("row", RERUN)
 def test_tips_are_those_of_the_re_run(report: softmark.Report, row: str) -> None:
     x = 1e3 * report.models[row].probes["axis"].position[-1]
-    # 0.65 % of the deflection for the mass, and theirs is the tip of a node 0.6 mm off the axis
-    np.testing.assert_allclose((x[2], -x[1]), RERUN[row][1], atol=0.0065 * 200 + 0.6)
+    # theirs is the tip of a node 0.6 mm off the axis
+    np.testing.assert_allclose((x[2], -x[1]), RERUN[row][1], atol=0.6)
 
 
 def test_the_mesh_holds_less_than_the_cylinder(report: softmark.Report) -> None:
