@@ -316,7 +316,7 @@ class Binder:
         path = self.module.folder / name
         if "\0" not in name and os.path.isfile(path):
             return str(path)
-        if "\0" not in name and os.path.isdir(path) and "folder" in field.doc:
+        if "\0" not in name and field.folder and os.path.isdir(path):
             return str(path)
         folder = path.parent
         close = nearest(path.name, os.listdir(folder)) if os.path.isdir(folder) else None
@@ -395,8 +395,7 @@ class Binder:
             raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text", hint)
         if not isinstance(node, tree.Name):
             raise self._wrong(field, node, place)
-        also = ("model",) if field.name == "against" else ()  # one model may be held against another
-        self.compiler.named(node, field.kind, self.module, place, also)
+        self.compiler.named(node, field.kind, self.module, place, field.also)
         return self.module.prefix + node.text
 
     def _names(self, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.case import Case, fault
 from softmark.interpreter.datasets import located
 from softmark.interpreter.measuring import View
+from softmark.interpreter.picking import picked
 from softmark.interpreter.results import Shape
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.skin import skin_of
@@ -152,7 +153,7 @@ def surface_of(view: View, place: Place, error: Floats | None, measured_from: st
         return None
     times = frames = None
     if view.history is not None:
-        chosen = np.unique(np.linspace(0, len(view.history.times) - 1, FRAMES).round().astype(int))
+        chosen = picked(len(view.history.times), FRAMES)
         times, frames = view.history.times[chosen], place.X + view.history.displacement(place.X)[chosen]
     position = place.X + view.displacement(place.X)
     return Shape(position, place.triangles, times, frames, error, measured_from)

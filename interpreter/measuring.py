@@ -74,7 +74,7 @@ def _metric(
     thing = metric.thing
     published = published_of(scene, metric.name, view.name)
     try:
-        measured = _measure(thing, view, views)
+        measured = measured_by(thing, _seen(thing, view, views))
     except Undefined as undefined:
         return MetricResult(None, thing.unit, str(undefined), published=published), None
     if not math.isfinite(measured.value):
@@ -98,8 +98,8 @@ def _some(samples: Floats) -> tuple[float, ...]:
     return tuple(samples[:: -(-len(samples) // SAMPLES) or 1].tolist())
 
 
-def _measure(thing: Any, view: View, views: Mapping[str, View]) -> Measurement:
-    seen = _seen(thing, view, views)
+def measured_by(thing: Any, seen: Seen) -> Measurement:
+    """What a metric makes of what it sees. Raises Undefined."""
     if hasattr(thing, "measure"):
         measured: Measurement = thing.measure(seen)
         return measured

@@ -314,7 +314,7 @@ def _reference(work: _Run, declared: Declared) -> None:
 
 
 def _keep_reference(
-    work: _Run, declared: Declared, displacement: Callable[[Any], Any], error: float, **facts: Any
+    work: _Run, declared: Declared, displacement: Callable[[Any], Any], error: float
 ) -> None:
     """A reference that has a field of displacements."""
     cls, case = type(declared.thing), work.case(declared)
@@ -324,7 +324,7 @@ def _keep_reference(
         declared.name, case.body.name, case, None, displacement, probes, weights, uncertainty=error
     )
     work.references[declared.name] = ReferenceResult(
-        declared.name, "converged", None, cls.kind, cls.source, error, probes, facts=facts
+        declared.name, "converged", None, cls.kind, cls.source, error, probes
     )
 
 
@@ -343,7 +343,7 @@ def _keep_measured(work: _Run, declared: Declared, data: Any) -> None:
         for probe in work.probes(case.body.name):
             if getattr(probe.thing, "of", None) == declared.name:
                 X = work.place(probe).X
-                probes[probe.name] = ProbeResult(X, _tracked(data, X))
+                probes[probe.name] = ProbeResult(X, data.displacement(X))
     work.views[declared.name] = View(
         declared.name, case.body.name, case, None, None, probes, surface=surface, uncertainty=resolution
     )
@@ -358,13 +358,6 @@ def _keep_measured(work: _Run, declared: Declared, data: Any) -> None:
         shape=Shape(data.points, data.triangles) if hasattr(data, "triangles") else None,
         facts=_facts(data),
     )
-
-
-def _tracked(data: Any, X: np.ndarray) -> np.ndarray:
-    """Displacements (n, 3) of tracked points, which are found by where they were."""
-    which = np.array([int(np.argmin(((data.X - x) ** 2).sum(axis=1))) for x in X], dtype=int)
-    u: np.ndarray = data.u[which]
-    return u
 
 
 def _facts(data: Any) -> dict[str, Any]:
@@ -429,10 +422,12 @@ def _weights(work: _Run, body: str) -> dict[str, np.ndarray]:
 
 
 def _measure(work: _Run, partial: bool) -> None:
-    """Metrics and shapes of what is there."""
+    """Metrics and shapes of what is there; in an unfinished report, of what is new since the last."""
     results: list[dict[str, Any]] = [work.models, work.references]
     for kept in results:
         for name, result in kept.items():
+            if partial and result.metrics:
+                continue
             metrics, errors = metrics_of(work.scene, work.views[name], work.views)
             shape = _shape(work, name, errors) if work.options.draw and not partial else None
             kept[name] = replace(result, metrics=metrics, shape=shape or result.shape)

@@ -66,6 +66,8 @@ class Field:
     interval: Interval | None = None
     options: tuple[str, ...] = ()  # of a choice
     kind: str = ""  # of a name: `body`; of a value: `material`
+    also: tuple[str, ...] = ()  # further kinds that a name may be of
+    folder: bool = False  # whether a file may be a folder
 
     @property
     def expected(self) -> str:
@@ -217,7 +219,9 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "choice", "options": get_args(base)}
     if base is bool:
         return {"form": "flag"}
-    if spec in ("file", "direction", "condition", "components"):
+    if spec in ("file", "file or folder"):
+        return {"form": "file", "folder": spec == "file or folder"}
+    if spec in ("direction", "condition", "components"):
         return {"form": spec}
     if base is str and not spec:
         return {"form": "text"}
@@ -227,6 +231,8 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "value", "kind": spec}
     if spec in ("body", "reference", "probe", "analysis", "metric", "model"):
         return {"form": "name", "kind": spec}
+    if spec == "reference or model":
+        return {"form": "name", "kind": "reference", "also": ("model",)}
     if spec == "models":
         return {"form": "names", "kind": "model"}
     if spec == "values":

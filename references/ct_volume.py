@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from softmark.references.data import cited, find
+from softmark.references.data import find, source_of
 from softmark.references.measured import Frame, MeasuredSurface, Unreadable, Vector
 from softmark.references.smoothing import taubin
 from softmark.references.surface import tidied
@@ -38,7 +38,7 @@ class CtVolume:
     Source: Lewiner, Lopes, Vieira and Tavares 2003, J. Graphics Tools 8:1 (marching cubes); Taubin 1995.
     """
 
-    path: Annotated[str, "file", "the file or folder, relative to the scene, or a data set such as `data:...`"]
+    path: Annotated[str, "file or folder", "the file or folder, or a data set such as `data:...`"]
     iso: Annotated[float, "1", "the level of the body's surface, in the file's own values"]
     uncertainty: Annotated[float, "m in [0, inf)", "how far a measured point may lie from the true one"]
     spacing: Annotated[Vector | None, "m in (0, inf)", "size of a voxel, where the file does not say it"] = None
@@ -61,7 +61,7 @@ class CtVolume:
         volume = read_volume(file, self.spacing, self.unit)
         points, triangles, notes = isosurface(volume, self.iso, self.smoothing, self.keep, file.name)
         placed = Frame(1.0, self.x, self.z, self.origin).points(points, file.name)
-        by = self.citation or cited(self.path) or f"the file {file.name}"
+        by = source_of(self.citation, self.path, file.name)
         return MeasuredSurface(placed, triangles, self.uncertainty, by, notes=notes)
 
 

@@ -168,6 +168,11 @@ def _entry(name: str) -> DataSet:
     return TABLE[name]
 
 
+def source_of(citation: str, path: str, file: str) -> str:
+    """Who measured what a scene names: as the scene says, as the data set says, or the name of the file alone."""
+    return citation or cited(path) or f"the file {file}"
+
+
 def cited(path: str) -> str:
     """Who measured the data set that a path names, or an empty text."""
     entry = TABLE.get(path.removeprefix(PREFIX)) if path.startswith(PREFIX) else None

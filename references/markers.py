@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from softmark.references.data import cited, find
+from softmark.references.data import find, source_of
 from softmark.references.measured import Frame, MeasuredPoints, Unreadable, Vector
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class Markers:
             frame.points(rest[there], table.name),
             frame.vectors((now - rest)[there], table.name),
             self.uncertainty,
-            self.citation or cited(self.path) or f"the file {table.name}",
+            source_of(self.citation, self.path, table.name),
             tuple(name for name, kept in zip(table.names, there, strict=True) if kept),
             table.grid(there),
             (f"{gone} of {len(there)} points without a position are left out",) if gone else (),

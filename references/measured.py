@@ -129,3 +129,8 @@ class MeasuredPoints:
     def x(self) -> Array:
         """Where the points lie once deformed, (n, 3), m."""
         return self.X + self.u
+
+    def displacement(self, X: Array) -> Array:
+        """Displacements (k, 3), m, of some of the points, given by where they lay (k, 3), m."""
+        nearest = [int(((self.X - x) ** 2).sum(axis=1).argmin()) for x in X]
+        return self.u[nearest]

@@ -10,7 +10,7 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from softmark.references.data import cited, find
+from softmark.references.data import find, source_of
 from softmark.references.measured import Frame, MeasuredSurface, Unreadable, Vector
 from softmark.references.registration import Registration, face_to_face, icp
 from softmark.references.surfaces import (
@@ -90,7 +90,7 @@ class SurfaceScan:
         points, triangles = read_surface(find(self.path, beside))
         frame = Frame(self.unit, self.x, self.z, self.origin)
         points, triangles, notes = tidied(self.path, frame.points(points, self.path), triangles, self.keep)
-        by = self.citation or cited(self.path) or f"the file {Path(self.path).name}"
+        by = source_of(self.citation, self.path, Path(self.path).name)
         return self._registered(MeasuredSurface(points, triangles, self.uncertainty, by, notes=notes), held, target)
 
     def _registered(

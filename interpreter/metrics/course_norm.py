@@ -29,7 +29,7 @@ class CourseNorm:
     """
 
     probe: Annotated[str, "probe", "the points that are followed"]
-    against: Annotated[str, "reference", "a model with a history that is taken as right"]
+    against: Annotated[str, "reference or model", "a model with a history that is taken as right"]
     unit: ClassVar[str] = "1"
     uncertain: ClassVar[bool] = False
 

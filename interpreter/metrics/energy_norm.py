@@ -23,7 +23,7 @@ class EnergyNorm:
     """
 
     probe: Annotated[str, "probe", "the points that are compared"]
-    against: Annotated[str, "reference", "the solution that is taken as right"]
+    against: Annotated[str, "reference or model", "the solution that is taken as right"]
     unit: ClassVar[str] = "1"
     uncertain: ClassVar[bool] = False
 

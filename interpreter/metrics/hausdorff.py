@@ -32,7 +32,7 @@ class Hausdorff:
     """
 
     probe: Annotated[str, "probe", "a probe of the surface"]
-    against: Annotated[str, "reference", "the measured surface, or a reference with displacements"]
+    against: Annotated[str, "reference or model", "the measured surface, or a reference with displacements"]
     unit: ClassVar[str] = "m"
     uncertain: ClassVar[bool] = True
 

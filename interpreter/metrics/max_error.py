@@ -16,7 +16,7 @@ class MaxError:
     """Largest distance between model and reference over the points of a probe."""
 
     probe: Annotated[str, "probe", "the points that are compared"]
-    against: Annotated[str, "reference", "the solution that is taken as right"]
+    against: Annotated[str, "reference or model", "the solution that is taken as right"]
     unit: ClassVar[str] = "m"
     uncertain: ClassVar[bool] = True
 

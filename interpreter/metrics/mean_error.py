@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from softmark.interpreter.metrics.spread import Statistic, chosen, is_uncertain, ratios, spread, unit_of
+from softmark.interpreter.metrics.spread import Statistic, Summed, ratios, spread
 from softmark.interpreter.metrics.undefined import Undefined
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class MeanError:
+class MeanError(Summed):
     """Mean distance between model and reference over the points of a probe.
 
     d_i = |u^_i - u_i|, with u^ of the model and u of the reference at the same material point, and its mean, its
@@ -29,18 +29,8 @@ class MeanError:
     """
 
     probe: Annotated[str, "probe", "the points that are compared"]
-    against: Annotated[str, "reference", "the solution that is taken as right"]
+    against: Annotated[str, "reference or model", "the solution that is taken as right"]
     statistic: Annotated[Statistic, "which number is the value"] = "mean"
-
-    @property
-    def unit(self) -> str:
-        """m, or 1 for what is relative."""
-        return unit_of(self.statistic)
-
-    @property
-    def uncertain(self) -> bool:
-        """Whether the reference's uncertainty in m says how much of the value means something."""
-        return is_uncertain(self.statistic)
 
     def measure(self, seen: Seen) -> Measurement:
         """The statistic of |u - u_ref| over the points. Raises Undefined without displacements to compare with."""
@@ -48,4 +38,4 @@ class MeanError:
             raise Undefined("the reference has no displacements of these points")
         d = ((seen.u - seen.known.u) ** 2).sum(axis=1) ** 0.5  # (n,)
         moved = (seen.known.u**2).sum(axis=1) ** 0.5
-        return chosen(self.statistic, spread(d) | ratios(d, moved, "relative"), d, d)
+        return self.summed(spread(d) | ratios(d, moved, "relative"), d, d)

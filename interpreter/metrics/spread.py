@@ -15,20 +15,34 @@ SurfaceStatistic = Literal[
     "mean", "sd", "max", "rms", "relative_mean", "relative_sd", "by_displacement_mean", "by_displacement_sd"
 ]
 
+
+class Summed:
+    """A metric that sums distances up by a statistic of the scene's choice, on which its unit depends."""
+
+    statistic: str
+
+    @property
+    def unit(self) -> str:
+        """m, or 1 for what is relative."""
+        return "1" if self.statistic.startswith(("relative", "by_displacement")) else "m"
+
+    @property
+    def uncertain(self) -> bool:
+        """Whether an uncertainty of the reference in m bounds what the statistic can tell.
+
+        A spread is left unharmed by an offset, and a ratio is not in m.
+        """
+        return self.statistic in ("mean", "max", "rms")
+
+    def summed(self, details: dict[str, Any], d: Floats, at_points: Floats | None) -> Measurement:
+        """The measurement whose value is the statistic asked for; d (n,) m are its samples. Raises Undefined."""
+        value = details.get(f"{self.statistic}_{self.unit}".removesuffix("_1"))
+        if value is None:
+            raise Undefined("no point moves, so nothing is relative to it")
+        return Measurement(value, details, d, at_points)
+
+
 STILL = 1e-6  # m: a point that moves less is left out of what is relative to its motion, as the authors of 2008 do
-
-
-def unit_of(statistic: str) -> str:
-    """`1` for what is relative, else `m`."""
-    return "1" if statistic.startswith(("relative", "by_displacement")) else "m"
-
-
-def is_uncertain(statistic: str) -> bool:
-    """Whether an uncertainty of the reference in m bounds what the statistic can tell.
-
-    A spread is left unharmed by an offset, and a ratio is not in m.
-    """
-    return statistic in ("mean", "max", "rms")
 
 
 def spread(d: Floats) -> dict[str, float]:
@@ -60,13 +74,3 @@ def ratios(d: Floats, moved: Floats, name: str) -> dict[str, Any]:
         r = d[some] / moved[some]
         found |= {f"{name}_mean": float(r.mean()), f"{name}_sd": float(r.std())}
     return found
-
-
-def chosen(
-    statistic: str, details: dict[str, Any], d: Floats, at_points: Floats | None = None
-) -> Measurement:
-    """The measurement whose value is the statistic asked for; d (n,) m are its samples."""
-    value = details.get(f"{statistic}_{unit_of(statistic)}".removesuffix("_1"))
-    if value is None:
-        raise Undefined("no point moves, so nothing is relative to it")
-    return Measurement(value, details, d, at_points)

@@ -48,7 +48,7 @@ class StrainEnergyNorm:
     """
 
     probe: Annotated[str, "probe", "a probe of the volume"]
-    against: Annotated[str, "reference", "the solution that is taken as right: a field of displacements"]
+    against: Annotated[str, "reference or model", "the solution that is taken as right: a field of displacements"]
     unit: ClassVar[str] = "1"
     uncertain: ClassVar[bool] = False
 

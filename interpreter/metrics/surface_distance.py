@@ -5,14 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from softmark.interpreter.metrics.spread import (
-    SurfaceStatistic,
-    chosen,
-    is_uncertain,
-    ratios,
-    spread,
-    unit_of,
-)
+from softmark.interpreter.metrics.spread import Summed, SurfaceStatistic, ratios, spread
 from softmark.interpreter.metrics.surface import known_surface, side
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.references.surfaces import normal_distances, vertex_normals
@@ -27,7 +20,7 @@ else:
 
 
 @dataclass(frozen=True)
-class SurfaceDistance:
+class SurfaceDistance(Summed):
     """Distance from the points of a deformed surface to a measured surface: its mean, or another statistic of it.
 
     For each point x = X + u of the probe, d is the distance to the measured surface, inside its triangles and not
@@ -60,21 +53,11 @@ class SurfaceDistance:
     """
 
     probe: Annotated[str, "probe", "a probe of the surface, or of points that lie on it"]
-    against: Annotated[str, "reference", "the measured surface, or a reference with displacements"]
+    against: Annotated[str, "reference or model", "the measured surface, or a reference with displacements"]
     statistic: Annotated[SurfaceStatistic, "which number is the value"] = "mean"
     along: Annotated[Literal["nearest", "normal"], "how the distance of a point is taken"] = "nearest"
     reach: Annotated[float | None, "m in (0, inf)",
                      "how far along a normal is looked; the extent of the measured surface"] = None  # fmt: skip
-
-    @property
-    def unit(self) -> str:
-        """m, or 1 for what is relative."""
-        return unit_of(self.statistic)
-
-    @property
-    def uncertain(self) -> bool:
-        """Whether the reference's uncertainty in m says how much of the value means something."""
-        return is_uncertain(self.statistic)
 
     def measure(self, seen: Seen) -> Measurement:
         """The statistic of the distances. Raises Undefined where there is no surface, or no normal meets it."""
@@ -94,7 +77,7 @@ class SurfaceDistance:
             "without_hit": int((~met).sum()),
             **more,
         }
-        return chosen(self.statistic, details, d, d if met.all() else None)
+        return self.summed(details, d, d if met.all() else None)
 
     def _nearest(self, seen: Seen, x: Floats, target: Target) -> tuple[Floats, Floats, dict[str, Any]]:
         """Signed distances (n,), points found (n, 3), further details."""

@@ -16,7 +16,7 @@ class TipError:
     """Distance between model and reference at the last point of a probe."""
 
     probe: Annotated[str, "probe", "its last point is compared"]
-    against: Annotated[str, "reference", "the solution that is taken as right"]
+    against: Annotated[str, "reference or model", "the solution that is taken as right"]
     unit: ClassVar[str] = "m"
     uncertain: ClassVar[bool] = True
 

@@ -146,6 +146,7 @@ def _scaled(declared: Declared, part: float) -> Declared:
 def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, Any]) -> Target:
     """What the fit of a calibrated model makes least; `measured` is what has been read, by reference. Raises Fault."""
     from softmark.interpreter.looking import place_of
+    from softmark.interpreter.measuring import measured_by
 
     metric, probe, reference = _checked(scene, model, case)
     part = scaled(case, model.thing.stiffness.load)
@@ -158,10 +159,7 @@ def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, 
 
         u = displacement(place.X)
         seen = Seen(model.name, part, place.X, u, place.triangles, place.weights, known, displacement)
-        thing = metric.thing
-        if hasattr(thing, "measure"):
-            return float(thing.measure(seen).value)
-        return float(thing.value(place.X, u, known.u))
+        return measured_by(metric.thing, seen).value
 
     return Target(part, metric, measure)
 
@@ -186,8 +184,7 @@ def _known(reference: Declared, data: Any, part: Case, X: Floats) -> Any:
         return Known(reference.name, line.displacement(X), line.displacement)
     if hasattr(data, "triangles"):
         return Known(reference.name, surface=data, uncertainty=data.resolution)
-    nearest = [int(((data.X - x) ** 2).sum(axis=1).argmin()) for x in X]
-    return Known(reference.name, data.u[nearest], uncertainty=data.uncertainty)
+    return Known(reference.name, data.displacement(X), uncertainty=data.uncertainty)
 
 
 # ------------------------------------------------------------------ the factor

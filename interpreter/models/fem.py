@@ -66,15 +66,15 @@ class Fem:
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against this model of this case."""
         found = [
-            self._one_mesh(declared, case),
+            self.one_mesh(declared, case),
             self._finite_law(declared, case),
             self._options(declared, case),
             self._locking(declared, case),
             self._rotation(declared, case),
         ]
-        return [d for d in (*found, self._coarse(declared, case)) if d is not None]
+        return [d for d in (*found, self.coarse(declared, case)) if d is not None]
 
-    def _one_mesh(self, declared: Declared, case: Case) -> Diagnostic | None:
+    def one_mesh(self, declared: Declared, case: Case) -> Diagnostic | None:
         """Exactly one of `size` and `mesh`, but for a body that is a mesh already."""
         prebuilt = getattr(self.mesh, "prebuilt", self.mesh is None)
         both = self.size is not None and self.mesh is not None
@@ -158,7 +158,8 @@ class Fem:
             "the body will seem to grow as it turns; use `strain = corotational` or `finite`",
         )
 
-    def _coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
+    def coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
+        """A mesh that is too fine for memory, or coarser than the body."""
         shape = case.shape
         if self.size is None or self._own_mesh(case):
             return None

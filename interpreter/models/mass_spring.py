@@ -100,11 +100,11 @@ class MassSpring:
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against this model of this case."""
         found = [
-            self.solid._one_mesh(declared, case),
+            self.solid.one_mesh(declared, case),
             self._cauchy(declared, case),
             self._law(declared, case),
             self._same(declared),
-            self.solid._coarse(declared, case),
+            self.solid.coarse(declared, case),
         ]
         return [d for d in found if d is not None]
 

@@ -13,6 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import units
 from softmark.interpreter.case import Case, fault
 from softmark.interpreter.models.prepared import History, Solution, Status
+from softmark.interpreter.picking import picked
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.assembly import Assembly
@@ -25,11 +26,14 @@ from softmark.solvers.elements.interpolation import locate
 from softmark.solvers.energies.energy import Energy, Floats
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics import Statics, Watch
 
 KEPT = 2000  # states of a march; of more steps, every second, third ... is kept
 FRAMES = 40  # of the mesh that are kept for other programs
+MOMENTS = 200  # of the energies that a report keeps
 UNACCOUNTED = 0.1  # of the largest energy of a motion: what an integrator may add before it is said
 REMEDY = "try a smaller step, another integrator or more damping"
 
@@ -80,13 +84,10 @@ class PreparedMotion:
         return self._finish(track, every)
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
-        last = len(track.observed) - 1
+        step, last = self.analysis.step, len(track.observed) - 1
         kept = [i for i in range(len(track.observed)) if i % every == 0 or i == last]
         states = np.array([track.observed[i].x for i in kept])  # (t, dofs)
         nodes = states.reshape(len(states), -1, 3)
-
-        def at_end(X: Floats) -> Floats:
-            return locate(self.mesh, X).interpolate(nodes[-1])
 
         def course(X: Floats) -> Floats:
             place = locate(self.mesh, X)
@@ -95,10 +96,10 @@ class PreparedMotion:
         history = History(
             track.times[kept],
             course,
-            _whole(track, track.wall, self.analysis.step),
-            _whole(track, track.cpu, self.analysis.step),
-            self.analysis.step,
-            _all_solved(track, self.analysis.step),
+            tuple(_whole(track, track.wall, step).tolist()),
+            tuple(_whole(track, track.cpu, step).tolist()),
+            step,
+            tuple((_whole(track, ~track.solved, step) == 0).tolist()),
             events=tuple((e.time, e.text) for e in track.events),
             energies={name: values[kept] for name, values in track.energies.items()},
         )
@@ -106,24 +107,19 @@ class PreparedMotion:
         message = f"{missed} of {len(track.solved)} steps were accepted unsolved" if missed else None
         notes = (*_events(self.declared, track), *_unbalanced(self.declared, track))
         status: Status = "capped" if missed else "converged"
-        from softmark.interpreter.models.solid import Deformed
+        from softmark.interpreter.models.solid import Deformed, displacement_of
 
-        some = np.unique(np.linspace(0, len(kept) - 1, FRAMES).round().astype(int))
+        some = picked(len(kept), FRAMES)
         mesh = Deformed(self.mesh, nodes[-1], track.times[kept][some], nodes[some])
-        return Solution(status, message, _facts(track), at_end, notes, history, mesh)
+        return Solution(
+            status, message, _facts(track), displacement_of(self.mesh, nodes[-1]), notes, history, mesh
+        )
 
 
-def _whole(track: Trajectory, seconds: Floats, step: float) -> tuple[float, ...]:
-    """Seconds of each step that the scene asked for: the parts of one that was halved count together."""
+def _whole(track: Trajectory, values: NDArray[Any], step: float) -> Floats:
+    """Sums over each step that the scene asked for: the parts of one that was halved count together."""
     number = np.floor((track.times[:-1] + 1e-6 * step) / step).astype(int)
-    return tuple(np.bincount(number, weights=seconds).tolist())
-
-
-def _all_solved(track: Trajectory, step: float) -> tuple[bool, ...]:
-    """Whether each step that the scene asked for met its tolerance, in all its parts."""
-    number = np.floor((track.times[:-1] + 1e-6 * step) / step).astype(int)
-    missed = np.bincount(number, weights=~track.solved) if len(track.solved) else np.zeros(0)
-    return tuple((missed == 0).tolist())
+    return np.asarray(np.bincount(number, weights=values), dtype=np.float64)
 
 
 @dataclass
@@ -163,7 +159,7 @@ def _facts(track: Trajectory) -> dict[str, Any]:
         "halved": len(track.events),
     }
     if len(track.times):
-        some = np.unique(np.linspace(0, len(track.times) - 1, 200).round().astype(int))
+        some = picked(len(track.times), MOMENTS)
         facts["times"] = track.times[some].tolist()
         facts["energies"] = {name: values[some].tolist() for name, values in track.energies.items()}
         facts["drift_J"] = float(track.energies["drift"][-1])
@@ -276,15 +272,7 @@ def course_of(load: Declared) -> Course:
 
 
 def _support_course(case: Case) -> Course:
-    """The one course of all supports that move. Raises Fault where they differ."""
-    moving = [s for s in case.supports if hasattr(s.thing, "course")]
-    for other in moving[1:]:
-        if other.thing.course != moving[0].thing.course:
-            raise fault(
-                "E501",
-                other.at("course"),
-                f"`{other.name}` and `{moving[0].name}` move by different courses",
-                "another course",
-                "all supports that move share one course",
-            )
-    return course_of(moving[0]) if moving else constant
+    """The one course of all supports that move; scenes in which they differ are refused when they are checked."""
+    moving = (s for s in case.supports if hasattr(s.thing, "course"))
+    first = next(moving, None)
+    return constant if first is None else course_of(first)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -69,14 +69,12 @@ class PreparedSolid:
             small.value(rest, 1.0)
             small.gradient(rest, 1.0)
             small.tangent(rest, 1.0)
-        _one_cell(self.elastic).F(np.zeros(self.problem.assembly.dofs))  # type: ignore[attr-defined]
+        _one_cell(self.elastic).F(np.zeros(self.problem.assembly.dofs))
         linear.warm(len(self.problem.assembly.pattern.indices))
 
     def outside(self, X: Floats) -> float:
         """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
-        if not getattr(self.shape, "prebuilt", False):
-            return 0.0
-        return float(locate(self.mesh, X).outside.max(initial=0.0))
+        return outside(self.shape, self.mesh, X)
 
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest."""
@@ -86,7 +84,7 @@ class PreparedSolid:
 
     def _finish(self, found: Equilibrium) -> Solution:
         u = found.x.reshape(-1, 3)
-        solution = outcome.converged(found, lambda X: locate(self.mesh, X).interpolate(u))
+        solution = outcome.converged(found, displacement_of(self.mesh, u))
         notes = (*self._misread_rotation(found.x), *outcome.doubts(self.declared, found))
         return replace(solution, notes=notes, mesh=Deformed(self.mesh, u))
 
@@ -111,12 +109,27 @@ class PreparedSolid:
         )
 
 
-def _one_cell(energy: Any) -> Energy:
+def outside(shape: Any, mesh: Mesh, X: Floats) -> float:
+    """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
+    return float(locate(mesh, X).outside.max(initial=0.0)) if getattr(shape, "prebuilt", False) else 0.0
+
+
+def displacement_of(mesh: Mesh, u: Floats) -> Callable[[Floats], Floats]:
+    """Displacements of material points from those of the nodes u (n, 3), m."""
+    return lambda X: locate(mesh, X).interpolate(u)
+
+
+AnyEnergy = TypeVar("AnyEnergy")
+
+
+def _one_cell(energy: AnyEnergy) -> AnyEnergy:
     """The first cell of an energy over a mesh: what compiles its kernels at no cost."""
-    if isinstance(energy, Together):
-        return Together(tuple(_one_cell(part) for part in energy.parts))
-    over_cells = [f.name for f in fields(energy) if f.name in ("cells", "dNdX", "w", "G", "K")]
-    one: Energy = replace(energy, **{name: getattr(energy, name)[:1] for name in over_cells})
+    known: Any = energy  # one of the dataclasses of solvers/energies over cells
+    if hasattr(known, "parts"):
+        whole: AnyEnergy = replace(known, parts=tuple(_one_cell(part) for part in known.parts))
+        return whole
+    over_cells = [f.name for f in fields(known) if f.name in ("cells", "dNdX", "w", "G", "K")]
+    one: AnyEnergy = replace(known, **{name: getattr(known, name)[:1] for name in over_cells})
     return one
 
 
@@ -209,29 +222,29 @@ def energies(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> tuple[Ener
 
 
 def _integrated(model: Fem, case: Case, mesh: Mesh, elastic: Elastic, strain: str) -> Energy:
+    """The energy of a strain measure, as the model integrates it."""
+    first, *others = _elastic_parts(model, case, mesh, elastic, strain)
+    if others:
+        return Together((first, *others))
+    if isinstance(first.law, Corotational) and mesh.kind == "tet4":
+        return CorotationalTets(first.cells, first.dNdX, first.w, first.law)
+    return first
+
+
+def _elastic_parts(model: Fem, case: Case, mesh: Mesh, elastic: Elastic, strain: str) -> tuple[Elastic, ...]:
     """The law at all points, or shear at all points and volume at the centre."""
     laws = parts_for(case.material, strain) if model.integration == "selective" else None
     if laws is None:
-        law = law_for(case.material, strain)
-        if isinstance(law, Corotational) and mesh.kind == "tet4":
-            return CorotationalTets(mesh.cells, elastic.dNdX, elastic.w, law)
-        return replace(elastic, law=law)
+        return (replace(elastic, law=law_for(case.material, strain)),)
     middle = integration(mesh, rule=centre_rule(mesh.element))
-    volume = Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])
-    return Together((replace(elastic, law=laws[0]), volume))
+    return replace(elastic, law=laws[0]), Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])
 
 
 def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> ElementRotation:
     """One rotation for each cell, and its stiffness at rest, in full or selectively integrated."""
     G, rest = elementwise.mean(elastic.dNdX, elastic.w), np.eye(3)[None]
-    shear, volume = parts_for(case.material, "small")  # type: ignore[misc]
-    if model.integration == "full":
-        law = law_for(case.material, "small")
-        K = elementwise.stiffness(elastic.dNdX, elastic.w, law.dPdF(rest)[0])
-    else:
-        middle = integration(mesh, rule=centre_rule(mesh.element))
-        K = elementwise.stiffness(elastic.dNdX, elastic.w, shear.dPdF(rest)[0])
-        K += elementwise.stiffness(middle.dNdX, middle.w, volume.dPdF(rest)[0])
+    parts = _elastic_parts(model, case, mesh, elastic, "small")
+    K = np.sum([elementwise.stiffness(e.dNdX, e.w, e.law.dPdF(rest)[0]) for e in parts], axis=0)
     return ElementRotation(mesh.points, mesh.cells, G, K, rotations)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,12 +17,12 @@ from softmark.interpreter.models.loading import mass_matrix, single_loads, solid
 from softmark.interpreter.models.mass_spring import Calibrated, MassSpring, Uniform
 from softmark.interpreter.models.motion import PreparedMotion, in_motion
 from softmark.interpreter.models.prepared import Prepared, Solution, Workshop
-from softmark.interpreter.models.solid import Deformed, mesh_of, volume_note
+from softmark.interpreter.models.solid import Deformed, displacement_of, mesh_of, outside, volume_note
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers import linear
 from softmark.solvers.assembly import Assembly
-from softmark.solvers.elements.interpolation import Integration, integration, locate
+from softmark.solvers.elements.interpolation import Integration, integration
 from softmark.solvers.energies.energy import Floats, VectorSpace
 from softmark.solvers.energies.springs import Springs, stiffness_from_modulus
 from softmark.solvers.mesh.mesh import Mesh
@@ -58,9 +58,7 @@ class PreparedSprings:
 
     def outside(self, X: Floats) -> float:
         """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
-        if not getattr(self.shape, "prebuilt", False):
-            return 0.0
-        return float(locate(self.mesh, X).outside.max(initial=0.0))
+        return outside(self.shape, self.mesh, X)
 
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest."""
@@ -72,7 +70,7 @@ class PreparedSprings:
         return replace(solution, facts=solution.facts | self.facts)
 
     def _finish(self, found: Equilibrium) -> Solution:
-        solution = outcome.converged(found, displacement_of(self.mesh, found.x))
+        solution = outcome.converged(found, displacement_of(self.mesh, found.x.reshape(-1, 3)))
         doubts = (*self._folded(found.x), *outcome.doubts(self.declared, found))
         return replace(solution, notes=doubts, mesh=Deformed(self.mesh, found.x.reshape(-1, 3)))
 
@@ -109,11 +107,6 @@ class PreparedSprings:
         if isinstance(self.fit, Fit):
             fit |= {"factor": self.fit.factor, "value": self.fit.value, "unit": self.target.unit}
         return facts | {"fit": fit}
-
-
-def displacement_of(mesh: Mesh, x: Floats) -> Callable[[Floats], Floats]:
-    """Displacements of material points between the nodes."""
-    return lambda X: locate(mesh, X).interpolate(x.reshape(-1, 3))
 
 
 def warm_kernels() -> None:
@@ -216,7 +209,7 @@ def _error(factor: float, built: PreparedSprings, trial: Statics, target: Target
         found = equilibrium(replace(trial, assembly=assembly, watch=_Patience().watch))
     except NotConverged:
         return None
-    return target.measure(displacement_of(built.mesh, found.x))
+    return target.measure(displacement_of(built.mesh, found.x.reshape(-1, 3)))
 
 
 @dataclass

@@ -6,7 +6,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
+from softmark.interpreter.picking import picked
 from softmark.interpreter.report.axes import linear
 from softmark.interpreter.report.chart import Chart, Curve, sample
 from softmark.interpreter.report.findings import Findings
@@ -57,9 +59,9 @@ class _Energies:
     values: dict[str, Floats]
 
     @cached_property
-    def chosen(self) -> Floats:
+    def chosen(self) -> NDArray[np.int64]:
         """Numbers of the moments that are drawn."""
-        return np.unique(np.linspace(0, len(self.times) - 1, DRAWN).round().astype(int))
+        return picked(len(self.times), DRAWN)
 
     @property
     def words(self) -> str:

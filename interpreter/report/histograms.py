@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from softmark.interpreter.picking import picked
 from softmark.interpreter.report.axes import Axis, linear
 from softmark.interpreter.report.chart import Chart, Curve
 from softmark.interpreter.report.findings import Findings, Metric
@@ -188,9 +189,7 @@ class _Distribution:
 
 def _chosen(ordered: Floats, most: int) -> Floats:
     """So many of the values, from the least to the largest."""
-    if len(ordered) <= most:
-        return ordered
-    chosen: Floats = ordered[np.linspace(0, len(ordered) - 1, most).round().astype(int)]
+    chosen: Floats = ordered[picked(len(ordered), most)]
     return chosen
 
 

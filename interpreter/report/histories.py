@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from softmark.interpreter.picking import picked
 from softmark.interpreter.report.axes import Axis, linear
 from softmark.interpreter.report.chart import Chart, Curve
 from softmark.interpreter.report.energies import energy_plates
@@ -72,7 +73,7 @@ class _Course:
     def moments(self) -> Floats:
         """The times (t,) in s that are drawn: those of the finest history, thinned."""
         finest: Floats = max((p.times for p in self.seen.values() if p.times is not None), key=len)
-        moments: Floats = finest[np.unique(np.linspace(0, len(finest) - 1, DRAWN).round().astype(int))]
+        moments: Floats = finest[picked(len(finest), DRAWN)]
         return moments
 
     @cached_property

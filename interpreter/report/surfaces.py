@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.picking import picked
 from softmark.interpreter.report.markup import listed
 from softmark.interpreter.results import Shape
 
@@ -56,7 +57,7 @@ def _sampled(shape: Shape, most: int) -> Shape:
     """The first and the last frame, and others evenly between them."""
     if shape.frames is None or shape.times is None or len(shape.times) <= most:
         return shape
-    chosen = np.linspace(0, len(shape.times) - 1, most).round().astype(int)
+    chosen = picked(len(shape.times), most)
     return replace(shape, times=shape.times[chosen], frames=shape.frames[chosen])
 
 

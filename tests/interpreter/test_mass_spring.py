@@ -19,6 +19,7 @@ from softmark.interpreter.models.mass_spring import Calibrated, FromMaterial, Ma
 from softmark.interpreter.models.prepared import Workshop
 from softmark.interpreter.models.springs import PreparedSprings, prepare
 from softmark.interpreter.results import Report
+from softmark.references.measured import MeasuredPoints
 from softmark.solvers.mesh.shapes import Box
 
 BEAM = """
@@ -291,14 +292,13 @@ def test_a_network_that_cannot_be_fitted_says_so() -> None:
 
 @dataclass(frozen=True)
 class Tracked:
-    """A measurement, in the words of calibration: points that were tracked, or a surface."""
+    """A reference of tracked points that lay at X and moved by u."""
 
     X: np.ndarray
     u: np.ndarray
-    uncertainty: float = 1e-4
 
-    def load(self) -> Tracked:
-        return self
+    def load(self) -> MeasuredPoints:
+        return MeasuredPoints(self.X, self.u, 1e-4, "made up", tuple(map(str, range(len(self.X)))))
 
 
 def test_a_measurement_is_fitted_at_full_load_only() -> None:
