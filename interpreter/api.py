@@ -1,20 +1,22 @@
-"""The interpreter from Python: `softmark.load(...).run(...)`."""
+"""The interpreter from Python: `softmark.load(...).run(...)` and `softmark.compare(...)`."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.check import check
-from softmark.interpreter.compile import compile_scene
+from softmark.interpreter.compile import compile_scene, recompiled
 from softmark.interpreter.modules import Missing, locate, read
 from softmark.interpreter.scene import Scene, SceneError
 
 if TYPE_CHECKING:
+    from softmark.interpreter.overrides import Override
     from softmark.interpreter.results import Report
+    from softmark.interpreter.study.compare import Comparison
 
 
 @dataclass(frozen=True)
@@ -85,4 +87,55 @@ def checked(
     scene, diagnostics = compile_scene(source, folder, file, overrides)
     complete = not any(d.severity == "error" for d in diagnostics)
     diagnostics += check(scene, complete)
+    if scene.of_kind("study") and not any(d.severity == "error" for d in diagnostics):
+        from softmark.interpreter import sweeping
+
+        diagnostics += dict.fromkeys(sweeping.check(scene))
     return (None if any(d.severity == "error" for d in diagnostics) else scene), diagnostics
+
+
+def compare(
+    *scenes: str | Path | LoadedScene,
+    vary: Mapping[str, Sequence[str] | str] | None = None,
+    models: Sequence[str] = (),
+    study: str | None = None,
+    folder: str | Path | None = None,
+    jobs: int = 1,
+    cluster: str | None = None,
+    timeout: float | None = None,
+    repeats: int = 5,
+    resume: bool = False,
+    fresh: bool = False,
+    allow_contaminated: bool = False,
+) -> Comparison:
+    """Every model of some scenes under every setting of their studies: errors, times, and what they tell.
+
+    `vary={"h": ["10 mm", "5 mm"]}` takes the place of the studies. `folder` keeps the journal that `resume` goes on
+    with; without it nothing is kept. `timeout` is in s for each configuration; `repeats=0` leaves out timing. Raises
+    SceneError, FileNotFoundError, journal.Refused for a folder that is in use or holds results already, and
+    pool.Unavailable where workers or a cluster cannot be had.
+    """
+    import tempfile
+
+    from softmark.interpreter.study.compare import Request
+    from softmark.interpreter.study.compare import compare as carry_out
+    from softmark.interpreter.study.variations import Subject, subject_of
+
+    subjects: list[Subject] = []
+    for one in scenes:
+        scene = one.scene if isinstance(one, LoadedScene) else load(one).scene
+        subjects.append(subject_of(scene, [s.name for s in subjects]))
+    texts = tuple(f"{n}={v if isinstance(v, str) else ','.join(v)}" for n, v in (vary or {}).items())
+    with tempfile.TemporaryDirectory() as scratch:
+        request = Request(
+            Path(folder or scratch), texts, tuple(models), study, jobs, cluster, timeout, repeats, resume, fresh,
+            allow_contaminated, "softmark.compare",
+        )  # fmt: skip
+        return carry_out(subjects, request)
+
+
+def varied(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
+    """A sound scene with further overrides, and all diagnostics about it; its studies are left out of account."""
+    other, diagnostics = recompiled(scene, more)
+    complete = not any(d.severity == "error" for d in diagnostics)
+    return other, diagnostics + check(other, complete)

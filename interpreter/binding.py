@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar import tree
 from softmark.grammar.suggest import nearest
-from softmark.interpreter import schema, units
+from softmark.interpreter import schema, sweeping, units
 from softmark.interpreter.expressions import Bad, Place, Quantity, VectorValue, describe, words
 from softmark.interpreter.modules import Module
 from softmark.interpreter.scene import Location
 from softmark.interpreter.schema import Constructor, Field
-from softmark.interpreter.selections import selection
+from softmark.interpreter.selections import said, selection
 
 if TYPE_CHECKING:
     from softmark.interpreter.compile import Compiler
     from softmark.interpreter.overrides import Override
+    from softmark.interpreter.vocabulary.studies import Target, Variant
 
 Bound = tuple[tree.Expression, Place]  # an expression, and the text that it stands in
 
@@ -369,7 +370,8 @@ class Binder:
         return tuple(v / norm for v in value.values)
 
     def _condition(self, field: Field, node: tree.Expression, place: Place) -> Any:
-        return selection(node, self.compiler.scope.evaluator(self.module, place))
+        evaluator = self.compiler.scope.evaluator(self.module, place)
+        return replace(selection(node, evaluator), said=said(node, evaluator))
 
     def _components(self, field: Field, node: tree.Expression, place: Place) -> tuple[int, ...]:
         items = node.items if isinstance(node, tree.Vector | tree.List) else (node,)
@@ -407,6 +409,12 @@ class Binder:
         if not isinstance(node, tree.List):
             raise self._wrong(field, node, place)
         return self.compiler.scope.evaluator(self.module, place).values(node)
+
+    def _target(self, field: Field, node: tree.Expression, place: Place) -> Target:
+        return sweeping.target(self, field, node, place)
+
+    def _variants(self, field: Field, node: tree.Expression, place: Place) -> tuple[Variant, ...]:
+        return sweeping.variants(self, field, node, place)
 
     def _value_object(self, field: Field, node: tree.Expression, place: Place) -> Any:
         if field.kind == "element":

@@ -16,6 +16,7 @@ from softmark.interpreter.case import Case, Fault, body_of, case_for, reach
 from softmark.interpreter.comparisons import comparisons
 from softmark.interpreter.conditions import Point
 from softmark.interpreter.scene import Declared, Location, Scene
+from softmark.interpreter.selfconverged import doubts as doubts_of_refined
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import PointForce
 from softmark.interpreter.vocabulary.probes import Nodes
@@ -249,6 +250,10 @@ def _comparisons(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from comparisons(scene)
 
 
+def _refined(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    yield from doubts_of_refined(scene)
+
+
 def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """In a dynamic analysis, all supports of a body that move share one course."""
     moved: dict[str, Declared] = {}
@@ -290,5 +295,7 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _selections, _places, _meshes, _lints)
-WHOLE: tuple[Check, ...] = (_bodies, _held, _loaded, _models, _references, _metrics, _comparisons, _courses, _published,
-                            _expectations, _use)
+WHOLE: tuple[Check, ...] = (
+    _bodies, _held, _loaded, _models, _references, _refined, _metrics, _comparisons, _courses, _published,
+    _expectations, _use,
+)  # fmt: skip

@@ -14,6 +14,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "check": ("check", "parse, resolve, check dimensions and applicability; run nothing"),
     "plan": ("plan", "show what would be built, and which line asks for it"),
     "run": ("run", "run a scene and write its report"),
+    "compare": ("compare", "compare models and settings: error, time, the Pareto front, a recommendation"),
     "explain": ("explain", "explain a word of the language or a diagnostic code"),
     "list": ("listing", "list models, materials, references, metrics, shapes, scenes, codes, ..."),
     "new": ("new", "print a commented starter scene"),

@@ -7,7 +7,7 @@ another.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from softmark.grammar import tree
@@ -33,7 +33,25 @@ def compile_scene(
     diagnostics: list[Diagnostic] = []
     table = modules.load(source, folder, file, diagnostics)
     _unknown_kinds(table)
-    replaced = overrides.assigned(overrides.read(replacements, diagnostics), table)
+    return _compiled(table, str(file) if file else None, overrides.read(replacements, diagnostics), diagnostics,
+                     tuple(replacements))  # fmt: skip
+
+
+def recompiled(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
+    """The scene with further overrides, and all diagnostics; its text is not parsed again."""
+    if scene.table is None:
+        raise ValueError("the scene does not know its texts")
+    diagnostics: list[Diagnostic] = []
+    table = scene.table.again(diagnostics)
+    added = [replace(o, place=Place(o.place.source, diagnostics)) for o in more]
+    texts = (*scene.overrides, *(o.text for o in more))
+    return _compiled(table, scene.path, overrides.read(scene.overrides, diagnostics) + added, diagnostics, texts)
+
+
+def _compiled(
+    table: Table, path: str | None, given: Sequence[Override], diagnostics: list[Diagnostic], texts: tuple[str, ...]
+) -> tuple[Scene, list[Diagnostic]]:
+    replaced = overrides.assigned(given, table)
     scope = Scope(table)
     parameters.evaluate(scope, replaced)
     compiler = Compiler(scope, replaced)
@@ -41,13 +59,14 @@ def compile_scene(
     main = table.modules[0]
     scene = Scene(
         title=_title(main),
-        source=source,
-        path=str(file) if file else None,
+        source=main.source,
+        path=path,
         parameters={n: p for n in table.symbols if (p := scope.parameters.get(n)) is not None},
         declared={n: d for n in table.symbols if (d := compiler.declared.get(n)) is not None},
         expectations=tuple(compiler.expectations),
-        overrides=tuple(replacements),
+        overrides=texts,
         unused=_unused(scope),
+        table=table,
     )
     return scene, list(dict.fromkeys(diagnostics))  # a scene that is used twice is complained about once
 

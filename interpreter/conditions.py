@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 RELATIVE_TOLERANCE = 1e-9
@@ -133,10 +133,11 @@ Truth = tuple[bool, bool]  # may it be false somewhere, may it be true somewhere
 
 @dataclass(frozen=True)
 class Condition:
-    """A selection of points. `holds` works on floats and on arrays, `bounds` on a box."""
+    """A selection of points: `holds` works on floats and on arrays, `over` on a box; `said` is its text with values."""
 
-    _test: Callable[[tuple[Any, Any, Any], float], Any]
-    _bound: Callable[[tuple[Range, Range, Range], float], Truth]
+    _test: Callable[[tuple[Any, Any, Any], float], Any] = field(repr=False)
+    _bound: Callable[[tuple[Range, Range, Range], float], Truth] = field(repr=False)
+    said: str = field(default="", compare=False)
 
     def holds(self, x: Any, y: Any, z: Any, extent: float) -> Any:
         """True where (x, y, z), in m, satisfies the condition in a body of this extent (m)."""

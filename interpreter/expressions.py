@@ -162,7 +162,7 @@ class Evaluator:
                 problem = f"the components of a vector differ in dimension: {first} and {other}"
                 help = "give each component a unit, `(L, 0 mm, 0 mm)`, or the vector one, `(0, 0, 1) mm`"
                 raise self.place.fail("E218", item.span, problem, other, help)
-        return VectorValue(tuple(q.value for q in items), items[0].dimension)
+        return VectorValue(tuple(q.value for q in items), items[0].dimension if items else NONE)
 
     def _binary(self, node: tree.Binary) -> Value:
         left, right = self.value(node.left), self.value(node.right)

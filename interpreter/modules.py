@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from softmark.grammar import tree
@@ -52,6 +52,12 @@ class Table:
         """Whether a name, or the alias that it starts with, has been reported where it is declared."""
         parts = full.split(".")
         return any(".".join(parts[:i]) in self.broken for i in range(1, len(parts) + 1))
+
+    def again(self, diagnostics: list[Diagnostic]) -> Table:
+        """The same texts, parsed already, to be compiled anew with a list of diagnostics of its own."""
+        modules = {id(m): replace(m, place=Place(m.source, diagnostics)) for m in self.modules}
+        symbols = {n: Symbol(s.node, modules[id(s.module)]) for n, s in self.symbols.items()}
+        return Table(list(modules.values()), symbols, dict(self.aliases), set(self.broken))
 
 
 class Missing(Exception):

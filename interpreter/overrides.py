@@ -1,4 +1,4 @@
-"""Overrides from the command line: `-p L=120mm` and `-p silicone.young=30kPa`."""
+"""Overrides: `-p L=120mm` and `-p silicone.young=30kPa` of the command line, and the values of a sweep."""
 
 from __future__ import annotations
 
@@ -16,39 +16,51 @@ from softmark.interpreter.modules import Table
 
 @dataclass(frozen=True)
 class Override:
-    """`-p NAME=VALUE`: the expression takes the place of a parameter's or a field's."""
+    """`-p NAME=VALUE`: the expression takes the place of a parameter's or a field's.
+
+    `written` says how one writes such an override, for messages; `text` is `NAME=VALUE`.
+    """
 
     name: str
     node: tree.Expression
     place: Place
     name_span: tree.Span
+    written: str = "-p {}=VALUE"
+    text: str = ""
+
+    def example(self, name: str) -> str:
+        """How such an override of another name is written."""
+        return self.written.format(name)
 
 
 def read(texts: Sequence[str], diagnostics: list[Diagnostic]) -> list[Override]:
     """The overrides of a command line; what cannot be read is reported and left out."""
-    read_one = (_read(text, diagnostics) for text in texts)
-    return [override for override in read_one if override is not None]
+    found = (read_one(text, diagnostics) for text in texts)
+    return [override for override in found if override is not None]
 
 
-def _read(text: str, diagnostics: list[Diagnostic]) -> Override | None:
-    shown = Source(f"-p {text}", text)
+def read_one(text: str, diagnostics: list[Diagnostic], option: str = "-p") -> Override | None:
+    """`NAME=VALUE` as an override; None, with what is wrong in the list, where it cannot be read."""
+    shown = Source(f"{option} {text}", text)
     place = Place(shown, diagnostics)
     name, equals, value = text.partition("=")
     span = tree.Span(0, len(name), 1, 1, 1, 1 + len(name))
     if not equals or not name.strip():
         missing = "`=` and a value are missing" if not equals else "the name is missing"
-        place.fail("E220", span, "an override reads `NAME=VALUE`", missing, "for example `-p L=120mm`")
+        place.fail("E220", span, "an override reads `NAME=VALUE`", missing, f"for example `{option} L=120mm`")
         return None
     if not value.strip():
         after = tree.Span(len(text), len(text), 1, 1 + len(text), 1, 1 + len(text))
         place.fail("E220", after, "an override reads `NAME=VALUE`", "the value is missing",
-                   f"for example `-p {name.strip()}=120mm`")
+                   f"for example `{option} {name.strip()}=120mm`")
         return None
     # blanks instead of `NAME=`, so that spans count from the start of the argument
     node, problems = parse_expression(Source(shown.name, " " * (len(name) + 1) + value))
     diagnostics.extend(Diagnostic(p.code, p.message, shown, p.span, p.label, p.help, p.notes)
                        for p in problems)
-    return None if node is None else Override(name.strip(), node, place, span)
+    if node is None:
+        return None
+    return Override(name.strip(), node, place, span, f"{option} {{}}=VALUE", text)
 
 
 def assigned(overrides: Sequence[Override], table: Table) -> dict[str, Override]:
@@ -74,7 +86,7 @@ def _alias(override: Override, owner: str, original: tree.Name) -> None:
     field = override.name.rpartition(".")[2]
     problem = f"`{owner}` has no fields of its own, it is another name for `{original.text}`"
     override.place.fail("E205", override.name_span, problem, "not a field",
-                        f"replace the field of the original: `-p {original.text}.{field}=...`")  # fmt: skip
+                        f"replace the field of the original: `{override.example(f'{original.text}.{field}')}`")
 
 
 def _unknown(override: Override, table: Table) -> None:
@@ -83,7 +95,7 @@ def _unknown(override: Override, table: Table) -> None:
     if known is not None and isinstance(known.node, tree.Declare):
         kind = f"{schema.article(known.node.kind)} {known.node.kind}"
         override.place.fail("E213", override.name_span, f"`{override.name}` is {kind}, not a parameter", kind,
-                            f"replace one of its fields: `-p {override.name}.FIELD=VALUE`")  # fmt: skip
+                            f"replace one of its fields: `{override.example(f'{override.name}.FIELD')}`")
         return
     close = nearest(override.name, parameters) or nearest(override.name, table.symbols)
     listed = ", ".join(parameters) or "none"

@@ -48,7 +48,7 @@ def plan_of(scene: Scene, only: tuple[str, ...] = ()) -> Plan:
     tasks = (
         *_meshes(scene, models, asked),
         *(_solve(scene, n, asked[n]) for n in models),
-        *(Task("reference", n, scene.declared[n].constructor.name, asked[n]) for n in references),
+        *(Task("reference", n, _known(scene.declared[n]), asked[n]) for n in references),
         *_questions(scene, models, references),
     )
     idle = tuple(n for n in _workers(scene) if n not in asked)
@@ -104,6 +104,15 @@ def _solve(scene: Scene, name: str, asked: Location) -> Task:
     body = body_of(scene, declared)
     needs = (f"mesh {body}",) if hasattr(declared.thing, "mesh_key") else ()
     return Task("solve", name, declared.thing.outline(case_of(scene, body)), asked, needs)
+
+
+def _known(reference: Declared) -> str:
+    """What a reference is; one that refines models is one task, which repeats none of theirs."""
+    if not hasattr(reference.thing, "methods"):
+        return reference.constructor.name
+    from softmark.interpreter.selfconverged import words
+
+    return words(reference)
 
 
 def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...]) -> list[Task]:

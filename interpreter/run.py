@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
@@ -18,10 +18,11 @@ from softmark.interpreter.cantilever import cantilever_of
 from softmark.interpreter.case import Case, Fault, case_for, case_of, fault
 from softmark.interpreter.environment import describe, environment
 from softmark.interpreter.judging import judge
-from softmark.interpreter.looking import Place, drawn, held_face, place_of, scanned, surface_of
+from softmark.interpreter.looking import Place, drawn, place_of, scanned, surface_of
 from softmark.interpreter.measuring import View, metrics_of
 from softmark.interpreter.models.prepared import History, Prepared, Solution, Workshop
 from softmark.interpreter.plan import Plan, plan_of
+from softmark.interpreter.preparing import from_a_model, measurement, prepared_model
 from softmark.interpreter.results import (
     ModelResult,
     ProbeResult,
@@ -49,6 +50,8 @@ class Options:
     keep: Callable[[Report], None] = lambda report: None
     warn: Callable[[Sequence[Diagnostic]], None] = lambda found: None
     draw: bool = True  # find the surfaces that a report shows
+    # how a reference is had: made, or known from another run of the same
+    recall: Callable[[Scene, Declared, Callable[[], Any]], Any] = lambda scene, reference, make: make()
 
 
 @dataclass
@@ -91,14 +94,14 @@ def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
     _place_all(work)
     _prepare_all(work)
     for name in work.plan.references:
-        if not _waits(scene.declared[name]):
+        if not from_a_model(scene.declared[name]):
             options.say("reference", name)
             _reference(work, scene.declared[name])
     for name in work.plan.models:
         _model(work, name)
         options.keep(_report(work, partial=True))
     for name in work.plan.references:
-        if _waits(scene.declared[name]):
+        if from_a_model(scene.declared[name]):
             options.say("scan", name)
             _virtual(work, scene.declared[name])
     return _report(work, partial=False)
@@ -127,14 +130,9 @@ def _prepare_all(work: _Run) -> None:
         declared = work.scene.declared[name]
         case = work.case(declared)
         work.options.say("prepare", name)
-        declared.thing.load()
-        workshop.borrowed = (0.0, 0.0)
-        wall, cpu = time.perf_counter(), time.process_time()
         try:
-            prepared = declared.thing.prepare(declared, case, workshop)
-            spent = time.perf_counter() - wall, time.process_time() - cpu
-            # a mesh that another model has made costs this one what it cost that one
-            work.prepared[name] = (prepared, spent[0] + workshop.borrowed[0], spent[1] + workshop.borrowed[1])
+            prepared, spent = prepared_model(declared, case, workshop)
+            work.prepared[name] = (prepared, *spent)
             _probes_inside(work, case.body.name, prepared)
         except Fault as error:
             faults.append(error.diagnostic)
@@ -265,27 +263,18 @@ def _read_all(work: _Run) -> None:
     """Read measured data first: probes and supports may lie where something was measured."""
     for name in work.plan.references:
         thing = work.scene.declared[name].thing
-        if hasattr(thing, "load") and not _waits(work.scene.declared[name]):
+        if hasattr(thing, "load") and not from_a_model(work.scene.declared[name]):
             work.options.say("reference", f"reading {name}")
             try:
-                work.measured[name] = _loaded(work, work.scene.declared[name])
+                work.measured[name] = _measurement(work, work.scene.declared[name])
             except Exception as failure:  # whatever is wrong with a file, the models can still be computed
                 if os.environ.get("SOFTMARK_DEBUG"):
                     raise
                 _failed(work, work.scene.declared[name], str(failure))
 
 
-def _waits(reference: Declared) -> bool:
-    """Whether a reference is made from what a model computes."""
-    return getattr(reference.thing, "of", None) is not None
-
-
-def _loaded(work: _Run, declared: Declared) -> Any:
-    """A measurement, moved onto the held face of the body where the scene asks for that."""
-    thing, register = declared.thing, getattr(declared.thing, "register", "none")
-    if register == "clamp":
-        return thing.load(held=held_face(work.case(declared)))
-    return replace(thing, register="none").load() if register == "icp" else thing.load()
+def _measurement(work: _Run, declared: Declared) -> Any:
+    return work.options.recall(work.scene, declared, lambda: measurement(work.scene, declared))
 
 
 def _failed(work: _Run, declared: Declared, message: str) -> None:
@@ -302,7 +291,12 @@ def _reference(work: _Run, declared: Declared) -> None:
         if declared.name in work.measured:
             _keep_measured(work, declared, work.measured[declared.name])
             return
-        line = declared.thing.solve(cantilever_of(declared, work.case(declared)))
+        if hasattr(declared.thing, "methods"):
+            _keep_refined(work, declared)
+            return
+        line = work.options.recall(
+            work.scene, declared, lambda: declared.thing.solve(cantilever_of(declared, work.case(declared)))
+        )
         error = float(line.estimated_error)
         _keep_reference(work, declared, lambda X: _above(line.displacement(X), error), error)
     except Fault as refused:
@@ -313,8 +307,24 @@ def _reference(work: _Run, declared: Declared) -> None:
         _failed(work, declared, str(failure))
 
 
+def _keep_refined(work: _Run, declared: Declared) -> None:
+    """The limit of models that are refined, over all points that are asked for."""
+    from softmark.interpreter.extrapolation import settled
+
+    places = [work.place(p).X for p in work.probes(work.case(declared).body.name)]
+    points = np.concatenate([np.zeros((0, 3)), *places])
+    found = work.options.recall(
+        work.scene, declared, lambda: settled(work.scene, declared, points, work.measured, work.options.say)
+    )
+    _keep_reference(work, declared, found.displacement, found.estimated_error, found.facts)
+
+
 def _keep_reference(
-    work: _Run, declared: Declared, displacement: Callable[[Any], Any], error: float
+    work: _Run,
+    declared: Declared,
+    displacement: Callable[[Any], Any],
+    error: float,
+    facts: Mapping[str, Any] | None = None,
 ) -> None:
     """A reference that has a field of displacements."""
     cls, case = type(declared.thing), work.case(declared)
@@ -324,7 +334,7 @@ def _keep_reference(
         declared.name, case.body.name, case, None, displacement, probes, weights, uncertainty=error
     )
     work.references[declared.name] = ReferenceResult(
-        declared.name, "converged", None, cls.kind, cls.source, error, probes
+        declared.name, "converged", None, cls.kind, cls.source, error, probes, facts=facts or {}
     )
 
 

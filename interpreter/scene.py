@@ -6,13 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from operator import itemgetter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.tree import Span
 from softmark.interpreter.expressions import Value
 from softmark.interpreter.schema import Constructor
+
+if TYPE_CHECKING:
+    from softmark.interpreter.modules import Table
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,7 @@ class Scene:
     expectations: tuple[Expectation, ...]
     overrides: tuple[str, ...] = ()  # as given: `L=120mm`
     unused: Mapping[str, Location] = field(default_factory=dict)
+    table: Table | None = field(default=None, repr=False, compare=False)  # what it was compiled from
 
     def of_kind(self, kind: str) -> dict[str, Declared]:
         """The scene's own declarations of a kind, without those that come from `use`."""

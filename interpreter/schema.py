@@ -19,7 +19,7 @@ from softmark.interpreter.units import Dimension
 
 Form = Literal[
     "quantity", "vector", "integer", "flag", "choice", "text", "file", "direction", "condition", "components",
-    "name", "names", "list", "value"
+    "name", "names", "list", "value", "target", "variants"
 ]
 
 
@@ -98,6 +98,8 @@ _EXPECTED = {
     "condition": "a condition on the coordinates, such as `x <= 0 mm`",
     "components": "components such as `x` or `(x, y)`",
     "list": "a list of values such as `[10, 5, 2.5] mm`",
+    "target": "the name of a parameter, such as `h`, or of a field, such as `rod.segments`",
+    "variants": "a list of values such as `[10, 5, 2.5] mm`",
 }
 
 
@@ -113,6 +115,7 @@ def plural(kind: str) -> str:
 
 _PLURALS = {
     "body": "bodies", "analysis": "analyses", "published": "published values", "stiffness": "stiffnesses",
+    "study": "studies",
 }  # fmt: skip
 
 
@@ -154,6 +157,7 @@ def tables() -> dict[str, Mapping[str, type[Any]]]:
         LOADS,
         PROBES,
         PUBLISHED,
+        STUDIES,
         SUPPORTS,
     )
     from softmark.references import REFERENCES
@@ -174,6 +178,7 @@ def tables() -> dict[str, Mapping[str, type[Any]]]:
         "published": PUBLISHED,
         "course": COURSES,
         "stiffness": STIFFNESSES,
+        "study": STUDIES,
     }
 
 
@@ -221,7 +226,7 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "flag"}
     if spec in ("file", "file or folder"):
         return {"form": "file", "folder": spec == "file or folder"}
-    if spec in ("direction", "condition", "components"):
+    if spec in ("direction", "condition", "components", "target", "variants"):
         return {"form": spec}
     if base is str and not spec:
         return {"form": "text"}
@@ -229,7 +234,7 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "integer", "interval": _interval(spec)}
     if spec in ("shape", "material", "element", "course", "stiffness"):
         return {"form": "value", "kind": spec}
-    if spec in ("body", "reference", "probe", "analysis", "metric", "model"):
+    if spec in ("body", "reference", "probe", "analysis", "metric", "model", "study"):
         return {"form": "name", "kind": spec}
     if spec == "reference or model":
         return {"form": "name", "kind": "reference", "also": ("model",)}
@@ -288,7 +293,10 @@ SYNONYMS = {
     "precision": "uncertainty", "error": "uncertainty", "registration": "register", "align": "register",
     "isovalue": "iso", "iso_value": "iso", "level": "iso", "voxel_size": "voxel", "psf": "blur",
     "models": "of", "model": "of", "frame": "state", "fps": "rate", "refresh": "rate", "hz": "rate",
-    "statistics": "statistic", "norm": "statistic", "citation": "source",
+    "linear_solver": "linear", "cg_iterations": "linear_cap", "initial_guess": "start", "warm_start": "start",
+    "dtype": "precision", "factorization": "factorisation",
+    "statistics": "statistic", "norm": "statistic", "citation": "source", "parameter": "target", "variable": "target",
+    "values": "over", "range": "over", "sweep": "over", "product": "with", "times": "with",
 }  # fmt: skip
 
 # What other programs call the choices of a field.
@@ -314,7 +322,9 @@ CHOICES = {
     "root_mean_square": "rms", "closest": "nearest", "closest_point": "nearest", "normals": "normal",
     "projected": "normal", "iterative_closest_point": "icp", "held": "clamp",
     "biggest": "largest", "face": "faces", "body": "all", "tetrahedra": "tet4", "hexahedra": "hex8",
-    "freudenthal": "kuhn",
+    "freudenthal": "kuhn", "float32": "single", "float64": "double", "fp32": "single", "fp64": "double",
+    "cg": "conjugate_gradients", "pcg": "conjugate_gradients", "amg": "multigrid", "lu": "superlu", "llt": "cholesky",
+    "ldlt": "cholesky", "direct": "cholesky", "mkl": "pardiso",
 }  # fmt: skip
 
 # What other programs call the elements.
@@ -383,7 +393,9 @@ WORDS = {
     "error": "metric", "geometry": "shape", "let": "param", "parameter": "param", "const": "param",
     "var": "param",
     "import": "use", "include": "use", "assert": "expect", "check": "expect", "observable": "probe",
-    "transient": "dynamic", "time_history": "dynamic", "implicit_dynamic": "dynamic", "modal": "dynamic",
+    "transient": "dynamic", "time_history": "dynamic", "implicit_dynamic": "dynamic",
+    "rom": "pod", "reduced_order": "pod", "eigenmodes": "modal", "richardson": "self_converged",
+    "grid_convergence": "self_converged",
     "quasi_static": "static", "equilibrium": "static", "steady": "static",
     "mass_springs": "mass_spring", "spring_mass": "mass_spring", "spring_damper": "mass_spring",
     "van_gelder": "from_material", "auto": "from_material", "fitted": "calibrated", "fit": "calibrated",
@@ -400,4 +412,6 @@ WORDS = {
     "strain_error": "strain_energy_norm", "linear_ramp": "ramp", "smoothstep": "smooth", "cosine": "sine",
     "sinusoid": "sine", "impulse": "pulse", "experiment": "reference", "measurement": "reference",
     "ground_truth": "reference", "truth": "reference", "paper": "published", "table": "published",
+    "parameter_study": "sweep", "grid": "sweep", "vary": "sweep", "refinement": "sweep", "richardson": "convergence",
+    "gci": "convergence", "order": "convergence", "front": "pareto", "trade_off": "pareto", "tradeoff": "pareto",
 }  # fmt: skip

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from softmark.grammar import tree
+from softmark.grammar import layout, tree
 from softmark.interpreter import units
 from softmark.interpreter.conditions import Condition, Term
-from softmark.interpreter.expressions import COORDINATES, Evaluator, Quantity, describe
+from softmark.interpreter.expressions import COORDINATES, PREDEFINED, Evaluator, Quantity, describe
 from softmark.interpreter.units import LENGTH, NONE, Dimension
 
 EXPONENTS = (2.0, 3.0, 4.0)
@@ -26,6 +26,13 @@ def selection(node: tree.Expression, evaluator: Evaluator) -> Condition:
     found = describe(node)
     raise evaluator.place.fail("E207", node.span, f"expected a condition on the coordinates, found {found}",
                                found, help)
+
+
+def said(node: tree.Expression, evaluator: Evaluator) -> str:
+    """The text of a condition, followed by the values of the parameters in it: what makes it this condition."""
+    names = (n for n, _ in tree.walk(node) if isinstance(n, tree.Name) and n.text not in PREDEFINED)
+    values = {name.text: evaluator.lookup(name) for name in names}
+    return "; ".join((layout.flat(node), *(f"{name} = {value!r}" for name, value in values.items())))
 
 
 def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:

@@ -7,6 +7,8 @@
     simo_reissner      large deflections with shear and stretch
     small_deflection   the closed form for small ones
 
+    self_converged     the scene's own models refined: what is asked for; solving them is not done here
+
 and what was measured:
 
     data               public data sets, by name and checksum
@@ -27,6 +29,7 @@ from __future__ import annotations
 from softmark.references.ct_volume import CtVolume
 from softmark.references.elastica import Elastica
 from softmark.references.markers import Markers
+from softmark.references.self_converged import SelfConverged
 from softmark.references.simo_reissner import SimoReissner
 from softmark.references.small_deflection import SmallDeflection
 from softmark.references.surface import SurfaceScan
@@ -36,6 +39,7 @@ REFERENCES: dict[str, type] = {
     "elastica": Elastica,
     "small_deflection": SmallDeflection,
     "simo_reissner": SimoReissner,
+    "self_converged": SelfConverged,
     "surface": SurfaceScan,
     "markers": Markers,
     "ct_volume": CtVolume,

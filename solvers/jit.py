@@ -2,8 +2,8 @@
 
 numba's cache does not notice that a function called from another file has changed: the old kernel answers, silently.
 So the folder of the cache is named by a digest of all solver sources, of numba's and numpy's version and of the
-processor. Kernels live in `kernels.py` files and in `corotational_tets.py`; what needs none must not import these,
-for numba is slow to load. A kernel is compiled for the types that it is called with and no others, so
+processor. Kernels live in `kernels.py` files, in `sparse` and in `corotational_tets.py`; what needs none must not
+import these, for numba is slow to load. A kernel is compiled for the types that it is called with and no others, so
 one that a run does not call costs it nothing.
 """
 

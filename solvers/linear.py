@@ -1,27 +1,76 @@
-"""Sparse linear systems: one place that knows which factorisation is used."""
+"""Sparse linear systems: one place that knows which factorisation is used.
+
+What `auto` takes: SuperLU for few entries, where loading kernels would take longer than it gains; else our multifrontal
+Cholesky, which goes on as L S L^T where pivots are negative; else, where its factor would take too long or more memory
+than there is, conjugate gradients with multigrid, which needs the rigid motions of the unknowns and pyamg; else a
+factor in single precision, which takes half the memory, with conjugate gradients. Matrices that are not symmetric go to
+Pardiso where it is installed and worth its analysis, and to SuperLU.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from softmark.solvers import memory
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.threads import ALONE
 
 if TYPE_CHECKING:
-    from softmark.solvers.sparse.cholesky import Cholesky
+    from softmark.solvers.sparse.cholesky import Cholesky, Precision
+    from softmark.solvers.sparse.multigrid import Multigrid
+    from softmark.solvers.sparse.pardiso import Pardiso
+
+Method = Literal["auto", "cholesky", "superlu", "pardiso", "multigrid"]
+Modes = (
+    Floats | Callable[[], Floats | None] | None
+)  # (n, 6) rigid motions of the unknowns, or what makes them
 
 NAME, CHOLESKY = "SuperLU (scipy)", "multifrontal Cholesky"
-LARGE = 150_000  # entries from which the Cholesky factorisation pays for the analysis and the loading of its kernels
+SIGNED, SINGLE = "multifrontal L S L^T", "multifrontal Cholesky in single precision with conjugate gradients"
+LARGE = 100_000  # entries from which the Cholesky factorisation pays for the analysis and the loading of its kernels
+VERY_LARGE = 3_000_000  # entries from which multigrid may be taken
 NEUTRAL = 1e-13  # of the largest pivot: smaller ones have no sign
+SHARE = 0.6  # of the memory that is left: what a factor may take
+LONG = 2e6  # operations for each unknown of a factorisation, from which multigrid takes less time
+CLOSE = 1e-10  # relative residual to which iterations go
+UNSTABLE = 1e-6  # relative residual of a factor without a choice of pivots that is not worth refining
+FRESH = 30  # iterations within which a factor in single precision must do
 
 
 class Singular(Exception):
     """The matrix has no usable factorisation."""
+
+
+class Unsolved(Singular):
+    """No method brought the residual below the tolerance; `residual` is the relative one that was reached."""
+
+    def __init__(self, residual: float, tolerance: float) -> None:
+        super().__init__(
+            f"the linear system is not solved: residual {residual:.1e}, tolerance {tolerance:.1e}"
+        )
+        self.residual = residual
+
+
+class NotInstalled(Singular):
+    """The method that was asked for needs a package that is not there."""
+
+    def __init__(self, method: str, package: str) -> None:
+        super().__init__(f"{method} needs the package {package}: install softmark[fast]")
+
+
+class TooLarge(Singular):
+    """A factor would need more memory than there is, and no iterative method can be used."""
+
+    def __init__(self, needed: float, there: float, why: str) -> None:
+        super().__init__(
+            f"a factor of the stiffness matrix needs {needed / 1e9:.1f} GB, and {there / 1e9:.1f} GB are left; {why}"
+        )
 
 
 class Factor(Protocol):
@@ -32,11 +81,18 @@ class Factor(Protocol):
         """The method and its implementation, for reports."""
 
     @property
-    def negative_pivots(self) -> int:
-        """How many pivots are negative: for a symmetric matrix, its negative eigenvalues (Sylvester's law)."""
+    def negative_pivots(self) -> int | None:
+        """How many pivots are negative: for a symmetric matrix, its negative eigenvalues (Sylvester's law).
+
+        None where the method cannot tell, as an iterative one or one in single precision.
+        """
+
+    @property
+    def tolerance(self) -> float:
+        """Relative residual of `solve`; 0: to rounding."""
 
     def solve(self, b: Floats) -> Floats:
-        """x with K x = b."""
+        """x with K x = b. Raises Unsolved where an iteration does not get to `tolerance`."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +101,7 @@ class Triangular:
 
     lu: Any  # scipy.sparse.linalg.SuperLU
     name: str = NAME
+    tolerance: float = 0.0
 
     def solve(self, b: Floats) -> Floats:
         """x with K x = b."""
@@ -53,7 +110,7 @@ class Triangular:
         return x
 
     @property
-    def negative_pivots(self) -> int:
+    def negative_pivots(self) -> int | None:
         """How many pivots are negative.
 
         Only pivots on the diagonal count; a pivot taken elsewhere makes the matrix indefinite as well.
@@ -70,36 +127,213 @@ class Definite:
 
     cholesky: Cholesky
     name: str = CHOLESKY
-    negative_pivots: int = 0
+    negative_pivots: int | None = 0
+    tolerance: float = 0.0
 
     def solve(self, b: Floats) -> Floats:
         """x with K x = b."""
         return self.cholesky.solve(b)
 
 
-def factor(K: sparse.csr_matrix, symmetric: bool = True) -> Factor:
-    """Factorise K: large symmetric definite matrices by Cholesky's method, others by SuperLU (Li 2005).
+@dataclass(frozen=True)
+class Signed:
+    """K = L S L^T, S = diag(+-1), in an order that was chosen for sparsity: refined once, since pivots may be small."""
 
-    What a pattern tells of its factor is found once (`sparse.plans`). Raises Singular where a pivot vanishes or the
-    matrix holds a number that is not finite.
+    cholesky: Cholesky
+    K: sparse.csr_matrix
+    name: str = SIGNED
+    tolerance: float = 0.0
+
+    @property
+    def negative_pivots(self) -> int | None:
+        """How many pivots are negative."""
+        return self.cholesky.negative_pivots
+
+    def solve(self, b: Floats) -> Floats:
+        """x with K x = b."""
+        x = self.cholesky.solve(b)
+        return x + self.cholesky.solve(b - self.K @ x)
+
+
+@dataclass(frozen=True)
+class Refined:
+    """K = L L^T in single precision; conjugate gradients, mostly two or three, remove its errors."""
+
+    cholesky: Cholesky
+    K: sparse.csr_matrix
+    name: str = SINGLE
+    negative_pivots: int | None = None
+    tolerance: float = CLOSE
+
+    def solve(self, b: Floats) -> Floats:
+        """x with |b - K x| <= tolerance |b|. Raises Unsolved."""
+        from softmark.solvers.sparse.gradients import conjugate_gradients
+
+        size = float(np.linalg.norm(b))
+        # single precision overflows where forces in N are far from one
+        x, _, done = conjugate_gradients(self.K, b, self._scaled, self.tolerance * size, FRESH)
+        return x if done else _settled(self.K, x, b, self.tolerance)
+
+    def _scaled(self, r: Floats) -> Floats:
+        size = float(np.linalg.norm(r))
+        return size * self.cholesky.solve(r / size)
+
+
+@dataclass(frozen=True)
+class Iterative:
+    """Conjugate gradients with multigrid, and what to do where they fail."""
+
+    multigrid: Multigrid
+    K: sparse.csr_matrix
+    name: str
+    otherwise: Callable[[], Factor] | None = None
+    negative_pivots: int | None = None
+    tolerance: float = CLOSE
+
+    def solve(self, b: Floats) -> Floats:
+        """x with |b - K x| <= tolerance |b|. Raises Unsolved."""
+        x, done = self.multigrid.solve(b, self.tolerance)
+        if done:
+            return x
+        return self.otherwise().solve(b) if self.otherwise else _settled(self.K, x, b, self.tolerance)
+
+
+@dataclass(frozen=True)
+class ByPardiso:
+    """A factor that Pardiso holds."""
+
+    pardiso: Pardiso
+    name: str
+    tolerance: float = 0.0
+
+    @property
+    def negative_pivots(self) -> int | None:
+        """How many pivots are negative, where the matrix is symmetric."""
+        return self.pardiso.negative_pivots
+
+    def solve(self, b: Floats) -> Floats:
+        """x with K x = b."""
+        return self.pardiso.solve(b)
+
+
+def _settled(K: sparse.csr_matrix, x: Floats, b: Floats, tolerance: float) -> Floats:
+    """x, if rounding is all that keeps it from its tolerance. Raises Unsolved."""
+    size, residual = float(np.linalg.norm(b)), float(np.linalg.norm(b - K @ x))
+    rounding = 8 * float(np.finfo(np.float64).eps) * float(np.linalg.norm(abs(K) @ np.abs(x)) + size)
+    if not residual <= max(tolerance * size, min(rounding, 1e-8 * size)):
+        raise Unsolved(residual / size if size else residual, tolerance)
+    return x
+
+
+# ------------------------------------------------------------------ which one
+
+
+def factor(
+    K: sparse.csr_matrix,
+    symmetric: bool = True,
+    method: Method = "auto",
+    precision: Precision = "double",
+    modes: Modes = None,
+) -> Factor:
+    """What solves systems with K, by the method that suits it or the one that is named.
+
+    `precision` is that of a Cholesky factor; solutions are refined. `modes`, rigid motions as `sparse.motions` has
+    them, are what multigrid needs, and large factors are smaller with them. What a pattern tells of its factor is found
+    once (`sparse.plans`). Raises Singular where a pivot vanishes or the matrix holds a number that is not finite, its
+    kinds NotInstalled and TooLarge where the method cannot be used, and Unsolved.
     """
     if not np.all(np.isfinite(K.data)):
         raise Singular("the stiffness matrix holds numbers that are not finite")
-    definite = _definite(K) if symmetric and K.nnz >= LARGE else None
-    return definite or _triangular(K, symmetric)
+    if method == "auto":
+        return _chosen(K, symmetric, precision, modes)
+    if method == "superlu":
+        return _triangular(K, symmetric)
+    if method == "pardiso":
+        return _pardiso(K, symmetric, precision)
+    if method == "multigrid":
+        return _multigrid(K, _made(modes))
+    if method == "cholesky" and symmetric:
+        return _definite(K, precision, _made(modes)) or _triangular(K, symmetric)
+    raise Singular("the matrix is not symmetric, as Cholesky's method wants it")
 
 
-def _definite(K: sparse.csr_matrix) -> Definite | None:
-    """None where K is not positive definite, or its pattern not symmetric."""
-    from softmark.solvers.sparse.cholesky import Cholesky, Indefinite
-    from softmark.solvers.sparse.plans import plan_of
+def _made(modes: Modes) -> Floats | None:
+    return modes() if callable(modes) else modes
+
+
+def _chosen(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: Modes) -> Factor:
+    if K.nnz < LARGE:
+        return _triangular(K, symmetric)
+    if symmetric:
+        return _symmetric(K, precision, _made(modes)) or _triangular(K, symmetric)
+    from softmark.solvers.sparse import pardiso
+
+    return _pardiso(K, symmetric, precision) if pardiso.installed() else _triangular(K, symmetric)
+
+
+def _symmetric(K: sparse.csr_matrix, precision: Precision, modes: Floats | None) -> Factor | None:
+    """By memory and estimated time; None where the pattern is not symmetric or pivots of either sign do not do."""
+    from softmark.solvers.sparse import multigrid
+    from softmark.solvers.sparse.plans import known_of
 
     try:
-        cholesky = Cholesky(plan_of(K))
-        cholesky.factorise(K.data)
-    except (Indefinite, ValueError):
+        sketch = known_of(K, modes).sketch
+    except ValueError:
         return None
-    return Definite(cholesky)
+    room, usable = SHARE * memory.available(), modes is not None and multigrid.installed()
+    fits = sketch.bytes(8 if precision == "double" else 4) <= room
+    long = (1.0 if precision == "double" else 2.0) * LONG * K.shape[0]
+    if usable and (not fits or sketch.flops > long):
+        return _multigrid(K, modes, (lambda: _needed(K, precision, modes)) if fits else None)
+    if not fits and sketch.bytes(4) <= room:
+        precision = "single"
+    return _definite(K, precision, modes)
+
+
+def _needed(K: sparse.csr_matrix, precision: Precision, modes: Floats | None) -> Factor:
+    return _definite(K, precision, modes) or _triangular(K, True)
+
+
+def _definite(K: sparse.csr_matrix, precision: Precision, modes: Floats | None) -> Factor | None:
+    """None where a factor without a choice of pivots is not accurate, or the pattern not symmetric. Raises TooLarge."""
+    from softmark.solvers.sparse.cholesky import Cholesky, Indefinite
+    from softmark.solvers.sparse.plans import known_of
+
+    try:
+        known = known_of(K, modes)
+        _must_fit(known.sketch.bytes(8 if precision == "double" else 4), modes)
+        cholesky = Cholesky(known.plan(K), precision)
+        cholesky.factorise(K.data, indefinite=precision == "double")
+    except ValueError:
+        return None
+    except Indefinite:
+        return None if precision == "double" else _definite(K, "double", modes)
+    if precision == "single":
+        return Refined(cholesky, K)
+    if cholesky.definite:
+        return Definite(cholesky)
+    return Signed(cholesky, K) if _accurate(cholesky, K) else None
+
+
+def _must_fit(needed: float, modes: Floats | None) -> None:
+    """Raises TooLarge where a factor would take more than its share of memory."""
+    there = memory.available()
+    if needed <= SHARE * there:
+        return
+    from softmark.solvers.sparse import multigrid
+
+    if not multigrid.installed():
+        why = "with pyamg it could be solved by iterations: install softmark[fast]"
+    else:
+        why = "use a coarser mesh" if modes is None else "choose multigrid, or a coarser mesh"
+    raise TooLarge(needed, there, why)
+
+
+def _accurate(cholesky: Cholesky, K: sparse.csr_matrix) -> bool:
+    """Whether refinement will do: pivots may have grown, as nobody chose them."""
+    b = np.random.default_rng(0).standard_normal(K.shape[0])
+    residual = np.linalg.norm(b - K @ cholesky.solve(b))
+    return bool(residual <= UNSTABLE * np.linalg.norm(b))
 
 
 def _triangular(K: sparse.csr_matrix, symmetric: bool) -> Triangular:
@@ -113,12 +347,49 @@ def _triangular(K: sparse.csr_matrix, symmetric: bool) -> Triangular:
             )
     except RuntimeError as error:  # "Factor is exactly singular"
         raise Singular(str(error)) from error
+    except MemoryError:
+        raise Singular("SuperLU ran out of memory") from None
     return Triangular(lu)
 
 
+def _multigrid(
+    K: sparse.csr_matrix, modes: Floats | None, otherwise: Callable[[], Factor] | None = None
+) -> Iterative:
+    """Raises NotInstalled."""
+    from softmark.solvers.sparse import multigrid
+
+    if not multigrid.installed():
+        raise NotInstalled("multigrid", "pyamg")
+    return Iterative(multigrid.Multigrid(K, modes), K, multigrid.NAME, otherwise)
+
+
+def _pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision) -> ByPardiso:
+    """Raises NotInstalled, and Singular."""
+    from softmark.solvers.sparse import pardiso
+
+    if not pardiso.installed():
+        raise NotInstalled("Pardiso", "pypardiso")
+    kinds = (pardiso.DEFINITE, pardiso.INDEFINITE) if symmetric else (pardiso.GENERAL,)
+    for kind in kinds:
+        try:
+            return ByPardiso(pardiso.Pardiso(K, kind), pardiso.NAME)
+        except pardiso.Failed as error:
+            reason = error
+    raise Singular(str(reason)) from reason
+
+
 def warm(entries: int) -> None:
-    """Load the kernels that a system of so many entries will need, outside any clock."""
-    if entries >= LARGE:
-        _definite(
-            sparse.csr_matrix(np.diag([2.0, 2.0, 2.0]) - np.diag([1.0, 1.0], 1) - np.diag([1.0, 1.0], -1))
-        )
+    """Load what a system of so many entries will need, outside any clock."""
+    if entries < LARGE:
+        return
+    for middle in (2.0, -2.0):  # definite and not
+        diagonal = np.diag([2.0, middle, 2.0])
+        K = sparse.csr_matrix(diagonal - np.diag([1.0, 1.0], 1) - np.diag([1.0, 1.0], -1))
+        _definite(K, "double", None)
+    from softmark.solvers.sparse.order import warm as orders
+
+    orders()
+    if entries >= VERY_LARGE:
+        from softmark.solvers.sparse import multigrid
+
+        multigrid.warm()

@@ -174,6 +174,16 @@ def test_commands_that_compute_nothing_import_no_numerics(command: tuple[str, ..
     assert not after(*command) & set(HEAVY)
 
 
+def test_help_of_what_computes_imports_no_numerics() -> None:
+    for command in ("run", "compare"):
+        code = f"from softmark.interpreter.cli import main\ntry: main([{command!r}, '--help'])\nexcept SystemExit: pass"
+        assert not loaded_by(f"exec({code!r})") & {*HEAVY, "distributed", "softmark.interpreter.study.compare"}
+
+
+def test_a_request_that_cannot_be_meant_is_refused_without_numerics(tmp_path: Path) -> None:
+    assert not after("compare", "silicone-beam", "--vary", "nothing=3", cwd=tmp_path) & {*HEAVY, "distributed"}
+
+
 def test_a_scene_with_a_beam_alone_makes_no_mesh_and_imports_no_kernel(tmp_path: Path) -> None:
     found = after("run", "silicone-beam", "--model", "rod", cwd=tmp_path)
     assert "softmark.solvers.energies.rod" in found

@@ -184,7 +184,7 @@ def _dimension(f: Field) -> str:
 
 def _default(f: Field) -> str:
     if f.default is None:
-        return "the only one" if f.form == "name" else "none"
+        return "the only one" if f.form == "name" and f.kind == "body" else "none"
     if f.form == "flag":
         return "yes" if f.default else "no"
     if f.form == "quantity" and f.dimension is not None:
@@ -209,7 +209,8 @@ _VALUES = {
 }  # fmt: skip
 _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "direction": "-z", "condition": "x <= 0 mm",
-    "components": "(x, y)", "names": "[NAME_OF_MODEL]", "list": "[10, 5, 2.5] mm",
+    "components": "(x, y)", "names": "[NAME_OF_MODEL, NAME_OF_MODEL]", "list": "[10, 5, 2.5] mm",
+    "target": "NAME_OF_PARAMETER", "variants": "[10, 5, 2.5] mm",
 }  # fmt: skip
 
 

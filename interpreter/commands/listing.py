@@ -41,7 +41,8 @@ Rows = list[tuple[str, str]]
 def _topics() -> dict[str, Callable[[], Rows]]:
     from softmark.interpreter import schema
 
-    plural = {"body": "bodies", "analysis": "analyses", "published": "published"}
+    plural = {"body": "bodies", "analysis": "analyses", "published": "published", "study": "studies",
+              "stiffness": "stiffnesses"}
     found: dict[str, Callable[[], Rows]] = {
         plural.get(kind, kind + "s"): (lambda kind=kind: _constructors(kind))  # type: ignore[misc]
         for kind in schema.tables()

@@ -31,6 +31,8 @@ def run(parsed: argparse.Namespace) -> int:
     print(scene.title)
     for kind, name, detail, line in rows:
         print(f"  {kind:<{widths[0]}}  {name:<{widths[1]}}  {detail}   <- {line}")
+    if studies := scene.of_kind("study"):
+        print(f"  left to `dsl compare`: {', '.join(studies)}")
     if plan.idle:
         print(f"  not built, since nothing asks for it: {', '.join(plan.idle)}")
     return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,12 +33,7 @@ class Shelf:
     def unusable(self) -> str:
         """Why the report could not be written where it is asked for, or nothing."""
         places = [("--out", str(self.folder))] if self.folder is not None else []
-        for option, place in (*places, *self.files.items()):
-            try:
-                _try_folder(Path(place) if option == "--out" else _parent(place))
-            except OSError as error:
-                return _message(place, error, option)
-        return ""
+        return unusable((*places, *self.files.items()))
 
     @property
     def kept(self) -> str:
@@ -92,8 +87,18 @@ class Shelf:
             action()
         except OSError as error:
             if not self.failed:
-                print(_message(place, error, option), file=sys.stderr)
+                print(message(place, error, option), file=sys.stderr)
             self.failed = True
+
+
+def unusable(places: Iterable[tuple[str, str]]) -> str:
+    """Why one of some places, each given by an option, cannot be written to, or nothing."""
+    for option, place in places:
+        try:
+            _try_folder(Path(place) if option == "--out" else _parent(place))
+        except OSError as error:
+            return message(place, error, option)
+    return ""
 
 
 def _parent(place: str) -> Path:
@@ -116,6 +121,7 @@ def _try_folder(folder: Path) -> None:
     tempfile.TemporaryFile(dir=folder).close()
 
 
-def _message(place: str, error: OSError, option: str) -> str:
+def message(place: str, error: OSError, option: str) -> str:
+    """What to say of a place that cannot be written to."""
     reason = error.strerror or str(error)
     return f"error[E404]: cannot write {place or 'the report'}: {reason}; choose another place with {option}"

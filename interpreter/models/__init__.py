@@ -12,9 +12,12 @@ from typing import Any
 from softmark.interpreter.models.beam6dof import Beam6Dof
 from softmark.interpreter.models.fem import Fem
 from softmark.interpreter.models.mass_spring import MassSpring
+from softmark.interpreter.models.reduced import Modal, Pod
 
 MODELS: dict[str, type[Any]] = {
     "fem": Fem,
     "beam6dof": Beam6Dof,
     "mass_spring": MassSpring,
+    "modal": Modal,
+    "pod": Pod,
 }

@@ -101,9 +101,10 @@ def _checked(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Decla
 def _scalable(model: Declared, reference: Declared, case: Case) -> None:
     """Raise a Fault where the reference, or what moves the body, is not known at the part of the load."""
     load, at = model.thing.stiffness.load, model.at("stiffness")
-    if reference.kind == "model" or getattr(reference.thing, "of", None) is not None:
+    refined = hasattr(reference.thing, "methods")
+    if reference.kind == "model" or refined or getattr(reference.thing, "of", None) is not None:
         raise fault("E521", at, f"`{model.name}` cannot be fitted to `{reference.name}`",
-                    "a model" if reference.kind == "model" else "scans a model",
+                    "a model" if reference.kind == "model" else "refines models" if refined else "scans a model",
                     "models are computed after the fit; take a metric against another reference")  # fmt: skip
     if getattr(reference.thing, "register", "none") == "icp":
         raise fault("E521", at, f"`{model.name}` cannot be fitted to `{reference.name}`",

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import units
 from softmark.interpreter.estimate import bending_angle
+from softmark.interpreter.models import options
+from softmark.interpreter.vocabulary.analyses import Dynamic
 
 if TYPE_CHECKING:
     from softmark.interpreter.case import Case
     from softmark.interpreter.models.prepared import Prepared, Workshop
-    from softmark.interpreter.scene import Declared
+    from softmark.interpreter.scene import Declared, Scene
 
 LARGE_ANGLE = 0.1  # rad: a rotation that small strains misread by 0.5 % strain (1 - cos)
 
@@ -30,9 +32,20 @@ class Fem:
     frees it from volumetric locking. `rotation = element` (corotational): one rotation for each cell, as simulators in
     real time have it; its forces have no energy. `mass`: how weight is put on nodes. `consistent` integrates the shape
     functions, `lumped` shares each cell's mass by the diagonal of its mass matrix, `uniform` gives every node of the
-    mesh the same, which is wrong wherever the mesh is graded. `cap` is for dynamic analyses: what programs do that must
-    keep a frame; such a step is not solved, never counts as real time, and `course_norm` against the same model
-    without a cap says what it costs.
+    mesh the same, which is wrong wherever the mesh is graded.
+
+    Levers trade accuracy, or nothing, for speed; `sweep` varies them, and `dsl compare` says what each costs.
+    `cap` stops Newton's method after so many linear systems, at rest from the first, in motion in every step: what
+    programs do that must keep a frame. Such a state is `capped`, is not solved, and never counts as real time; its
+    residual is that of the state, and its metrics say what the cap costs. `linear` names the linear solver, `auto` the
+    one that suits. `conjugate_gradients` has the diagonal as its preconditioner, and `linear_cap` stops it after so
+    many iterations in every Newton step; the state is `capped` where it then is no equilibrium. `precision = single`
+    keeps geometry, state, forces, tangent and factor in 32 bits; the residual that is reported is computed in 64,
+    `converged` then says that rounding is all that is left, and a residual above 1e-3 is not converged.
+    `factorisation = reused` keeps a factor as long as conjugate gradients with it cost less than a new one, and solves
+    early Newton steps no better than they deserve (Eisenstat and Walker 1996): the same state to the same tolerance.
+    `start` names another model of the body whose solution Newton's method starts from, on a coarser mesh or with a
+    cheaper strain; what that one takes is part of what this one takes.
     """
 
     element: Annotated[str, "element", "the element: tet4, tet10 or hex8"]
@@ -46,11 +59,25 @@ class Fem:
     cap: Annotated[
         int | None,
         "1 in [1, 1000]",
-        "iterations after which a time step is accepted, solved or not; none: all are solved",
+        "Newton iterations after which a state, or a time step, is accepted, solved or not; none: all are solved",
     ] = None
     material: Annotated[
         Any | None, "material", "another material than the body's, to see what it changes"
     ] = None
+    precision: Annotated[Literal["double", "single"], "of all numbers, 64 or 32 bits"] = "double"
+    linear: Annotated[
+        Literal["auto", "cholesky", "superlu", "pardiso", "multigrid", "conjugate_gradients"],
+        "what solves linear systems",
+    ] = "auto"
+    linear_cap: Annotated[
+        int | None,
+        "1 in [1, 100000]",
+        "iterations of conjugate gradients in a Newton step; none: until it is solved",
+    ] = None
+    factorisation: Annotated[
+        Literal["fresh", "reused"], "whether a factor serves one Newton step or several"
+    ] = "fresh"
+    start: Annotated[str | None, "model", "the model whose solution is started from; rest without"] = None
 
     def mesh_key(self) -> tuple[Any, ...]:
         """What two models of a body must agree in to share a mesh."""
@@ -68,11 +95,15 @@ class Fem:
         found = [
             self.one_mesh(declared, case),
             self._finite_law(declared, case),
-            self._options(declared, case),
             self._locking(declared, case),
             self._rotation(declared, case),
         ]
-        return [d for d in (*found, self.coarse(declared, case)) if d is not None]
+        found += [*options.doubts(self, declared, case), self.coarse(declared, case)]
+        return [d for d in found if d is not None]
+
+    def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against the model that it starts from."""
+        return options.starts(scene, declared, case)
 
     def one_mesh(self, declared: Declared, case: Case) -> Diagnostic | None:
         """Exactly one of `size` and `mesh`, but for a body that is a mesh already."""
@@ -94,26 +125,6 @@ class Fem:
         )  # fmt: skip
         return Diagnostic("E507", problem, at.source, at.span, label, help)
 
-    def _options(self, declared: Declared, case: Case) -> Diagnostic | None:
-        """Options that do not go together."""
-        if self.integration == "selective" and self.element != "hex8":
-            at, help = declared.at("integration"), "leave it out, or use `hex8`"
-            problem, label = f"selective integration is one of hex8, not of {self.element}", "only with hex8"
-        elif self.integration == "selective" and self._inseparable(case):
-            at, help = declared.at("integration"), "use `full`, or another material"
-            problem = f"the law of `{case.body.name}` does not come apart into shear and volume"
-            label = "needs a law that does"
-        elif self.rotation == "element" and self.strain != "corotational":
-            at, help = declared.at("rotation"), "leave it out, or measure strain by `strain = corotational`"
-            problem, label = f"strain = {self.strain} has no rotation to choose", "only with corotational"
-        else:
-            return None
-        return Diagnostic("E508", problem, at.source, at.span, label, help)
-
-    def _inseparable(self, case: Case) -> bool:
-        known = self.strain == "finite" and case.material.finite_law() is not None
-        return known and case.material.finite_parts() is None
-
     def _finite_law(self, declared: Declared, case: Case) -> Diagnostic | None:
         if self.strain != "finite" or case.material.finite_law() is not None:
             return None
@@ -127,9 +138,13 @@ class Fem:
             "declare a `neo_hookean(...)` or `st_venant_kirchhoff(...)`, or use `strain = corotational`",
         )
 
+    def locks_at(self, poisson: float) -> bool:
+        """Whether the element is visibly too stiff at a Poisson's ratio."""
+        return self.integration != "selective" and bool(poisson >= element_class(self.element).locks)
+
     def _locking(self, declared: Declared, case: Case) -> Diagnostic | None:
-        nu, element = case.material.poisson, element_class(self.element)
-        if nu < element.locks or self.integration == "selective":
+        nu = case.material.poisson
+        if not self.locks_at(nu):
             return None
         at = declared.at("element")
         cells = {"tet4": "linear tetrahedra", "hex8": "linear hexahedra"}.get(self.element, self.element)
@@ -200,10 +215,20 @@ class Fem:
         options = (
             ", selectively integrated" if self.integration == "selective" else "",
             ", one rotation for each cell" if self.rotation == "element" else "",
-            f", capped at {self.cap} iterations a step" if self.cap is not None else "",
+            _capped(self.cap, case) if self.cap is not None else "",
             f", nu = {self.material.poisson:g}" if self.material is not None else "",
+            *self._levers(),
         )
         return f"{self.mesh_words(case)}, {self.strain} strain{''.join(options)}"
+
+    def _levers(self) -> tuple[str, ...]:
+        return (
+            ", single precision" if self.precision == "single" else "",
+            f", {self.linear}".replace("_", " ") if self.linear != "auto" else "",
+            f" of at most {self.linear_cap} iterations" if self.linear_cap is not None else "",
+            ", factors reused" if self.factorisation == "reused" else "",
+            f", started from {self.start}" if self.start is not None else "",
+        )
 
     def load(self) -> None:
         """Import what building needs, so that no clock counts it."""
@@ -215,6 +240,11 @@ class Fem:
         from softmark.interpreter.models.solid import prepare
 
         return prepare(self, declared, case, workshop)
+
+
+def _capped(cap: int, case: Case) -> str:
+    each = "a step" if isinstance(case.analysis, Dynamic) else "in all"
+    return f", capped at {cap} iterations {each}"
 
 
 def element_class(name: str) -> Any:

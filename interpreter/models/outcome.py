@@ -15,6 +15,7 @@ CRITERIA = {
     "residual": "residual",
     "energy": "error in the energy norm, since rounding limits the residual",
     "rounding": "rounding limits the residual, and the last Newton step was below 1e-4 of the motion",
+    "cap": "stopped by a cap, not solved",
 }
 
 
@@ -32,7 +33,7 @@ def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
                 "the direction in which it went is arbitrary; an imperfection decides it",
             ),
         )
-    if found.stable is None:
+    if found.stable is None and found.solved and found.follower:
         return (
             Diagnostic(
                 "W314",
@@ -53,7 +54,8 @@ def solution(
     try:
         found = find()
     except NotConverged as failure:
-        return Solution("not_converged", f"{failure.reason}; {remedy}", facts(failure.history, None, 0))
+        known = facts(failure.history, None, 0) | failure.facts
+        return Solution("not_converged", f"{failure.reason}; {remedy}", known)
     return finish(found)
 
 
@@ -76,10 +78,19 @@ def _number(value: float) -> float | None:
     return value if abs(value) < float("inf") else None
 
 
-def converged(found: Equilibrium, displacement: Callable[[Floats], Floats]) -> Solution:
-    """A solution that met its tolerance."""
-    known = facts(found.history, found.residual, found.load_steps)
-    known["criterion"] = CRITERIA[found.criterion]
-    known["stable"] = found.stable
-    known["linear_solver"] = found.linear_solver
-    return Solution("converged", None, known, displacement)
+def found(state: Equilibrium, displacement: Callable[[Floats], Floats]) -> Solution:
+    """A solution that met its tolerance, or one that a cap stopped."""
+    known = facts(state.history, state.residual, state.load_steps)
+    known["criterion"] = CRITERIA[state.criterion]
+    known["stable"] = state.stable
+    known["linear_solver"] = state.linear_solver
+    known["started"] = state.started
+    known |= state.facts
+    if state.solved:
+        return Solution("converged", None, known, displacement)
+    reason = f"stopped by its cap at a residual of {state.residual:.1e}"
+    inverted = "" if state.sound else ", with inverted cells"
+    return Solution("capped", reason + inverted, known, displacement)
+
+
+converged = found  # what a model without caps calls it

@@ -18,9 +18,10 @@ from softmark.interpreter.models.fem import LARGE_ANGLE, Fem
 from softmark.interpreter.models.holding import solid_supports
 from softmark.interpreter.models.loading import mass_matrix, single_loads, solid_loads
 from softmark.interpreter.models.prepared import Prepared, Solution, Workshop
+from softmark.interpreter.models.starting import Start, start_of
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.solvers import linear
+from softmark.solvers import linear, systems
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.elements.interpolation import Integration, centre_rule, integration, locate
 from softmark.solvers.energies import elementwise
@@ -33,7 +34,9 @@ from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.polar import rotations
 from softmark.solvers.mesh.file import Unreadable
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.statics import Equilibrium, Statics, equilibrium
+from softmark.solvers.mixed import MixedPoints, volumetric
+from softmark.solvers.single import SingleAssembly
+from softmark.solvers.statics import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
     from softmark.solvers.statics import Watch
@@ -57,6 +60,7 @@ class PreparedSolid:
     problem: Statics
     size: dict[str, int]
     notes: tuple[Diagnostic, ...]
+    first: Start | None = None  # the model whose solution is started from
 
     def warm(self) -> None:
         """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
@@ -64,27 +68,39 @@ class PreparedSolid:
         for energy in (*self.problem.assembly.internal, *twin):
             one = _one_cell(energy)
             nodes = np.unique(one.stencils)
-            rest = np.zeros(self.problem.assembly.dofs)
+            rest = np.zeros(self.problem.assembly.dofs, dtype=self.problem.rest.dtype)
             small = Assembly(len(rest), np.setdiff1d(np.arange(len(rest)), nodes), [one], [])
+            small = small if self.problem.exact is None else SingleAssembly.of(small)
             small.value(rest, 1.0)
             small.gradient(rest, 1.0)
             small.tangent(rest, 1.0)
         _one_cell(self.elastic).F(np.zeros(self.problem.assembly.dofs))
-        linear.warm(len(self.problem.assembly.pattern.indices))
+        entries = len(self.problem.assembly.pattern.indices)
+        linear.warm(entries)
+        if entries >= linear.LARGE or self.problem.linear != Linear(modes=self.problem.linear.modes):
+            systems.warm(self.problem.linear, self.problem.rest.dtype)
+        if self.first is not None:
+            self.first.prepared.warm()
 
     def outside(self, X: Floats) -> float:
         """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
         return outside(self.shape, self.mesh, X)
 
     def solve(self, watch: Watch) -> Solution:
-        """Static equilibrium from rest."""
+        """Static equilibrium from rest, or from another model's solution, which is solved first."""
         remedy = "try a smaller load, a finer mesh or another strain measure"
         problem = replace(self.problem, watch=watch)
-        return outcome.solution(lambda: equilibrium(problem), remedy, self._finish)
+        if self.first is None:
+            return outcome.solution(lambda: equilibrium(problem), remedy, self._finish)
+        begun = self.first.begin(self.mesh.points, watch)
+        problem = replace(problem, start=begun.x)
+        found = outcome.solution(lambda: equilibrium(problem), remedy, self._finish)
+        notes = begun.notes(self.declared, found)
+        return replace(found, facts=found.facts | {"start": begun.facts(found)}, notes=(*notes, *found.notes))
 
     def _finish(self, found: Equilibrium) -> Solution:
         u = found.x.reshape(-1, 3)
-        solution = outcome.converged(found, displacement_of(self.mesh, u))
+        solution = outcome.found(found, displacement_of(self.mesh, u))
         notes = (*self._misread_rotation(found.x), *outcome.doubts(self.declared, found))
         return replace(solution, notes=notes, mesh=Deformed(self.mesh, u))
 
@@ -162,7 +178,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
     """Everything that solving needs, for rest or for motion. Raises Fault."""
     static, parts = at_rest(model, declared, case, workshop)
     if not isinstance(case.analysis, Dynamic):
-        return static
+        return levered(static, workshop)
     from softmark.interpreter.models.motion import in_motion
 
     mesh, problem = static.mesh, static.problem
@@ -182,7 +198,7 @@ def at_rest(
     fixed, target = solid_supports(case, mesh, workshop.measured)
     loads = solid_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
     dofs = mesh.points.size
-    assembly = Assembly(dofs, fixed, [energy], loads)
+    assembly = Assembly(dofs, fixed, [energy], loads, mesh.points)
     problem = Statics(
         assembly,
         VectorSpace(dofs),
@@ -200,6 +216,21 @@ def at_rest(
     notes = volume_note(declared, case, mesh)
     static = PreparedSolid(model, declared, model.mesh or case.shape, mesh, elastic, problem, size, notes)
     return static, parts
+
+
+def levered(static: PreparedSolid, workshop: Workshop) -> PreparedSolid:
+    """With what the model trades for speed: precision, caps, linear solver, start. Raises Fault."""
+    model, problem = static.model, static.problem
+    reuse, modes = model.factorisation == "reused", problem.assembly.modes
+    choice = Linear(model.linear, model.precision, model.linear_cap, reuse, modes)
+    problem = replace(problem, cap=model.cap, linear=choice)
+    if model.precision == "single":
+        twin = None if problem.twin is None else SingleAssembly.of(problem.twin)
+        rest: Any = problem.rest.astype(np.float32)
+        exact, assembly = problem.assembly, SingleAssembly.of(problem.assembly)
+        problem = replace(problem, assembly=assembly, twin=twin, rest=rest, exact=exact)
+    first = None if model.start is None else start_of(static.declared, workshop)
+    return replace(static, problem=problem, first=first)
 
 
 def soundness(model: Fem, elastic: Elastic) -> Callable[[Floats], bool]:
@@ -223,12 +254,22 @@ def energies(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> tuple[Ener
 
 def _integrated(model: Fem, case: Case, mesh: Mesh, elastic: Elastic, strain: str) -> Energy:
     """The energy of a strain measure, as the model integrates it."""
-    first, *others = _elastic_parts(model, case, mesh, elastic, strain)
+    first, *others = (
+        _mixed(part, case, strain) for part in _elastic_parts(model, case, mesh, elastic, strain)
+    )
     if others:
         return Together((first, *others))
     if isinstance(first.law, Corotational) and mesh.kind == "tet4":
         return CorotationalTets(first.cells, first.dNdX, first.w, first.law)
     return first
+
+
+def _mixed(part: Elastic, case: Case, strain: str) -> Elastic:
+    """The same energy, able to take pressures that a step promises, where its law has a part of the volume alone."""
+    laws = parts_for(case.material, strain) if strain == "finite" else None
+    if laws is None or not volumetric(laws[1]) or part.law == laws[0]:
+        return part
+    return MixedPoints(part.cells, part.dNdX, part.w, part.law, volume=laws[1])
 
 
 def _elastic_parts(model: Fem, case: Case, mesh: Mesh, elastic: Elastic, strain: str) -> tuple[Elastic, ...]:

@@ -8,6 +8,9 @@
     report.references["theory"].probes["axis"].position
     report.to_json()                                   # the JSON report as a dict
 
+    found = softmark.compare("beam.scene", vary={"h": ["10 mm", "5 mm"]})
+    found.points, found.analysis                       # plain dicts: errors and times, and what they tell
+
 Nothing is imported before it is used: importing this package costs about a millisecond.
 """
 
@@ -17,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from softmark.interpreter.api import LoadedScene as LoadedScene
+    from softmark.interpreter.api import compare as compare
     from softmark.interpreter.api import load as load
     from softmark.interpreter.api import loads as loads
     from softmark.interpreter.results import MetricResult as MetricResult
@@ -25,6 +29,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.results import ReferenceResult as ReferenceResult
     from softmark.interpreter.results import Report as Report
     from softmark.interpreter.scene import SceneError as SceneError
+    from softmark.interpreter.study.compare import Comparison as Comparison
 
 __version__ = "0.1.0"
 
@@ -32,6 +37,7 @@ __version__ = "0.1.0"
 _PUBLIC = {
     "load": "softmark.interpreter.api",
     "loads": "softmark.interpreter.api",
+    "compare": "softmark.interpreter.api",
     "LoadedScene": "softmark.interpreter.api",
     "SceneError": "softmark.interpreter.scene",
     "Report": "softmark.interpreter.results",
@@ -39,6 +45,7 @@ _PUBLIC = {
     "ReferenceResult": "softmark.interpreter.results",
     "ProbeResult": "softmark.interpreter.results",
     "MetricResult": "softmark.interpreter.results",
+    "Comparison": "softmark.interpreter.study.compare",
 }
 
 

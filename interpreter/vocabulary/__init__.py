@@ -1,4 +1,4 @@
-"""What a scene says about the experiment itself: bodies, supports, loads, analyses, probes, and what others found.
+"""What a scene says about the experiment itself: bodies, supports, loads, analyses, probes, studies, published values.
 
 To add one: a class in the file of its kind, a line in that kind's table here.
 """
@@ -13,6 +13,7 @@ from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
 from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published import Column
+from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Sweep
 from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows
 
 BODIES: dict[str, type[Any]] = {
@@ -55,4 +56,10 @@ PROBES: dict[str, type[Any]] = {
 
 PUBLISHED: dict[str, type[Any]] = {
     "column": Column,
+}
+
+STUDIES: dict[str, type[Any]] = {
+    "sweep": Sweep,
+    "convergence": Convergence,
+    "pareto": Pareto,
 }

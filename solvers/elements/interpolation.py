@@ -10,6 +10,9 @@ from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 Rule = tuple[Floats, Floats]  # local points (q, 3) and weights (q,)
+SEARCHED = (
+    10_000_000  # pairs of a point and a cell from which a tree finds the near ones sooner than all are tried
+)
 CHUNK = 32  # points whose distances to all cells are held at once
 
 
@@ -74,7 +77,7 @@ def locate(mesh: Mesh, X: Floats) -> Located:
 def _in_tetrahedra(mesh: Mesh, X: Floats) -> Located:
     a = mesh.points[mesh.cells[:, 0]]
     inverse = np.linalg.inv(np.stack([mesh.points[mesh.cells[:, i]] - a for i in (1, 2, 3)], axis=2))
-    found = _best_cells(X, a, inverse)
+    found = _best_cells(mesh, X, a, inverse)
     xi = np.einsum("nij,nj->ni", inverse[found], X - a[found])
     N = np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
     dN = inverse[found]  # (n, 3, 3): rows are the gradients of N_1, N_2, N_3
@@ -86,8 +89,42 @@ def _in_tetrahedra(mesh: Mesh, X: Floats) -> Located:
     return Located(mesh.cells[found], N, outside)
 
 
-def _best_cells(X: Floats, a: Floats, inverse: Floats) -> Ints:
-    """The cell in which the smallest barycentric coordinate of each X (n, 3) is largest (n,)."""
+def _best_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
+    """The cell in which the smallest barycentric coordinate of each X (n, 3) is largest (n,).
+
+    Among all cells of a small mesh. In a large one among those whose spheres around their middles hold the point, which
+    the cell that it lies in is one of; points that none holds are compared with all.
+    """
+    if len(a) * len(X) < SEARCHED:
+        return _best_of_all(X, a, inverse)
+    best = np.full(len(X), -1, dtype=np.int64)
+    which, cell = _near(mesh, X)
+    xi = np.einsum("pij,pj->pi", inverse[cell], X[which] - a[cell])
+    least = np.minimum(xi.min(axis=1), 1.0 - xi.sum(axis=1))
+    order = np.lexsort((cell, -least, which))
+    found, first = np.unique(which[order], return_index=True)
+    best[found] = cell[order[first]]
+    lost = np.flatnonzero(best < 0)
+    best[lost] = _best_of_all(X[lost], a, inverse)
+    return best
+
+
+def _near(mesh: Mesh, X: Floats) -> tuple[Ints, Ints]:
+    """Pairs of a point and a cell (p,) each, cells whose spheres hold the point."""
+    from scipy.spatial import cKDTree
+
+    corners = mesh.points[mesh.cells]
+    middles = corners.mean(axis=1)
+    radii = np.sqrt(((corners - middles[:, None]) ** 2).sum(axis=2).max(axis=1))
+    radius = 1.2 * float(
+        radii.max()
+    )  # more, for points between an inscribed mesh and the side that it stands for
+    pairs = cKDTree(X).sparse_distance_matrix(cKDTree(middles), radius, output_type="ndarray")
+    return pairs["i"].astype(np.int64), pairs["j"].astype(np.int64)
+
+
+def _best_of_all(X: Floats, a: Floats, inverse: Floats) -> Ints:
+    """`_best_cells` among all."""
     middle = a.mean(axis=0)  # a far-off origin would cost digits
     rows = np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)  # (m, 4, 3)
     shift = np.array([1.0, 0.0, 0.0, 0.0]) - np.einsum("mki,mi->mk", rows, a - middle)

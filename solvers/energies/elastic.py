@@ -11,6 +11,8 @@ import numpy as np
 from softmark.solvers.energies import kernels
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 
+POINTS = 4096  # at which dP/dF is kept at a time: 648 bytes each, which stay in the cache
+
 
 class Law(Protocol):
     """Energy density and its derivatives over a batch of deformation gradients F (n, 3, 3)."""
@@ -79,8 +81,12 @@ class Elastic:
     ) -> None:
         """Tangent stiffness, N/m; its geometric part is within dP/dF."""
         tangent = self.law.dPdF_projected if projected else self.law.dPdF
-        A = np.ascontiguousarray(tangent(self.F(x))).reshape(*self.w.shape, 3, 3, 3, 3)
-        kernels.add_stiffness(A, self.dNdX, self.w, scale, slots, data)
+        F = self.F(x).reshape(*self.w.shape, 3, 3)
+        cells = max(1, POINTS // self.w.shape[1])
+        for begin in range(0, len(F), cells):
+            some = slice(begin, begin + cells)
+            A = np.ascontiguousarray(tangent(F[some].reshape(-1, 3, 3))).reshape(*F[some].shape, 3, 3)
+            kernels.add_stiffness(A, self.dNdX[some], self.w[some], scale, slots[some], data)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """The base of the laws here: runs a law over blocks of the batch that stay in the processor's cache.
 
 A subclass writes `_psi`, `_P` and `_dPdF` on components f (3, 3, m) (see components.py) and never sees how
-the batch is cut or laid out.
+the batch is cut or laid out. What it computes is of the precision of F.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from softmark.solvers.materials.components import components, write_symmetric
+from softmark.solvers.materials.components import components, precision, write_symmetric
 
 if TYPE_CHECKING:
     import numpy as np
@@ -39,7 +39,7 @@ class Blockwise(ABC):
 
     def psi(self, F: Array) -> Array:
         """Energy per volume at rest, J/m^3 (m,)."""
-        out = np.empty(len(F))
+        out = np.empty(len(F), dtype=precision(F))
         with np.errstate(all="ignore"):
             for block in _blocks(len(F)):
                 out[block] = self._psi(components(F[block]))
@@ -47,7 +47,7 @@ class Blockwise(ABC):
 
     def P(self, F: Array) -> Array:
         """First Piola-Kirchhoff stress, Pa (m, 3, 3)."""
-        out = np.empty(F.shape)
+        out = np.empty(F.shape, dtype=precision(F))
         with np.errstate(all="ignore"):
             for block in _blocks(len(F)):
                 out[block] = self._P(components(F[block])).transpose(2, 0, 1)
@@ -60,8 +60,8 @@ class Blockwise(ABC):
 
 def tensors(F: Array, write: Callable[[Array, Array], None]) -> Array:
     """(m, 3, 3, 3, 3) from `write`, which fills the upper triangle H (9, 9, m) for components f (3, 3, m)."""
-    out = np.empty((len(F), 3, 3, 3, 3))
-    scratch = np.empty((9, 9, min(len(F), BLOCK)))
+    out = np.empty((len(F), 3, 3, 3, 3), dtype=precision(F))
+    scratch = np.empty((9, 9, min(len(F), BLOCK)), dtype=precision(F))
     with np.errstate(all="ignore"):
         for block in _blocks(len(F)):
             H = scratch[:, :, : len(F[block])]

@@ -7,7 +7,7 @@ above the diagonal only.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,7 +21,12 @@ CYCLES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 
 def components(A: Array) -> Array:
     """A (m, 3, 3) as a (3, 3, m), contiguous and of floats."""
-    return np.ascontiguousarray(A.transpose(1, 2, 0), dtype=np.float64)
+    return np.ascontiguousarray(A.transpose(1, 2, 0), dtype=precision(A))
+
+
+def precision(A: Array) -> Any:
+    """Of what is computed from A: its own where it is one of floats, and else double."""
+    return np.result_type(A.dtype, np.float32)
 
 
 def transposed(a: Array) -> Array:
@@ -52,7 +57,7 @@ def product(a: Array, b: Array) -> Array:
 
 def cofactor(a: Array) -> Array:
     """cof A = det A A^-T (3, 3, m): each row is the cross product of the other two."""
-    c = np.empty(a.shape)
+    c = np.empty_like(a)
     for i, j, k in CYCLES:
         for p, q, r in CYCLES:
             np.multiply(a[j, q], a[k, r], out=c[i, p])

@@ -99,7 +99,7 @@ class Corotational(Blockwise):
 
 def _twists(r: Array) -> Array:
     """T_a = R [e_a] (3, 9, m), a = 0, 1, 2: the velocities of R about its axes; T_a : T_b = 2 delta_ab."""
-    T = np.zeros((3, *r.shape))
+    T = np.zeros((3, *r.shape), dtype=r.dtype)
     for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         T[a, :, b] = r[:, c]
         T[a, :, c] = -r[:, b]

@@ -50,7 +50,7 @@ class Hyperelastic(Blockwise):
 
 def _diagonal(s: Array) -> Array:
     """diag(s) (3, 3, m) of s (3, m)."""
-    f = np.zeros((3, *s.shape))
+    f = np.zeros((3, *s.shape), dtype=s.dtype)
     for a in range(3):
         f[a, a] = s[a]
     return f

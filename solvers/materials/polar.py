@@ -27,8 +27,7 @@ else:
     from softmark.solvers.deferred import np
 
 GAP = 1e-6  # of (s1 + s2)(s2 + s3)(s3 + s1) / |F|^3: below it the singular value decomposition takes over
-ROUND_OFF = 1e-16
-TINY = 1e-300  # keeps 0/0 away where a matrix is diagonal already
+FINE = 1e-7  # a step or a defect whose square is below round-off: what one more step leaves
 
 
 def rotations(F: Array) -> Array:
@@ -54,12 +53,17 @@ def rotation(f: Array) -> Array:
     r -= product(g, product(transposed(g), g))
     r /= gap
     defect = _orthonormalise(r)
-    regular = (gap > GAP) & (step < 1e-6) & (defect < 1e-7)
+    fine = _fine(f)
+    regular = (gap > GAP) & (step < 10.0 * fine) & (defect < fine)
     if not regular.all():
         finite = np.isfinite(norm)
         r[:, :, ~finite] = np.nan
         _decompose(f, r, np.flatnonzero(~regular & finite))
     return r
+
+
+def _fine(a: Array) -> float:
+    return max(FINE, 8.0 * float(np.finfo(a.dtype).eps))
 
 
 def _stretch_sum(cof: Array, det: Array) -> tuple[Array, Array, Array]:
@@ -70,11 +74,12 @@ def _stretch_sum(cof: Array, det: Array) -> tuple[Array, Array, Array]:
     """
     q = 4.0 * inner(cof, cof)
     x = np.sqrt(1.0 + np.sqrt(q + 8.0 * np.sqrt(3.0) * np.maximum(det, 0.0)))
+    fine = _fine(x)
     for _ in range(12):
         y = x * x - 1.0
         step = (y * y - 8.0 * det * x - q) / (4.0 * x * y - 8.0 * det)
         x -= step
-        if not (np.abs(step) > 1e-7).any():
+        if not (np.abs(step) > fine).any():
             break
     return x, 0.5 * x * (x * x - 1.0) - det, np.abs(step)
 
@@ -111,8 +116,8 @@ def spectrum(a: Array) -> tuple[Array, Array]:
     eigenvalues repeat, unlike closed forms.
     """
     a = a.copy()
-    v = add_diagonal(np.zeros(a.shape), 1.0)
-    floor = ROUND_OFF * np.sqrt(inner(a, a))
+    v = add_diagonal(np.zeros_like(a), 1.0)
+    floor = 0.45 * np.finfo(a.dtype).eps * np.sqrt(inner(a, a))
     for _ in range(8):
         for p, q, other in ((0, 1, 2), (0, 2, 1), (1, 2, 0)):
             _annihilate(a, v, p, q, other)
@@ -125,7 +130,8 @@ def _annihilate(a: Array, v: Array, p: int, q: int, other: int) -> None:
     """One Jacobi rotation of the p-q plane that makes a_pq zero; only the upper triangle of a is kept."""
     apq = a[p, q].copy()
     d = a[q, q] - a[p, p]
-    t = 2.0 * apq / (d + np.copysign(np.sqrt(d * d + 4.0 * apq * apq + TINY), d))
+    tiny = np.finfo(a.dtype).tiny  # keeps 0/0 away where a matrix is diagonal already
+    t = 2.0 * apq / (d + np.copysign(np.sqrt(d * d + 4.0 * apq * apq + tiny), d))
     c = 1.0 / np.sqrt(1.0 + t * t)
     s = t * c
     a[p, p] -= t * apq

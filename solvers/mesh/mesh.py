@@ -53,7 +53,7 @@ class Mesh:
             return self.skin
         facets = self.cells[:, np.array(self.element.facets)].reshape(-1, self.element.facet.nodes)
         corners = np.sort(facets[:, : self.element.facet.corners], axis=1)
-        _, first, count = np.unique(corners, axis=0, return_index=True, return_counts=True)
+        _, first, count = np.unique(_keys(corners), return_index=True, return_counts=True)
         boundary: Ints = facets[np.sort(first[count == 1])]
         return boundary
 
@@ -67,6 +67,17 @@ class Mesh:
     def extent(self) -> float:
         """Diagonal of the bounding box, m."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
+
+
+def _keys(rows: Ints) -> Ints:
+    """One number for each row of numbers >= 0 (n, k), the same for equal rows: sorted sooner than rows are."""
+    keys = rows[:, 0]
+    for column in rows.T[1:]:
+        base = int(column.max(initial=0)) + 1
+        if int(keys.max(initial=0)) >= np.iinfo(np.int64).max // base - 1:  # numbered anew: there are fewer
+            keys = np.unique(keys, return_inverse=True)[1]
+        keys = keys * base + column
+    return keys
 
 
 def jacobians(mesh: Mesh, xi: Floats) -> Floats:

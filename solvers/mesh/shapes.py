@@ -10,6 +10,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
+from softmark.solvers.mesh.divisions import divisions, of_disc, of_rectangle
+
 if TYPE_CHECKING:
     import numpy as np
 
@@ -158,6 +160,15 @@ class Cylinder:
         """Exact volume, m^3."""
         return math.pi * self.radius**2 * self.length
 
+    @property
+    def even(self) -> float:
+        """Sizes that are this by whole numbers give meshes whose sections are similar, m."""
+        return self.radius / 2.5
+
+    def counts(self, size: float) -> tuple[int, ...]:
+        """Cells of a mesh of a size (m) along the square's side, across the rings and along the axis."""
+        return *of_disc(self.radius, size), divisions(self.length, size)
+
     def mesh(self, kind: str, size: float) -> Mesh:
         """Cells of a kind (tet4, tet10 or hex8) with edges of about `size` (m)."""
         from softmark.solvers.mesh.structured import disc, rounded, solid
@@ -234,6 +245,15 @@ class Box:
     def volume(self) -> float:
         """Exact volume, m^3."""
         return self.size[0] * self.size[1] * self.size[2]
+
+    @property
+    def even(self) -> float:
+        """Sizes that are this by whole numbers divide the shortest edge evenly, m."""
+        return min(self.size) / 2
+
+    def counts(self, size: float) -> tuple[int, ...]:
+        """Cells of a mesh of a size (m) along both edges of the section and along the longest."""
+        return *of_rectangle(self.section.width, self.section.height, size), divisions(self.length, size)
 
     def mesh(self, kind: str, size: float) -> Mesh:
         """Cells of a kind (tet4, tet10 or hex8) with edges of about `size` (m)."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softmark.solvers.mesh.divisions import divisions, of_disc, of_rectangle
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 from softmark.solvers.mesh.splits import quadratic, split
 
@@ -25,17 +26,10 @@ class Section:
     colour: Ints
 
 
-def divisions(length: float, size: float, least: int = 1) -> int:
-    """How many edges of about `size` fit in `length`."""
-    return max(least, round(length / size))
-
-
 def rectangle(width: float, height: float, size: float) -> Section:
     """A rectangle centred on the origin, m; even divisions keep its mirror symmetries in the split."""
-    return _grid(
-        np.linspace(-width / 2, width / 2, 2 * divisions(width, 2 * size) + 1),
-        np.linspace(-height / 2, height / 2, 2 * divisions(height, 2 * size) + 1),
-    )
+    nx, ny = of_rectangle(width, height, size)
+    return _grid(np.linspace(-width / 2, width / 2, nx + 1), np.linspace(-height / 2, height / 2, ny + 1))
 
 
 def _grid(x: Floats, y: Floats) -> Section:
@@ -52,8 +46,7 @@ def disc(radius: float, size: float, corner: float = 0.73, bulge: float = 0.4) -
     `corner` is the radius of the square's corners as a fraction of `radius`, `bulge` how far its sides follow
     the circle; with the defaults the tetrahedra keep a mean-ratio quality above 0.55 from coarse to fine.
     """
-    n = 2 * divisions(np.pi * radius / 4, size)  # edges on one side of the square, a quarter of the circle
-    rings = divisions(0.4 * radius, size)
+    n, rings = of_disc(radius, size)
     inner = _grid(np.linspace(-1, 1, n + 1), np.linspace(-1, 1, n + 1))
     rim = _rim(n)  # (4n,) indices of the square's outline, counter-clockwise
     angle = -0.75 * np.pi + 0.5 * np.pi * np.arange(4 * n) / n

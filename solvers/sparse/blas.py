@@ -15,8 +15,11 @@ from numba import types
 from numba.extending import get_cython_function_address, intrinsic
 from numpy.typing import NDArray
 
-ROUTINES = (("lapack", "potrf"), ("blas", "trsm"), ("blas", "syrk"), ("blas", "trsv"), ("blas", "gemv"))
-POTRF, TRSM, SYRK, TRSV, GEMV = range(5)  # columns of the table
+ROUTINES = (
+    *(("lapack", "potrf"), ("blas", "trsm"), ("blas", "syrk")),
+    *(("blas", "trsv"), ("blas", "gemv"), ("blas", "gemm")),
+)
+POTRF, TRSM, SYRK, TRSV, GEMV, GEMM = range(6)  # columns of the table
 
 
 @cache

@@ -17,6 +17,7 @@ from softmark.solvers.sparse.symbolic import Symbolic, analyse
 from softmark.solvers.threads import ALONE
 
 LETTERS = np.frombuffer(b"LRTN", dtype=np.uint8)
+NEUTRAL = 1e-13  # of the largest pivot: smaller ones have no sign
 Precision = Literal["double", "single"]
 
 
@@ -32,20 +33,22 @@ class Indefinite(Exception):
 
 
 class Cholesky:
-    """K = L L^T in the order of a plan, by fronts (Duff and Reid 1983; Liu 1992); memory is kept between matrices.
+    """K = L L^T, or L S L^T with S = diag(+-1), in the order of a plan; memory is kept between matrices.
 
-    Only the lower triangle in the order of elimination is read, so K is taken to be symmetric.
+    By fronts (Duff and Reid 1983; Liu 1992). Of two entries across the diagonal one is read: K must be symmetric.
     """
 
     def __init__(self, plan: Symbolic, precision: Precision = "double") -> None:
         self.plan = plan
         self.precision = precision
         kind: Any = np.float32 if precision == "single" else np.float64
-        self._L = np.zeros(plan.factor_size, dtype=kind)
-        self._U = np.zeros(plan.stack_size, dtype=kind)
+        self._L = np.empty(plan.factor_size, dtype=kind)
+        self._U = np.empty(plan.stack_size, dtype=kind)
+        self._signs = self._none = np.zeros(0, dtype=kind)
+        self.negative_pivots = 0
         self._x = np.zeros(plan.size, dtype=kind)
         work = np.zeros(int((plan.rows - plan.pivots).max(initial=1)), dtype=kind)
-        numbers, reals = np.zeros(4, dtype=np.int32), np.array([1, -1, 0], dtype=kind)
+        numbers, reals = np.zeros(5, dtype=np.int32), np.array([1, -1, 0, 2], dtype=kind)
         tables = (blas.table("s" if precision == "single" else "d"), LETTERS, numbers, reals)
         s = plan
         self._matrix = (
@@ -63,16 +66,37 @@ class Cholesky:
         factor.factorise(K.data)
         return factor
 
-    def factorise(self, data: Floats) -> None:
-        """Factorise the matrix with these values (nnz,). Raises Indefinite, also where a value is not finite."""
+    def factorise(self, data: Floats, indefinite: bool = False) -> None:
+        """Factorise the matrix with these values (nnz,). Raises Indefinite, also where a value is not finite.
+
+        `indefinite` allows negative pivots, which are counted; the order stays as it is, so that the accuracy of what
+        follows must be checked. Raised is then a pivot that vanishes.
+        """
+        self._signs, self.negative_pivots = self._none, 0
         with ALONE:
             failed = int(kernels.factorise(data, *self._matrix))
+            if failed and indefinite:
+                failed = self._continue(failed - 1, data)
         if failed:
             raise Indefinite(failed - 1, int(self.plan.first[failed - 1]))
+
+    @property
+    def definite(self) -> bool:
+        """Whether all pivots are positive."""
+        return not len(self._signs)
+
+    def _continue(self, front: int, data: Floats) -> int:
+        """With negative pivots from a front on; 0, or 1 + the front where that ends."""
+        self._signs, values = np.ones_like(self._x), np.zeros_like(self._x)
+        arrays = (data, *self._matrix, self.plan.first, self._signs, values)
+        failed = int(kernels.factorise_signed(front, *arrays))
+        # a neutral direction, such as the plane in which a round column bends, has a pivot of zero to rounding
+        self.negative_pivots = int(np.sum(values < -NEUTRAL * np.abs(values).max()))
+        return failed
 
     def solve(self, b: Floats) -> Floats:
         """x with K x = b."""
         self._x[:] = b[self.plan.order]
         with ALONE:
-            kernels.substitute(*self._triangles)
+            kernels.substitute(*self._triangles, self._signs)
         return self._x[self.plan.place].astype(np.float64, copy=False)

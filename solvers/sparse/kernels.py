@@ -8,19 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.solvers.jit import kernel
-from softmark.solvers.sparse.blas import GEMV, POTRF, SYRK, TRSM, TRSV, call
+from softmark.solvers.sparse.blas import GEMM, GEMV, POTRF, SYRK, TRSM, TRSV, call
 
 Ints = NDArray[np.int64]
 Places = NDArray[np.uint64]
 Shorts = NDArray[np.int32]
 Bytes = NDArray[np.uint8]
+Flags = NDArray[np.bool_]
 Values = NDArray[Any]  # of float32 or float64
 Floats = NDArray[np.float64]
+BLOCK = 48  # columns that are factorised without the help of BLAS
 
 
 @kernel
-def minimum_degree(indptr: Ints, indices: Ints, order: Ints) -> None:
+def minimum_degree(indptr: Ints, indices: Ints, first: int, last: Flags, order: Ints) -> None:
     """Elimination order (n,) of a symmetric graph without loops, by approximate minimum degree.
+
+    Its first `first` places are filled; nodes marked in `last` (n,) are not eliminated.
 
     Quotient graph with element absorption and the degree bound of Amestoy, Davis and Duff (1996), without
     supervariables. An adjacency list keeps its place: it never grows, for each new element replaces an old entry.
@@ -40,6 +44,8 @@ def minimum_degree(indptr: Ints, indices: Ints, order: Ints) -> None:
     after = np.full(n, -1, np.int64)
     before = np.full(n, -1, np.int64)
     for i in range(n - 1, -1, -1):
+        if last[i]:
+            continue
         d = degree[i]
         after[i] = head[d]
         if head[d] >= 0:
@@ -49,7 +55,7 @@ def minimum_degree(indptr: Ints, indices: Ints, order: Ints) -> None:
     outside = np.zeros(n, np.int64)  # |L_e \ L_p|
     stamp = np.full(n, -1, np.int64)
     lowest = 0
-    for step in range(n):
+    for step in range(first):
         while head[lowest] < 0:
             lowest += 1
         p = head[lowest]
@@ -124,6 +130,9 @@ def minimum_degree(indptr: Ints, indices: Ints, order: Ints) -> None:
             elements[i] = number + 1
             length[i] = hold + 1 - base
             new = min(total, min(degree[i] + count[p] - 1, n - step - 2))
+            if last[i]:
+                degree[i] = new
+                continue
             if before[i] >= 0:
                 after[before[i]] = after[i]
             else:
@@ -201,6 +210,92 @@ def factorise(
 
 
 @kernel
+def factorise_signed(
+    begin: int, data: Floats, source: Places, target: Places, entry_start: Ints, pivots: Ints, rows: Ints, panel: Ints,
+    child_start: Ints, children: Ints, update: Ints, index_start: Ints, local: Places, L: Values, U: Values, blas: Ints,
+    letters: Bytes, numbers: Shorts, reals: Values, first: Ints, signs: Values, values: Values,
+) -> int:  # fmt: skip
+    """K = L S L^T, S = diag(+-1), without a change of order: from front `begin`, where `factorise` stopped.
+
+    Writes S into `signs` and the pivots into `values`; 0, or 1 + the front in which a pivot vanishes. Memory that BLAS
+    is given by address must be named once more behind the call, lest it be freed before.
+    """
+    trsm, syrk, gemm = blas[TRSM], blas[SYRK], blas[GEMM]
+    size = L.itemsize
+    lower = letters.ctypes.data
+    right, transposed, plain = lower + 1, lower + 2, lower + 3
+    R = numbers.ctypes.data
+    B, C, N, D = R + 4, R + 8, R + 12, R + 16
+    one = reals.ctypes.data
+    minus, zero, two = one + size, one + 2 * size, one + 3 * size
+    for s in range(begin):
+        for j in range(pivots[s]):
+            values[first[s] + j] = L[panel[s] + j * rows[s] + j] ** 2
+    for s in range(begin, len(pivots)):
+        k, n, p = pivots[s], rows[s], panel[s]
+        m = n - k
+        L[p : p + n * k] = 0
+        for t in range(np.uint64(entry_start[s]), np.uint64(entry_start[s + 1])):
+            L[target[t]] += data[source[t]]
+        for q in range(child_start[s], child_start[s + 1]):
+            c = children[q]
+            _add(U, update[c], rows[c] - pivots[c], 0, k, local, index_start[c], L, p, n)
+        work = np.empty(k * BLOCK, L.dtype)
+        at = L.ctypes.data + size * p
+        for begun in range(0, k, BLOCK):
+            end = min(begun + BLOCK, k)
+            for j in range(begun, end):
+                pivot = L[p + j * n + j]
+                if not (abs(pivot) > 0.0 and abs(pivot) < np.inf):
+                    return s + 1
+                sign = 1.0 if pivot > 0.0 else -1.0
+                signs[first[s] + j], values[first[s] + j] = sign, pivot
+                root = np.sqrt(abs(pivot))
+                L[p + j * n + j] = root
+                for i in range(j + 1, end):
+                    L[p + j * n + i] *= sign / root
+                for c in range(j + 1, end):
+                    factor = sign * L[p + j * n + c]
+                    for i in range(c, end):
+                        L[p + c * n + i] -= factor * L[p + j * n + i]
+            numbers[0], numbers[1], numbers[2], numbers[3] = n - end, end - begun, k - end, n
+            if n > end:
+                panel_at = at + size * (begun * n + end)
+                above = at + size * (begun * n + begun)
+                call(trsm, (right, lower, transposed, plain, R, B, one, above, N, panel_at, N))
+                for j in range(begun, end):
+                    sign = signs[first[s] + j]
+                    for i in range(end, n):
+                        L[p + j * n + i] *= sign
+                    for i in range(end, k):
+                        work[(j - begun) * (k - end) + i - end] = sign * L[p + j * n + i]
+                if k > end:
+                    to = at + size * (end * n + end)
+                    call(
+                        gemm,
+                        (plain, transposed, R, C, B, minus, panel_at, N, work.ctypes.data, C, one, to, N),
+                    )
+        work[0] = 0.0
+        if m > 0:
+            to = U.ctypes.data + size * update[s]
+            numbers[0], numbers[1], numbers[3] = m, k, n
+            call(syrk, (lower, plain, R, B, minus, at + size * k, N, zero, to, R))
+            negative = np.flatnonzero(signs[first[s] : first[s] + k] < 0.0)
+            if len(negative) > 0:  # these columns were subtracted instead of added
+                columns = np.empty(m * len(negative) + 1, L.dtype)
+                for q in range(len(negative)):
+                    start = p + negative[q] * n + k
+                    columns[q * m : (q + 1) * m] = L[start : start + m]
+                numbers[4] = len(negative)
+                call(syrk, (lower, plain, R, D, two, columns.ctypes.data, R, one, to, R))
+                columns[0] = 0.0
+            for q in range(child_start[s], child_start[s + 1]):
+                c = children[q]
+                _add(U, update[c], rows[c] - pivots[c], k, n, local, index_start[c], U, update[s], m)
+    return 0
+
+
+@kernel
 def _add(
     U: Values,
     source: int,
@@ -245,8 +340,9 @@ def substitute(
     letters: Bytes,
     numbers: Shorts,
     reals: Values,
+    signs: Values,
 ) -> None:
-    """x <- (L L^T)^-1 x in place, in the order of elimination."""
+    """x <- (L L^T)^-1 x in place, in the order of elimination; of L S L^T where there are `signs` (n,) and not (0,)."""
     trsv, gemv = blas[TRSV], blas[GEMV]
     size = L.itemsize
     lower = letters.ctypes.data
@@ -267,6 +363,8 @@ def substitute(
             p = np.uint64(index_start[s])
             for i in range(np.uint64(n - k)):
                 x[index[p + i]] -= work[i]
+    for i in range(len(signs)):
+        x[i] *= signs[i]
     for s in range(len(pivots) - 1, -1, -1):
         k, n = pivots[s], rows[s]
         numbers[0], numbers[1], numbers[2] = k, n - k, n

@@ -5,13 +5,29 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.solvers.sparse.fronts import dissect
 from softmark.solvers.sparse.kernels import minimum_degree
 
 Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+LEAF = 400  # nodes: smaller parts are not dissected further
 
 
-def eliminate(indptr: Ints, indices: Ints, weights: Ints) -> Ints:
-    """Order (n,) of the nodes of a symmetric graph without loops."""
-    order = np.empty(len(indptr) - 1, dtype=np.int64)
-    minimum_degree(indptr, indices, order)
+def eliminate(indptr: Ints, indices: Ints, points: Floats | None = None) -> Ints:
+    """Order (n,) of the nodes of a symmetric graph without loops; `points` (n, 3) say where they are.
+
+    Minimum degree; in a large graph whose points are known, after the separators of a nested dissection are put last.
+    """
+    n = len(indptr) - 1
+    order, last, first = np.empty(n, dtype=np.int64), np.zeros(n, dtype=np.bool_), n
+    if points is not None and n > LEAF:
+        first = dissect(indptr, indices, points, LEAF, order)
+        last[order[first:]] = True
+    minimum_degree(indptr, indices, first, last, order)
     return order
+
+
+def warm() -> None:
+    """Load the kernels."""
+    none = np.zeros(0, dtype=np.int64)
+    dissect(np.zeros(2, dtype=np.int64), none, np.zeros((1, 3)), LEAF, np.zeros(1, dtype=np.int64))

@@ -9,16 +9,33 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from softmark.solvers.sparse.symbolic import Symbolic, analyse
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.sparse.symbolic import Sketch, Symbolic, plan, sketch
 
 KEPT = 8  # patterns known at a time
 _LOCK = threading.Lock()
-# a weak reference to indptr, indices, the plan; the latest first
-_KNOWN: list[tuple[Any, Any, Symbolic]] = []
 
 
-def plan_of(K: sparse.csr_matrix) -> Symbolic:
-    """The plan for matrices with the pattern of K. Raises ValueError where it is not symmetric with a full diagonal.
+class Known:
+    """What is known of a pattern: what its factor costs and, once it is needed, the plan."""
+
+    def __init__(self, found: Sketch) -> None:
+        self.sketch = found
+        self._plan: Symbolic | None = None
+
+    def plan(self, K: sparse.csr_matrix) -> Symbolic:
+        """The plan for K, which has the pattern."""
+        if self._plan is None:
+            self._plan = plan(K, self.sketch)
+        return self._plan
+
+
+# a weak reference to indptr, indices, what is known; the latest first
+_KNOWN: list[tuple[Any, Any, Known]] = []
+
+
+def known_of(K: sparse.csr_matrix, motions: Floats | None = None) -> Known:
+    """What is known of the pattern of K. Raises ValueError where it is not symmetric with a full diagonal.
 
     A pattern is known by its two arrays, which nobody may change, or by equal ones, and forgotten with the array
     `indptr` of the matrix that was analysed: scipy hands that on from a pattern to its matrices, while each of these
@@ -28,12 +45,17 @@ def plan_of(K: sparse.csr_matrix) -> Symbolic:
         for entry in _KNOWN:
             if _same(entry[0](), K.indptr) and _same(entry[1], K.indices):
                 return entry[2]
-    plan = analyse(K)
+    known = Known(sketch(K, motions))
     with _LOCK:
         alive = [e for e in _KNOWN if e[0]() is not None]
-        entry = (weakref.ref(K.indptr, _forget), K.indices, plan)
+        entry = (weakref.ref(K.indptr, _forget), K.indices, known)
         _KNOWN[:] = [entry, *alive[: KEPT - 1]]
-    return plan
+    return known
+
+
+def plan_of(K: sparse.csr_matrix, motions: Floats | None = None) -> Symbolic:
+    """The plan for matrices with the pattern of K. Raises ValueError as `known_of` does."""
+    return known_of(K, motions).plan(K)
 
 
 def _same(known: Any, array: Any) -> bool:

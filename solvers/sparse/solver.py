@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.linear import Singular, factor
+from softmark.solvers.linear import Unsolved, factor
 from softmark.solvers.sparse.cholesky import Cholesky, Indefinite, Precision
 from softmark.solvers.sparse.plans import plan_of
 
@@ -20,16 +20,6 @@ FLOPS, ENTRIES = (
 FRESH = 12  # iterations within which a factor of this very matrix must do, else it is useless
 ROUGH = 1e-8  # relative residual above which rounding is no excuse: the matrix is singular to its last digits
 FORGET = 16  # solves after which a failure with an old factor is no reason any more
-
-
-class Unsolved(Singular):
-    """No method brought the residual below the tolerance; `residual` is the relative one that was reached."""
-
-    def __init__(self, residual: float, tolerance: float) -> None:
-        super().__init__(
-            f"the linear system is not solved: residual {residual:.1e}, tolerance {tolerance:.1e}"
-        )
-        self.residual = residual
 
 
 @dataclass

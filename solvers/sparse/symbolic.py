@@ -8,15 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from softmark.solvers.sparse import fronts
+from softmark.solvers.sparse.motions import places
 from softmark.solvers.sparse.order import eliminate
 
 Ints = NDArray[np.int64]
 Places = NDArray[np.uint64]
-RELAXED = (
-    (12, 0.8),
-    (48, 0.1),
-    (10**9, 0.05),
-)  # columns up to: share of explicit zeros that a merger may have
+Floats = NDArray[np.float64]
+WASTE = 2.2  # panels and stack over entries of the factor: 1.8 to 2.1 in beams of 20 000 to 100 000 unknowns
+DISSECTED, LARGE = (
+    8000,
+    40_000,
+)  # nodes from which a dissection may save work over minimum degree, and always does
+# columns up to: share of explicit zeros that a merger may have
+RELAXED = np.array([12, 48, 10**9]), np.array([0.8, 0.1, 0.05])
 
 
 @dataclass(frozen=True)
@@ -68,150 +73,119 @@ def symmetric(K: sparse.csr_matrix) -> bool:
     return same and bool(np.all(pattern.diagonal() != 0.0))
 
 
-def analyse(K: sparse.csr_matrix) -> Symbolic:
-    """The plan for matrices with the pattern of K, symmetric with a full diagonal. Raises ValueError for others."""
+@dataclass(frozen=True)
+class Sketch:
+    """Order and elimination tree of the nodes: what says how much a factor will cost, before it is planned."""
+
+    start: Ints  # (g + 1,) first unknown of each node
+    graph: tuple[Ints, Ints]  # indptr and indices of the nodes' graph
+    order: Ints  # (g,) node eliminated k-th
+    parent: Ints  # (g,)
+    counts: Ints  # (g,) unknowns in the columns of each node
+    weights: Ints  # (g,) unknowns of each node
+
+    @property
+    def entries(self) -> float:
+        """Numbers in the factor."""
+        return float(self.counts @ self.weights)
+
+    def bytes(self, real: int) -> float:
+        """Memory of a factorisation with numbers of so many bytes: the factor, its explicit zeros and the stack."""
+        return WASTE * real * self.entries
+
+    @property
+    def flops(self) -> float:
+        """Multiplications and additions of one factorisation, without explicit zeros."""
+        return float(self.counts.astype(float) ** 2 @ self.weights)
+
+
+def analyse(K: sparse.csr_matrix, motions: Floats | None = None) -> Symbolic:
+    """The plan for matrices with the pattern of K, symmetric with a full diagonal. Raises ValueError for others.
+
+    Rigid motions (n, 6) of the unknowns, where given, say where these are: large systems are dissected by that.
+    """
+    return plan(K, sketch(K, motions))
+
+
+def sketch(K: sparse.csr_matrix, motions: Floats | None = None) -> Sketch:
+    """Order and elimination tree for matrices with the pattern of K. Raises ValueError as `analyse` does."""
     if not symmetric(K):
         raise ValueError("the pattern of the matrix is not symmetric with a full diagonal")
     start = groups(K)
+    graph, weights = _graph(K, start), np.diff(start)
+    orders = []
+    if motions is None or len(weights) < LARGE:
+        orders.append(eliminate(*graph))
+    if motions is not None and len(weights) >= DISSECTED:
+        orders.append(eliminate(*graph, places(motions, start)))
+    return min((_tree(start, graph, order, weights) for order in orders), key=lambda found: found.flops)
+
+
+def _tree(start: Ints, graph: tuple[Ints, Ints], order: Ints, weights: Ints) -> Sketch:
+    parent, counts = np.empty_like(order), np.empty_like(order)
+    fronts.tree(*graph, order, weights, parent, counts)
+    return Sketch(start, graph, order, parent, counts, weights[order])
+
+
+def _graph(K: sparse.csr_matrix, start: Ints) -> tuple[Ints, Ints]:
+    """Which nodes share an entry, themselves left out: indptr and indices."""
     count = len(start) - 1
     member = np.repeat(np.arange(count), np.diff(start))
     representatives = K[start[:-1]]
     rows = np.repeat(np.arange(count), np.diff(representatives.indptr))
-    keep = (start[member[representatives.indices]] == representatives.indices) & (
-        member[representatives.indices] != rows
-    )
-    near = member[representatives.indices[keep]]
-    graph = sparse.csr_matrix((np.ones(len(near)), (rows[keep], near)), shape=(count, count))
-    graph.sort_indices()
-    weights = np.diff(start)
-    order = eliminate(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), weights)
-    columns, structure, parent, order = _tree(graph, order)
-    fronts = _fronts(columns, structure, parent, weights[order])
-    return _plan(K, start, order, fronts)
+    near = member[representatives.indices]
+    keep = (start[near] == representatives.indices) & (near != rows)
+    indptr = np.concatenate([[0], np.cumsum(np.bincount(rows[keep], minlength=count))])
+    return indptr.astype(np.int64), near[keep].astype(np.int64)
 
 
-def _tree(graph: sparse.csr_matrix, order: Ints) -> tuple[Ints, list[Ints], Ints, Ints]:
-    """Postordered elimination tree of nodes: sizes, structure below each node, parents, the order itself."""
-    n = len(order)
-    for again in (True, False):
-        place = np.empty(n, dtype=np.int64)
-        place[order] = np.arange(n)
-        structure: list[Ints] = []
-        parent = np.full(n, -1, dtype=np.int64)
-        children: list[list[int]] = [[] for _ in range(n)]
-        for k in range(n):
-            i = order[k]
-            near = place[graph.indices[graph.indptr[i] : graph.indptr[i + 1]]]
-            parts = [near[near > k], *(structure[c][1:] for c in children[k])]
-            below = np.unique(np.concatenate(parts))
-            structure.append(below)
-            if len(below):
-                parent[k] = below[0]
-                children[below[0]].append(k)
-        if again:
-            order = order[_postorder(parent, children)]
-    return np.array([len(s) for s in structure]), structure, parent, order
-
-
-def _postorder(parent: Ints, children: list[list[int]]) -> Ints:
-    visited: list[int] = []
-    stack = [int(r) for r in np.flatnonzero(parent < 0)]
-    while stack:  # parents first, reversed at the end
-        k = stack.pop()
-        visited.append(k)
-        stack.extend(children[k])
-    return np.array(visited[::-1], dtype=np.int64)
-
-
-@dataclass
-class _Front:
-    """Nodes first ... last - 1 eliminated together, and the nodes below."""
-
-    first: int
-    last: int
-    below: Ints
-    columns: int
-    height: int  # unknowns below
-    zeros: float
-    parent: int = -1
-
-
-def _fronts(counts: Ints, structure: list[Ints], parent: Ints, weights: Ints) -> list[_Front]:
-    """Fundamental supernodes, then mergers of a front with its last child where few zeros result."""
-    n = len(counts)
-    number = np.bincount(parent[parent >= 0], minlength=n)
-    stack: list[_Front] = []
-    for k in range(n):
-        w = int(weights[k])
-        front = _Front(k, k + 1, structure[k], w, int(weights[structure[k]].sum()), 0.0)
-        if stack and parent[k - 1] == k and number[k] == 1 and counts[k - 1] == counts[k] + 1:
-            front = _merged(stack.pop(), front, exact=True)
-        while stack and len(stack[-1].below) and front.first <= stack[-1].below[0] < front.last:
-            other = _merged(stack[-1], front)
-            if not _worthwhile(other):
-                break
-            stack.pop()
-            front = other
-        stack.append(front)
-    return stack
-
-
-def _merged(child: _Front, front: _Front, exact: bool = False) -> _Front:
-    columns = child.columns + front.columns
-    zeros = child.zeros + front.zeros
-    if not exact:
-        zeros += child.columns * (front.columns + front.height - child.height)
-    return _Front(child.first, front.last, front.below, columns, front.height, zeros)
-
-
-def _worthwhile(front: _Front) -> bool:
-    size = front.columns * (front.columns + 1) / 2 + front.columns * front.height
-    limit = next(share for columns, share in RELAXED if front.columns <= columns)
-    return front.zeros <= limit * size
-
-
-def _plan(K: sparse.csr_matrix, start: Ints, order: Ints, fronts: list[_Front]) -> Symbolic:
-    """Numbers for everything, in unknowns."""
-    weights = np.diff(start)[order]
-    offset = np.concatenate([[0], np.cumsum(weights)])
-    unknowns = _expand(start[order], weights)
-    pivots = np.array([f.columns for f in fronts])
-    rows = np.array([f.columns + f.height for f in fronts])
-    below = [_expand(offset[f.below], weights[f.below]) for f in fronts]
-    owner = np.repeat(np.arange(len(fronts)), [f.last - f.first for f in fronts])
-    parent = np.array([owner[f.below[0]] if len(f.below) else -1 for f in fronts])
-    first = np.array([offset[f.first] for f in fronts])
-    panel = np.concatenate([[0], np.cumsum(pivots * rows)])
-    children = np.argsort(parent, kind="stable")
-    children = children[parent[children] >= 0]
-    child_start = np.concatenate([[0], np.cumsum(np.bincount(parent[parent >= 0], minlength=len(fronts)))])
-    local = [_local(below[c], first[p], pivots[p], below[p]) for c, p in enumerate(parent)]
-    update, stack = _stack(parent, rows - pivots)
-    source, target, entry_start = _entries(K, unknowns, first, pivots, rows, panel, below)
+def plan(K: sparse.csr_matrix, sketched: Sketch) -> Symbolic:
+    """Fronts, and numbers for everything, in unknowns."""
+    begins = np.empty(len(sketched.order) + 1, dtype=np.int64)
+    count = fronts.merge(sketched.parent, sketched.counts, sketched.weights, *RELAXED, begins)
+    begins = begins[: count + 1].copy()
+    offset = _running(sketched.weights)
+    unknowns = _expand(sketched.start[sketched.order], sketched.weights)
+    place = np.empty_like(unknowns)
+    place[unknowns] = np.arange(len(unknowns))
+    last = begins[1:] - 1
+    first, pivots = offset[begins[:-1]], np.diff(offset[begins])
+    below = sketched.counts[last] - sketched.weights[last]
+    rows, panel, index_start = pivots + below, _running(pivots * (pivots + below)), _running(below)
+    owner = np.repeat(np.arange(count), np.diff(begins))
+    parents = np.where(sketched.parent[last] >= 0, owner[sketched.parent[last]], -1)
+    index, local = (np.zeros(int(index_start[-1]), dtype=np.uint64) for _ in range(2))
+    fronts.structures(*sketched.graph, sketched.order, begins, offset, index_start, parents, index, local)
+    source, target = (np.empty((K.nnz + K.shape[0]) // 2, dtype=np.uint64) for _ in range(2))
+    entry_start, update = np.empty(count + 1, dtype=np.int64), np.empty(count, dtype=np.int64)
+    arrays = (unknowns, place, first, pivots, rows, panel, index_start, index, source, target, entry_start)
+    fronts.entries(K.indptr, K.indices, *arrays)
+    children = np.argsort(parents, kind="stable")
     return Symbolic(
         size=K.shape[0],
         order=unknowns,
-        place=np.argsort(unknowns),
+        place=place,
         pivots=pivots,
         rows=rows,
         first=first,
         panel=panel[:-1],
         update=update,
-        index_start=_starts(below),
-        index=np.concatenate(below).astype(np.uint64),
-        child_start=child_start,
-        children=children,
-        local=np.concatenate(local).astype(np.uint64),
+        index_start=index_start,
+        index=index,
+        child_start=_running(np.bincount(parents[parents >= 0], minlength=count)),
+        children=children[parents[children] >= 0],
+        local=local,
         entry_start=entry_start,
         source=source,
         target=target,
         factor_size=int(panel[-1]),
-        stack_size=stack,
+        stack_size=fronts.stack(parents, below, update),
     )
 
 
-def _starts(parts: list[Ints]) -> Ints:
-    return np.concatenate([[0], np.cumsum([len(p) for p in parts])]).astype(np.int64)
+def _running(lengths: Ints) -> Ints:
+    """0, and the sums of the first 1, 2, ... lengths."""
+    return np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
 
 
 def _expand(first: Ints, lengths: Ints) -> Ints:
@@ -219,62 +193,3 @@ def _expand(first: Ints, lengths: Ints) -> Ints:
     ends = np.cumsum(lengths)
     every: Ints = np.arange(ends[-1] if len(ends) else 0) + np.repeat(first - (ends - lengths), lengths)
     return every
-
-
-def _local(below: Ints, first: int, pivots: int, target: Ints) -> Ints:
-    """Rows of a child in the front of its parent."""
-    rows: Ints = np.where(below < first + pivots, below - first, pivots + np.searchsorted(target, below))
-    return rows
-
-
-def _stack(parent: Ints, sizes: Ints) -> tuple[Ints, int]:
-    """Places of the update matrices: two stacks, by the parity of the depth, so that none overwrites its children."""
-    depth = np.zeros(len(parent), dtype=np.int64)
-    for s in range(len(parent) - 1, -1, -1):
-        depth[s] = depth[parent[s]] + 1 if parent[s] >= 0 else 0
-    top, peak = [0, 0], [0, 0]
-    place = np.zeros(len(parent), dtype=np.int64)
-    held = np.zeros(len(parent), dtype=np.int64)  # first place of the children of a front
-    seen = np.zeros(len(parent), dtype=bool)
-    for s in range(len(parent)):
-        side = depth[s] % 2
-        if seen[s]:
-            top[1 - side] = int(held[s])
-        place[s] = top[side]
-        p = parent[s]
-        if p >= 0 and not seen[p]:
-            held[p], seen[p] = top[side], True
-        top[side] += int(sizes[s]) ** 2
-        peak[side] = max(peak[side], top[side])
-    place[depth % 2 == 1] += peak[0]
-    return place, peak[0] + peak[1]
-
-
-def _entries(
-    K: sparse.csr_matrix,
-    unknowns: Ints,
-    first: Ints,
-    pivots: Ints,
-    rows: Ints,
-    panel: Ints,
-    below: list[Ints],
-) -> tuple[Places, Places, Ints]:
-    """Which entries of K each front assembles, and where in L they go."""
-    place = np.empty(len(unknowns), dtype=np.int64)
-    place[unknowns] = np.arange(len(unknowns))
-    row = place[np.repeat(np.arange(K.shape[0]), np.diff(K.indptr))]
-    column = place[K.indices]
-    source = np.flatnonzero(row >= column)
-    row, column = row[source], column[source]
-    owner = np.searchsorted(first, column, side="right") - 1
-    group = np.argsort(owner, kind="stable")
-    source, row, column, owner = source[group], row[group], column[group], owner[group]
-    entry_start = np.searchsorted(owner, np.arange(len(first) + 1))
-    local = row - first[owner]
-    for s in range(len(first)):
-        part = slice(entry_start[s], entry_start[s + 1])
-        outside = local[part] >= pivots[s]
-        inner = local[part]
-        inner[outside] = pivots[s] + np.searchsorted(below[s], row[part][outside])
-    target = panel[owner] + (column - first[owner]) * rows[owner] + local
-    return source.astype(np.uint64), target.astype(np.uint64), entry_start.astype(np.int64)

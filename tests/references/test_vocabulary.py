@@ -23,7 +23,10 @@ def test_naming_the_references_imports_no_numerics() -> None:
 @pytest.mark.parametrize("name", REFERENCES)
 def test_reference_documents_itself(name: str) -> None:
     reference: Any = REFERENCES[name]
-    kinds = ("closed form", "ordinary differential equation", "experimental", "virtual measurement")
+    kinds = (
+        "closed form", "ordinary differential equation", "own solutions, extrapolated", "experimental",
+        "virtual measurement",
+    )  # fmt: skip
     assert reference.kind in kinds
     assert len(reference.source.splitlines()) == 1
     assert reference.error_meaning.endswith(("rounding", "exactly", "states it", "scanned, m"))

@@ -1,14 +1,18 @@
-"""What the tests of the solvers share: energies, supports and problems of solids."""
+"""What the tests of the solvers share: energies, supports and problems of solids, and of a few particles."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pytest
 
 from softmark.solvers.assembly import Assembly
+from softmark.solvers.dynamics import Integrator
+from softmark.solvers.dynamics.problem import Dynamics
+from softmark.solvers.dynamics.trajectory import Trajectory
 from softmark.solvers.elements.interpolation import integration
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import Energy, VectorSpace
@@ -74,3 +78,116 @@ def problem() -> Callable[..., Statics]:
         return Statics(assembly, VectorSpace(dofs), rest, fixed, target, **options)
 
     return make
+
+
+# ------------------------------------------------------------------ a few particles
+
+
+@dataclass(frozen=True)
+class Spring:
+    """k/2 (|y_b - y_a| - l)^2 between particles; y = `points` + x."""
+
+    points: np.ndarray  # (n, 3)
+    pairs: np.ndarray  # (s, 2)
+    k: float
+    length: float
+    cubic: float = 0.0  # of a further cubic/4 (|d| - l)^4
+    conservative: bool = True
+
+    @property
+    def stencils(self) -> np.ndarray:
+        return (3 * self.pairs[:, :, None] + np.arange(3)).reshape(len(self.pairs), 6)
+
+    def _stretch(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        y = (self.points + x.reshape(-1, 3))[self.pairs]
+        d = y[:, 1] - y[:, 0]
+        return d, np.linalg.norm(d, axis=1) - self.length
+
+    def value(self, x: np.ndarray) -> float:
+        e = self._stretch(x)[1]
+        return float(np.sum(self.k / 2 * e**2 + self.cubic / 4 * e**4))
+
+    def add_gradient(self, x: np.ndarray, g: np.ndarray, scale: float = 1.0) -> None:
+        d, e = self._stretch(x)
+        pull = scale * ((self.k * e + self.cubic * e**3) / (e + self.length))[:, None] * d
+        np.add.at(g.reshape(-1, 3), self.pairs[:, 1], pull)
+        np.add.at(g.reshape(-1, 3), self.pairs[:, 0], -pull)
+
+    def add_hessian(
+        self, x: np.ndarray, data: np.ndarray, slots: np.ndarray, scale: float = 1.0, projected: bool = False
+    ) -> None:
+        d, e = self._stretch(x)
+        n = d / (e + self.length)[:, None]
+        along = np.einsum("si,sj->sij", n, n)
+        across = (self.k * e + self.cubic * e**3) / (e + self.length)
+        if projected:
+            across = np.maximum(across, 0.0)
+        H = along * (self.k + 3 * self.cubic * e**2)[:, None, None] + across[:, None, None] * (
+            np.eye(3) - along
+        )
+        block = scale * np.block([[H, -H], [-H, H]]) if len(H) == 1 else scale * np.concatenate(
+            [np.concatenate([H, -H], axis=2), np.concatenate([-H, H], axis=2)], axis=1
+        )  # fmt: skip
+        keep = slots >= 0
+        np.add.at(data, slots[keep], block.reshape(slots.shape)[keep])
+
+    def rounding(self, x: np.ndarray) -> float:
+        return 1e-16 * self.k * self.length
+
+
+
+@dataclass(frozen=True)
+class Quadratic:
+    """x . K x / 2 with a dense K."""
+
+    K: np.ndarray
+    conservative: bool = True
+
+    @property
+    def stencils(self) -> np.ndarray:
+        return np.arange(len(self.K))[None]
+
+    def value(self, x: np.ndarray) -> float:
+        return float(0.5 * x @ self.K @ x)
+
+    def add_gradient(self, x: np.ndarray, g: np.ndarray, scale: float = 1.0) -> None:
+        g += scale * self.K @ x
+
+    def add_hessian(
+        self, x: np.ndarray, data: np.ndarray, slots: np.ndarray, scale: float = 1.0, projected: bool = False
+    ) -> None:
+        keep = slots[0] >= 0
+        np.add.at(data, slots[0][keep], scale * self.K[keep])
+
+    def rounding(self, x: np.ndarray) -> float:
+        return 1e-16 * float(np.linalg.norm(self.K)) * float(np.linalg.norm(x))
+
+
+@pytest.fixture(scope="session")
+def spring() -> type[Spring]:
+    """The energy of springs between particles."""
+    return Spring
+
+
+@pytest.fixture(scope="session")
+def quadratic() -> type[Quadratic]:
+    """The energy of a dense stiffness."""
+    return Quadratic
+
+
+@pytest.fixture(scope="session")
+def oscillators() -> Callable[..., Dynamics]:
+    """Two oscillators of mass 1 and angular frequency 1: a cosine and a sine."""
+
+    def make(integrator: Integrator, **options: Any) -> Dynamics:
+        assembly = Assembly(2, np.zeros(0, dtype=np.int64), [Quadratic(np.eye(2))], [])
+        rest, velocity = np.array([1.0, 0.0]), np.array([0.0, 1.0])
+        return Dynamics(assembly, np.ones(2), rest, velocity, integrator=integrator, tolerance=1e-13, **options)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def states() -> Callable[[Trajectory], np.ndarray]:
+    """The states (t, dofs) that a march went through."""
+    return lambda path: np.array([motion.x for motion in path.observed])

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +14,7 @@ from scipy.sparse import identity
 
 from softmark.solvers import statics
 from softmark.solvers.assembly import Assembly
-from softmark.solvers.dynamics import INTEGRATORS, Integrator
+from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
 from softmark.solvers.dynamics.march import march
@@ -22,60 +24,14 @@ from softmark.solvers.dynamics.trapezoidal import Trapezoidal
 from softmark.solvers.energies.loads import DeadForces
 
 NAMES = sorted(INTEGRATORS)
-
-
-@dataclass(frozen=True)
-class Quadratic:
-    """x . K x / 2 with a dense K."""
-
-    K: np.ndarray
-    conservative: bool = True
-
-    @property
-    def stencils(self) -> np.ndarray:
-        return np.arange(len(self.K))[None]
-
-    def value(self, x: np.ndarray) -> float:
-        return float(0.5 * x @ self.K @ x)
-
-    def add_gradient(self, x: np.ndarray, g: np.ndarray, scale: float = 1.0) -> None:
-        g += scale * self.K @ x
-
-    def add_hessian(
-        self, x: np.ndarray, data: np.ndarray, slots: np.ndarray, scale: float = 1.0, projected: bool = False
-    ) -> None:
-        keep = slots[0] >= 0
-        np.add.at(data, slots[0][keep], scale * self.K[keep])
-
-    def rounding(self, x: np.ndarray) -> float:
-        return 1e-16 * float(np.linalg.norm(self.K)) * float(np.linalg.norm(x))
-
-
-NONE = np.zeros(0, dtype=np.int64)
-
-
-def oscillators(integrator: Integrator, **options: object) -> Dynamics:
-    """Two oscillators of mass 1 and angular frequency 1: a cosine and a sine."""
-    springs = Quadratic(np.eye(2))
-    start = {"rest": np.array([1.0, 0.0]), "velocity": np.array([0.0, 1.0])}
-    return Dynamics(
-        Assembly(2, NONE, [springs], []),
-        np.ones(2),
-        **start,
-        integrator=integrator,
-        tolerance=1e-13,
-        **options,
-    )  # type: ignore[arg-type]
-
-
-def states(path: Trajectory) -> np.ndarray:
-    return np.array([motion.x for motion in path.observed])
+NONE = np.zeros(0, dtype=np.int64)  # nothing is held
+Oscillators, States = Callable[..., Dynamics], Callable[[Trajectory], np.ndarray]
 
 
 # ------------------------------------------------------------------ steps that fail
 
 
-def test_a_step_that_fails_is_halved_and_grows_back() -> None:
+def test_a_step_that_fails_is_halved_and_grows_back(oscillators: Oscillators, states: States) -> None:
     """The third step fails at three lengths; what follows doubles wherever it meets the coarser grid again."""
     attempts: list[float] = []
 
@@ -92,7 +48,7 @@ def test_a_step_that_fails_is_halved_and_grows_back() -> None:
     np.testing.assert_allclose(states(path)[-1], [np.cos(1), np.sin(1)], atol=1e-3)  # (wh)^2/12 = 8e-4
 
 
-def test_a_march_that_cannot_go_on_keeps_what_it_has() -> None:
+def test_a_march_that_cannot_go_on_keeps_what_it_has(oscillators: Oscillators, states: States) -> None:
     problem = oscillators(ImplicitEuler(), sound=lambda x: bool(x[1] < 0.45))
     with pytest.raises(NotConverged, match=r"no step from 0\.\d+ s, down to 0\.0015\d* s") as stopped:
         march(oscillators(ImplicitEuler(), sound=problem.sound, shortest=2.0**-6), 2.0, 0.1)
@@ -104,9 +60,9 @@ def test_a_march_that_cannot_go_on_keeps_what_it_has() -> None:
     assert isinstance(stopped.value, statics.NotConverged)  # one family
 
 
-def test_nothing_that_is_not_finite_comes_out() -> None:
+def test_nothing_that_is_not_finite_comes_out(states: States, quadratic: type[Any]) -> None:
     @dataclass(frozen=True)
-    class Cliff(Quadratic):
+    class Cliff(quadratic):
         def add_gradient(self, x: np.ndarray, g: np.ndarray, scale: float = 1.0) -> None:
             g += np.where(np.abs(x) > 0.5, np.nan, scale * x)
 
@@ -126,8 +82,8 @@ def test_nothing_that_is_not_finite_comes_out() -> None:
 # ------------------------------------------------------------------ what is refused, what it costs
 
 
-def test_parts_that_do_not_fit_are_refused() -> None:
-    assembly = Assembly(2, NONE, [Quadratic(np.eye(2))], [DeadForces(np.ones(2))])
+def test_parts_that_do_not_fit_are_refused(oscillators: Oscillators, quadratic: type[Any]) -> None:
+    assembly = Assembly(2, NONE, [quadratic(np.eye(2))], [DeadForces(np.ones(2))])
     with pytest.raises(ValueError, match="2 courses for 1 loads"):
         Dynamics(assembly, np.ones(2), np.zeros(2), np.zeros(2), courses=(float, float))
     with pytest.raises(ValueError, match="1 targets for 0 supports"):
@@ -142,7 +98,7 @@ def test_parts_that_do_not_fit_are_refused() -> None:
         march(oscillators(Trapezoidal()), 1.0, 0.0)
 
 
-def test_cost_of_steps_is_told() -> None:
+def test_cost_of_steps_is_told(oscillators: Oscillators) -> None:
     path = march(oscillators(Trapezoidal()), 1.0, 0.3)
     np.testing.assert_allclose(path.steps, [0.3, 0.3, 0.3, 0.1], rtol=1e-12)
     assert len(path.wall) == len(path.cpu) == len(path.iterations) == 4

@@ -1,0 +1,1 @@
+"""Studies: what many runs of one scene tell together."""

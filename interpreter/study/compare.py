@@ -1,0 +1,272 @@
+"""A comparison from scenes to `softmark-compare/1`: expand, compute, time, analyse; every finished task is on disk.
+
+Accuracy comes first and may run in parallel; timing follows, alone on the machine. Both are journalled, so that an
+interrupted comparison goes on where it was.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.environment import describe, environment
+from softmark.interpreter.study import pool
+from softmark.interpreter.study.journal import Journal, Refused
+from softmark.interpreter.study.problems import marked
+from softmark.interpreter.study.reading import part_of
+from softmark.interpreter.study.tasks import FINE, clean, failed
+from softmark.interpreter.study.variations import Asked, Configuration, Subject, TooMany, expand, read_vary
+from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Sweep
+
+if TYPE_CHECKING:
+    from softmark.interpreter.study.job import TimingJob
+
+__all__ = ["Comparison", "Interrupted", "Request", "TooMany", "compare"]
+
+SCHEMA = "softmark-compare/1"
+ACCURACY, TIMING = "accuracy", "timing"
+
+Json = dict[str, Any]
+Say = Callable[[str, str], None]
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is to be compared, and how. `timeout` in s for each task, None: no limit; `repeats` 0: no timing."""
+
+    folder: Path
+    vary: tuple[str, ...] = ()
+    models: tuple[str, ...] = ()
+    study: str | None = None
+    jobs: int = 1
+    cluster: str | None = None
+    timeout: float | None = None
+    repeats: int = 5
+    resume: bool = False
+    fresh: bool = False
+    allow_contaminated: bool = False
+    command: str = ""
+    say: Say = field(default=lambda what, detail: None, repr=False)
+
+
+class Interrupted(KeyboardInterrupt):
+    """The comparison was interrupted; the text says what is on disk."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What a comparison found: `points`, one for each configuration, and the `analysis` of them."""
+
+    points: list[Json]
+    references: Json
+    analysis: Json
+    scenes: list[Json]
+    studies: Json
+    environment: Json
+    command: str
+    created: str
+    unsound: bool = False  # a reference failed somewhere
+
+    @property
+    def exit_status(self) -> int:
+        """3 where a model or a reference failed, did not converge or ran out of time, else 0."""
+        return 3 if self.unsound or any(p["status"] not in FINE for p in self.points) else 0
+
+    def to_json(self) -> Json:
+        """The comparison as `softmark-compare/1`."""
+        return {
+            "schema": SCHEMA, "created": self.created, "environment": self.environment, "command": self.command,
+            "scenes": self.scenes, "studies": self.studies, "points": self.points, "references": self.references,
+            "analysis": self.analysis,
+        }  # fmt: skip
+
+    def dumps(self) -> str:
+        """The JSON text."""
+        return json.dumps(self.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def compare(subjects: Sequence[Subject], request: Request) -> Comparison:
+    """Carry a comparison out.
+
+    Raises SceneError for names or values of the request that cannot be meant, Refused for a folder that cannot be used,
+    pool.Unavailable if nobody can do the work, Interrupted, and OSError.
+    """
+    started = datetime.now(UTC)
+    vary, models = read_vary(request.vary)
+    asked = Asked(vary, (*request.models, *(m for m in models if m not in request.models)), request.study)
+    configurations = expand(subjects, asked)
+    with Journal.open(request.folder, request.fresh) as journal:
+        tasks = {c.key: dict(c.task) for c in configurations if c.reason is None}
+        _refuse_mixing(journal, tasks, request)
+        done = _Done(journal, frozenset(tasks))
+        try:
+            outcomes = _accuracy(tasks, request, done)
+            costs = _timing(configurations, outcomes, request, journal)
+        except KeyboardInterrupt as stop:
+            raise Interrupted(done.words()) from stop
+    points = marked([_point(c, outcomes, costs) for c in configurations])
+    references, unsound = _references(points, outcomes)
+    studies = {s.name: _studies(s) for s in subjects}
+    request.say("analyse", "")
+    return Comparison(
+        points, references, _analysis(points, references, studies, request), [_scene(s) for s in subjects],
+        studies, environment(started), request.command,
+        started.isoformat(timespec="seconds"), unsound,
+    )  # fmt: skip
+
+
+def _refuse_mixing(journal: Journal, tasks: Mapping[str, Json], request: Request) -> None:
+    finished = [key for key in journal.of_kind(ACCURACY) if key in tasks]
+    if finished and not request.resume:
+        count = f"{len(finished)} finished task" + ("s" if len(finished) > 1 else "")
+        raise Refused(
+            f"{request.folder} holds {count} of this comparison; `--resume` goes on from there, `--fresh` starts anew"
+        )
+
+
+@dataclass
+class _Done:
+    """How far a comparison has come."""
+
+    journal: Journal
+    keys: frozenset[str]  # of all its tasks
+
+    @property
+    def count(self) -> int:
+        """Tasks in the journal."""
+        return len(self.keys & self.journal.on_disk(ACCURACY))
+
+    def words(self) -> str:
+        """For whoever has interrupted it."""
+        kept = f"{self.count} of {len(self.keys)} tasks are in {self.journal.path}"
+        return f"{kept}; the same command with `--resume` goes on"
+
+
+# ------------------------------------------------------------------ accuracy
+
+
+def _accuracy(tasks: Mapping[str, Json], request: Request, done: _Done) -> dict[str, Json]:
+    """Outcomes by key: those of the journal, and what is computed now."""
+    journal = done.journal
+    outcomes = {k: e["outcome"] for k, e in journal.of_kind(ACCURACY).items() if k in tasks}
+    outcomes = {k: o for k, o in outcomes.items() if not _again(o, request)}
+    labels = {key: f"{task['scene']}: {task['model']}" for key, task in tasks.items()}
+    waiting = [task for key, task in tasks.items() if key not in outcomes]
+    for outcome in _computed(waiting, request, lambda key: request.say("compute", labels[key])):
+        attempt = len([1 for kind, key, _ in journal.entries if (kind, key) == (ACCURACY, outcome["key"])])
+        journal.add({"kind": ACCURACY, "key": outcome["key"], "repeat": attempt, "outcome": outcome})
+        outcomes[outcome["key"]] = outcome
+        request.say("computed", f"{len(outcomes)} of {len(tasks)}: {labels[outcome['key']]}")
+    return outcomes
+
+
+def _again(outcome: Mapping[str, Any], request: Request) -> bool:
+    """Whether an outcome of the journal is worth another try: its process was killed, or it may have more time now."""
+    if not outcome.get("unfinished"):
+        return False
+    if outcome["point"]["status"] != "timed_out":
+        return True
+    return request.timeout is None or request.timeout > float(outcome.get("limit_s") or 0.0)
+
+
+def _computed(waiting: Sequence[Json], request: Request, started: Callable[[str], None]) -> Iterator[Json]:
+    if not waiting:
+        return iter(())
+    if request.cluster is not None:
+        return pool.outcomes_of_cluster(waiting, request.cluster, request.timeout)
+    return pool.outcomes(waiting, request.jobs, request.timeout, started)
+
+
+# ------------------------------------------------------------------ timing
+
+
+def _timing(
+    configurations: Sequence[Configuration], outcomes: Mapping[str, Json], request: Request, journal: Journal
+) -> Json:
+    """Costs by key, of what was solved: measured alone on this machine, each process's record kept at once."""
+    if request.repeats == 0:
+        return {}
+    from softmark.interpreter.study.clock import timings
+
+    jobs = [_job(c, request) for c in configurations if _solved(c, outcomes)]
+    counts = Counter(key for kind, key, _ in journal.entries if kind == TIMING)
+    done = [entry["record"] for (kind, _, _), entry in journal.entries.items() if kind == TIMING]
+
+    def keep(record: Json) -> None:
+        key = str(record["key"])
+        journal.add({"kind": TIMING, "key": key, "repeat": counts[key], "record": clean(record)})
+        counts[key] += 1
+
+    return timings(jobs, request.repeats, keep, done, request.say)
+
+
+def _solved(configuration: Configuration, outcomes: Mapping[str, Json]) -> bool:
+    found = outcomes.get(configuration.key)
+    return found is not None and found["point"]["status"] in ("converged", "capped")
+
+
+def _job(configuration: Configuration, request: Request) -> TimingJob:
+    from softmark.interpreter.study.job import TimingJob
+
+    task = configuration.task
+    job = TimingJob(
+        configuration.key, configuration.model, file=task["shown"], text=task["text"], folder=task["folder"],
+        overrides=tuple(task["overrides"]), label=f"{configuration.scene}: {configuration.label}",
+    )  # fmt: skip
+    return job if request.timeout is None else replace(job, timeout_s=request.timeout)
+
+
+# ------------------------------------------------------------------ the result
+
+
+def _point(configuration: Configuration, outcomes: Mapping[str, Json], costs: Mapping[str, Json]) -> Json:
+    key = configuration.key
+    outcome = failed(configuration.reason) if configuration.reason else outcomes[key]
+    return {**configuration.described(), **outcome["point"], "cost": costs.get(key)}
+
+
+def _references(points: Sequence[Json], outcomes: Mapping[str, Json]) -> tuple[dict[str, Json], bool]:
+    """References of each problem as its first configuration has them, or one that failed; and whether one did."""
+    found: dict[str, Json] = {}
+    unsound = False
+    for p in points:
+        for name, reference in (outcomes[p["key"]]["references"] if p["key"] in outcomes else {}).items():
+            own = found.setdefault(part_of(p), {})
+            if name not in own or (reference["status"] not in FINE and own[name]["status"] in FINE):
+                own[name] = reference
+            unsound |= reference["status"] not in FINE
+    return found, unsound
+
+
+def _analysis(points: list[Json], references: Json, studies: Json, request: Request) -> Json:
+    from softmark.interpreter.study.analysis import analyse
+
+    return analyse(points, references, {"allow_contaminated": request.allow_contaminated}, studies)
+
+
+def _scene(subject: Subject) -> Json:
+    known = describe(subject.scene)
+    chosen = ("title", "file", "sha256", "text", "parameters", "overrides")
+    return {"name": subject.name, **{n: known[n] for n in chosen}}
+
+
+def _studies(subject: Subject) -> Json:
+    """The studies of a scene, for whoever analyses: sweeps, and what is asked of them."""
+    found: Json = {}
+    for name, declared in subject.scene.of_kind("study").items():
+        match declared.thing:
+            case Sweep(target=target, over=over, models=models, with_=other):
+                found[name] = {
+                    "kind": "sweep", "target": target.name, "over": [v.text for v in over],
+                    "models": list(models) if models else None, "with": other,
+                }  # fmt: skip
+            case Convergence(metric=metric, over=sweep):
+                found[name] = {"kind": "convergence", "metric": metric, "over": sweep}
+            case Pareto(error=error, cost=cost, over=sweep):
+                found[name] = {"kind": "pareto", "error": error, "cost": cost, "over": sweep}
+    return found

@@ -1,0 +1,136 @@
+"""What a comparison has finished, line by line on disk: a process that is killed loses nothing that was written.
+
+A line is one JSON object, written by one call and synced. The first says whose journal it is; every other has a `kind`,
+the `key` of a configuration and the number of its `repeat`: the three together occur once. A last line
+that was torn when the power went is not counted, and is cut off before anything is appended.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+SCHEMA = "softmark-journal/1"
+NAME, LOCK = "journal.jsonl", "journal.lock"
+
+Json = dict[str, Any]
+Identity = tuple[str, str, int]  # kind, key, repeat
+
+
+class Refused(Exception):
+    """The folder cannot be used for this comparison; the text says why and what to do."""
+
+
+def identity(entry: Json) -> Identity:
+    """What an entry is about: entries that share it are one."""
+    return str(entry["kind"]), str(entry["key"]), int(entry.get("repeat", 0))
+
+
+@dataclass
+class Journal:
+    """An open journal, locked against other processes. Use it as a context, or close it."""
+
+    path: Path
+    entries: dict[Identity, Json] = field(default_factory=dict)
+    _file: int = -1
+    _lock: int = -1
+
+    @classmethod
+    def open(cls, folder: Path, fresh: bool = False) -> Journal:
+        """The journal of a folder, made if need be; `fresh` starts it anew. Raises Refused, OSError."""
+        folder.mkdir(parents=True, exist_ok=True)
+        journal = cls(folder / NAME)
+        journal._lock = _locked(folder / LOCK)
+        try:
+            journal._start(fresh)
+        except BaseException:
+            journal.close()
+            raise
+        return journal
+
+    def _start(self, fresh: bool) -> None:
+        self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+        data = b"" if fresh else self.path.read_bytes()
+        whole = data[: data.rfind(b"\n") + 1]  # what follows the last line end was torn
+        lines = list(_objects(whole))
+        if whole and not lines:
+            raise Refused(f"{self.path} is not a journal; `--fresh` replaces it, `--out` chooses another folder")
+        if lines and lines[0].get("schema") != SCHEMA:
+            found = lines[0].get("schema", "no journal of softmark")
+            raise Refused(f"{self.path} is {found}, not {SCHEMA}; `--fresh` starts a new one, `--out` another folder")
+        for entry in lines[1:]:
+            if "kind" in entry and "key" in entry:
+                self.entries.setdefault(identity(entry), entry)
+        os.ftruncate(self._file, len(whole) if lines else 0)
+        if not lines:
+            self.entries.clear()
+            self._write({"schema": SCHEMA})
+
+    def add(self, entry: Json) -> bool:
+        """Append an entry and sync; False, and nothing written, where it is there already. Raises OSError."""
+        name = identity(entry)
+        if name in self.entries:
+            return False
+        self._write(entry)
+        self.entries[name] = entry
+        return True
+
+    def _write(self, entry: Json) -> None:
+        line = json.dumps(entry, allow_nan=False, ensure_ascii=False, separators=(",", ":")) + "\n"
+        data = line.encode()
+        if os.write(self._file, data) != len(data):
+            raise OSError(None, "the journal could not be written whole: is the disk full?")
+        os.fsync(self._file)
+
+    def of_kind(self, kind: str) -> dict[str, Json]:
+        """Entries of a kind by key; of those with repeats, the last."""
+        return {key: entry for (own, key, _), entry in self.entries.items() if own == kind}
+
+    def on_disk(self, kind: str) -> set[str]:
+        """Keys of a kind as the file has them: after an interruption it may know more than this process."""
+        data = self.path.read_bytes()
+        lines = _objects(data[: data.rfind(b"\n") + 1])
+        return {str(line["key"]) for line in lines if line.get("kind") == kind and "key" in line}
+
+    def close(self) -> None:
+        """Let go of the file and of the lock."""
+        for descriptor in (self._file, self._lock):
+            if descriptor >= 0:
+                os.close(descriptor)
+        self._file = self._lock = -1
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
+def _objects(data: bytes) -> Iterator[Json]:
+    """The JSON objects of whole lines; a line that cannot be read counts as not written."""
+    for line in data.splitlines():
+        try:
+            found = json.loads(line)
+        except ValueError:
+            continue
+        if isinstance(found, dict):
+            yield found
+
+
+def _locked(path: Path) -> int:
+    """An exclusive lock that the system lets go when this process ends, however it ends. Raises Refused."""
+    import fcntl
+
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        os.close(descriptor)
+        raise Refused(
+            f"another comparison is running in {path.parent}; wait for it, or choose another folder with `--out`"
+        ) from error
+    return descriptor

@@ -1,0 +1,310 @@
+"""Observed orders of convergence, what they extrapolate to, and how uncertain that is: families of (h, value).
+
+A family is one quantity on several meshes or with several steps, coarse to fine, by any ratios; h is a representative
+cell size or step. Nothing here gives a NaN: where there is no number, there is a reason.
+
+Sources: Richardson 1911; Roache 1994 (grid convergence index); Celik, Ghia, Roache, Freitas, Coleman and Raad 2008,
+J. Fluids Eng. 130:078001 (three grids, any ratios; as in ASME V&V 20-2009); Eca and Hoekstra 2014,
+J. Comput. Phys. 262:104 (least squares over more than three).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
+from typing import Any, Literal
+
+Pair = tuple[float, float]  # h, value
+State = Literal["monotone", "oscillatory", "divergent", "assumed", "rounding", "too_few", "unusable"]
+
+SAFETY_THREE, SAFETY_TWO = 1.25, 3.0  # Roache 1994: with an order that was observed, and with one that is assumed
+LARGEST = 20.0  # an observed order beyond this is no order: the finest two agree by chance
+NEAR = 0.1  # of one, for the ratio that is one in the asymptotic range
+# Parts of the formal order between which an observed one counts. Below: edges where a support ends leave displacements
+# an order of 1 to 2 whatever the element (Szabo and Babuska 1991, chapter 10), and Eca and Hoekstra (2014) trust a
+# quarter at least; half of it is the stricter. Above: nothing smooth converges faster than theory, and they stop at
+# 1.05; orders of 2.3 for 2 are common while small terms of the next power are left.
+BAND = (0.5, 1.25)
+SLOWEST = 0.5  # order that a doubtful one is put up to for its index (Oberkampf and Roy 2010, section 8.8)
+SIMILAR = 0.1  # how far ratios of cell sizes of two meshes may be apart: 1.5^1.5 - 1 is then off by a fifth, below 1.25
+HUGE = 1e150  # squares of larger values are no numbers
+CLOSEST, FARTHEST = 1e-3, 1e12  # ratios of h less one: closer ones tell nothing but rounding
+ROUNDING = 64 * 2.0**-52  # relative: differences of values below it are rounding
+
+
+@dataclass(frozen=True)
+class Refined:
+    """What a family of refinements tells of its limit.
+
+    `value` is the extrapolated limit and `gci` the half width about the *finest* value within which the limit is
+    expected (with three grids and more in about 95 % of families that behave), both in the unit of the values;
+    `relative` is `gci` as a part of the finest value. `ratio` is GCI_coarse / (r^p GCI_fine) of the finest three, one
+    in the asymptotic range; with three grids alone it is one by construction, but for the change of the value itself.
+    `scatter` is the standard deviation of a least-squares fit. Where `order` is None, `reason` says why.
+    """
+
+    state: State
+    reason: str | None = None
+    order: float | None = None
+    value: float | None = None
+    gci: float | None = None
+    relative: float | None = None
+    extrapolated_change: float | None = None  # |value - finest| / |value|
+    ratio: float | None = None
+    scatter: float | None = None
+    asymptotic: bool = False  # whether order, value and gci can be relied upon
+    doubt: str | None = None  # why they cannot
+
+    def to_json(self) -> dict[str, Any]:
+        """Everything that is known, None left out."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
+
+
+@dataclass(frozen=True)
+class ErrorOrder:
+    """The order of errors against a known truth: between the last two, and by least squares over all."""
+
+    last: float | None = None
+    fitted: float | None = None
+    reason: str | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Everything that is known, None left out."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
+
+
+# ------------------------------------------------------------------ the limit of values
+
+
+def refined(
+    family: Sequence[Pair], formal: float | None = None, *, floor: float | None = None
+) -> Refined:
+    """Order, limit and grid convergence index of a family, coarse to fine.
+
+    `formal` is the order that theory gives, if it is known: two members need it; with more, an observed order outside
+    of BAND puts the asymptotic range in doubt, and the index is then that of Oberkampf and Roy (2010, section 8.8): a
+    factor of 3 with the observed order, no more than the formal and no less than 0.5. Differences below `floor` (by
+    default a few roundings of the largest value) say nothing.
+    """
+    unusable = _unusable(family)
+    if unusable is not None:
+        return Refined("unusable", unusable)
+    if len(family) < 2:
+        return Refined("too_few", "an order needs three members, and two if it is assumed")
+    if len(family) == 2:
+        return _two(family, formal, _floor(family, floor))
+    finest = _three(family[-3:], _floor(family, floor))
+    if finest.order is None or finest.state != "monotone" or len(family) == 3:
+        return _doubted(finest, family, formal)
+    return _doubted(_fitted(family, finest), family, formal)
+
+
+def observed_order(family: Sequence[Pair]) -> float | None:
+    """p of three members by |ln |e32 / e21| + q(p)| = p ln r21, q(p) = ln((r21^p - s) / (r32^p - s)).
+
+    r21 = h2 / h1, e21 = value2 - value1, 1 the finest; s is the sign of e32 / e21. None where no p in (0, LARGEST]
+    fulfils it. Source: Celik et al. 2008, equation (3).
+    """
+    (h3, f3), (h2, f2), (h1, f1) = family
+    coarse, fine = f3 - f2, f2 - f1
+    if coarse == 0 or fine == 0:
+        return None
+    r21, r32, sign = h2 / h1, h3 / h2, math.copysign(1.0, coarse / fine)
+    grown = math.log(abs(coarse / fine))
+
+    def left(p: float) -> float:
+        return grown - p * math.log(r21) - _ratio(r32, p, sign) + _ratio(r21, p, sign)
+
+    return _root(left, 1e-6, LARGEST)
+
+
+def _ratio(r: float, p: float, sign: float) -> float:
+    """ln(r^p - s), without loss where r^p is near one."""
+    return math.log(math.expm1(p * math.log(r)) if sign > 0 else r**p + 1.0)
+
+
+def _root(f: Callable[[float], float], low: float, high: float) -> float | None:
+    """The root of a decreasing function between two bounds by bisection, None if there is none."""
+    if f(low) < 0 or f(high) > 0:
+        return None
+    while high - low > 1e-13 * high:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if f(middle) > 0 else (low, middle)
+    return 0.5 * (low + high)
+
+
+def _unusable(family: Sequence[Pair]) -> str | None:
+    if not all(math.isfinite(h) and math.isfinite(f) for h, f in family):
+        return "a member is not a finite number"
+    if any(abs(f) > HUGE for _, f in family):
+        return f"a member is beyond {HUGE:g}"
+    sizes = [h for h, _ in family]
+    if any(h <= 0 for h in sizes) or any(b >= a for a, b in pairwise(sizes)):
+        return "the members are not in the order coarse to fine"
+    close = any(not CLOSEST <= a / b - 1 <= FARTHEST for a, b in pairwise(sizes))
+    return f"neighbours must differ in h by factors of {1 + CLOSEST:g} to {FARTHEST:g}" if close else None
+
+
+def _floor(family: Sequence[Pair], floor: float | None) -> float:
+    return ROUNDING * max(abs(f) for _, f in family) if floor is None else floor
+
+
+def _two(family: Sequence[Pair], formal: float | None, floor: float) -> Refined:
+    """Two members and an order that is taken on trust."""
+    (h2, f2), (h1, f1) = family
+    if formal is None:
+        return Refined("too_few", "two members tell no order, and none is known")
+    if abs(f2 - f1) <= floor:
+        return Refined("rounding", "the two values differ by rounding")
+    away = (f1 - f2) / math.expm1(formal * math.log(h2 / h1))
+    return _judged(_result("assumed", formal, f1, away, SAFETY_TWO), "the order is assumed")
+
+
+def _three(family: Sequence[Pair], floor: float) -> Refined:
+    """The finest three members by the formula of Celik et al."""
+    (h3, f3), (h2, f2), (h1, f1) = family
+    coarse, fine = f3 - f2, f2 - f1
+    if abs(coarse) <= floor or abs(fine) <= floor:
+        return Refined("rounding", "differences of the finest values are rounding")
+    p = observed_order(family)
+    if coarse * fine < 0:
+        if p is None:
+            return Refined("oscillatory", "the values swing, and by more on finer meshes")
+        found = _result("oscillatory", p, f1, -fine / (math.expm1(p * math.log(h2 / h1))), SAFETY_THREE)
+        return _judged(found, "the values swing about their limit")
+    if p is None:
+        grows = abs(coarse) < abs(fine) * math.log(h3 / h2) / math.log(h2 / h1)
+        words = "the differences do not fall with the mesh" if grows else "the finest two agree by chance"
+        return Refined("divergent" if grows else "rounding", words)
+    found = _result("monotone", p, f1, -fine / math.expm1(p * math.log(h2 / h1)), SAFETY_THREE)
+    return replace(found, ratio=_asymptotic(family, p))
+
+
+def _asymptotic(family: Sequence[Pair], p: float) -> float | None:
+    """GCI_coarse / (r^p GCI_fine) of three members, by their relative changes; one in the asymptotic range."""
+    (h3, f3), (h2, f2), (h1, f1) = family
+    coarse = (f3 - f2) * f1 / math.expm1(p * math.log(h3 / h2))
+    fine = (f2 - f1) * f2 / math.expm1(p * math.log(h2 / h1))
+    return _part(coarse, (h2 / h1) ** p * fine)
+
+
+def _result(state: State, p: float, finest: float, away: float, safety: float, scatter: float = 0.0) -> Refined:
+    """`away` is how far the limit lies from the finest value."""
+    limit, gci = finest + away, safety * abs(away) + scatter
+    return Refined(state, None, p, limit, gci, _part(gci, finest), _part(away, limit))
+
+
+def _judged(found: Refined, doubt: str | None) -> Refined:
+    """The same with a doubt, or free of doubt."""
+    return replace(found, doubt=doubt, asymptotic=doubt is None)
+
+
+def _part(a: float, b: float) -> float | None:
+    """|a / b|, or None where that is no number."""
+    part = abs(a / b) if b else math.inf
+    return part if math.isfinite(part) else None
+
+
+def _doubted(found: Refined, family: Sequence[Pair], formal: float | None) -> Refined:
+    """The same with what speaks against the asymptotic range."""
+    if found.order is None or found.doubt is not None:
+        return found
+    if formal is not None and not BAND[0] * formal <= found.order <= BAND[1] * formal:
+        doubt = f"not asymptotic: order {found.order:.2f} observed where theory says {formal:g}"
+        return _judged(_cautious(found, family, formal), doubt)
+    if found.ratio is not None and abs(found.ratio - 1) > NEAR:
+        return _judged(found, f"the indices of the finest meshes are in a ratio of {found.ratio:.2f}, not of 1")
+    return _judged(found, None)
+
+
+def _cautious(found: Refined, family: Sequence[Pair], formal: float) -> Refined:
+    """The same with an index that does not lean on an order which theory does not know; its limit stays as observed."""
+    (h2, f2), (h1, f1) = family[-2:]
+    p = min(max(found.order or SLOWEST, SLOWEST), formal)
+    away = abs(f1 - f2) / math.expm1(p * math.log(h2 / h1))
+    gci = max(found.gci or 0.0, SAFETY_TWO * away)
+    return replace(found, gci=gci, relative=_part(gci, f1))
+
+
+def unlike(counts: Sequence[Sequence[int]]) -> str | None:
+    """Why meshes are not similar, if they are not: numbers of cells along each direction, coarse to fine.
+
+    Cells come in whole numbers. Richardson's extrapolation needs all of them to shrink by one ratio (Roache 1998,
+    section 5.9); here the finest three, within SIMILAR. What they shrink by need not be what was asked for.
+    """
+    for coarse, fine in pairwise(counts[-3:]):
+        ratios = [b / a for a, b in zip(coarse, fine, strict=True)]
+        if max(ratios) > (1 + SIMILAR) * min(ratios):
+            least, most = f"{min(ratios):.3g} times in one direction", f"{max(ratios):.3g} times in another"
+            return f"the sizes do not divide the body evenly: cells shrink {least} and {most}: meshes are not similar"
+    return None
+
+
+# ------------------------------------------------------------------ least squares
+
+
+def _fitted(family: Sequence[Pair], finest: Refined) -> Refined:
+    """value = limit + a h^p over more than three members, equally weighted, and Eca and Hoekstra's uncertainty.
+
+    U = Fs |value_1 - limit| + scatter + |value_1 - fit_1|, Fs = 1.25, or 3 where the fit scatters by more than the
+    values differ on average. Source: Eca and Hoekstra 2014, equations (7) to (14).
+    """
+    p = _least(lambda q: _linear(family, q)[2], 0.05, 2 * LARGEST / 5)
+    limit, slope, square = _linear(family, p)
+    values = [f for _, f in family]
+    h, f = family[-1]
+    scatter = math.sqrt(square / (len(family) - 3))
+    range_ = (max(values) - min(values)) / (len(values) - 1)
+    safety = SAFETY_THREE if scatter < range_ else SAFETY_TWO
+    beside = abs(f - limit - slope * h**p)
+    found = _result("monotone", p, f, limit - f, safety, scatter + beside)
+    edge = p < 0.051 or p > 2 * LARGEST / 5 - 0.01
+    ratio = _asymptotic(family[-3:], p)
+    found = replace(found, scatter=scatter, ratio=ratio)
+    return _judged(found, "no power of h fits the values") if edge or scatter >= range_ else found
+
+
+def _linear(family: Sequence[Pair], p: float) -> tuple[float, float, float]:
+    """limit, a and the sum of squares of value = limit + a h^p, by linear least squares."""
+    t = [(h / family[0][0]) ** p for h, _ in family]
+    t_mean, f_mean = sum(t) / len(t), sum(f for _, f in family) / len(t)
+    across = sum((x - t_mean) * (f - f_mean) for x, (_, f) in zip(t, family, strict=True))
+    slope = across / sum((x - t_mean) ** 2 for x in t)
+    limit = f_mean - slope * t_mean
+    square = sum((f - limit - slope * x) ** 2 for x, (_, f) in zip(t, family, strict=True))
+    return limit, slope / family[0][0] ** p, square
+
+
+def _least(f: Callable[[float], float], low: float, high: float) -> float:
+    """Where a function is least: the best of a row of points, then golden sections about it."""
+    points = [low * math.pow(high / low, i / 60) for i in range(61)]
+    best = min(range(61), key=lambda i: f(points[i]))
+    a, b = points[max(best - 1, 0)], points[min(best + 1, 60)]
+    golden = (math.sqrt(5) - 1) / 2
+    while b - a > 1e-9 * b:
+        c, d = b - golden * (b - a), a + golden * (b - a)
+        a, b = (a, d) if f(c) < f(d) else (c, b)
+    return 0.5 * (a + b)
+
+
+# ------------------------------------------------------------------ errors against a known truth
+
+
+def order_of_errors(errors: Sequence[Pair], floor: float = 0.0) -> ErrorOrder:
+    """Slopes of log error over log h, coarse to fine; errors at or below `floor` are rounding and end the row."""
+    unusable = _unusable(errors)
+    if unusable is not None:
+        return ErrorOrder(reason=unusable)
+    if any(e < 0 for _, e in errors):
+        return ErrorOrder(reason="an error is negative")
+    kept = [(math.log(h), math.log(e)) for h, e in errors if e > floor]
+    if len(kept) < len(errors):
+        return ErrorOrder(reason="an error is at rounding")
+    if len(kept) < 2:
+        return ErrorOrder(reason="an order needs two members")
+    (x2, y2), (x1, y1) = kept[-2:]
+    x_mean, y_mean = (sum(c) / len(kept) for c in zip(*kept, strict=True))
+    fitted = sum((x - x_mean) * (y - y_mean) for x, y in kept) / sum((x - x_mean) ** 2 for x, _ in kept)
+    return ErrorOrder((y2 - y1) / (x2 - x1), fitted)

@@ -1,0 +1,199 @@
+"""Sweeps in a scene: binding what they vary and the values, and checking that each value could stand in its place.
+
+A value is checked by compiling the scene once more with it: the checks and their messages are those of the file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from softmark.grammar import layout, tree
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter import overrides, schema, units
+from softmark.interpreter.expressions import Bad, Place, Quantity
+from softmark.interpreter.overrides import Override
+from softmark.interpreter.scene import Declared, Location, Scene
+from softmark.interpreter.vocabulary.studies import Convergence, Sweep, Target, Variant
+
+if TYPE_CHECKING:
+    from softmark.interpreter.binding import Binder
+    from softmark.interpreter.schema import Field
+
+FEWEST = 3  # values that an observed order needs: Celik et al. (2008)
+
+
+# ------------------------------------------------------------------ binding
+
+
+def target(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Target:
+    """What a sweep varies. Raises Bad."""
+    if not isinstance(node, tree.Name):
+        raise place.fail("E207", node.span, f"expected {field.expected}, found a value",
+                         "not a name", field.meaning)  # fmt: skip
+    table = binder.compiler.table
+    full = binder.module.prefix + node.text
+    override = Override(full, node, place, node.span, written="sweep({}, over = [...])")
+    if not overrides.assigned([override], table):
+        raise Bad
+    owner = full if full in table.symbols else full.rpartition(".")[0]
+    binder.compiler.scope.used.add(owner)
+    return Target(full, node.span)
+
+
+def variants(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[Variant, ...]:
+    """The values of a sweep, each with the unit that stands behind the bracket. Raises Bad."""
+    if not isinstance(node, tree.List):
+        help = f"write `[{layout.flat(node)}, ...]`"
+        raise place.fail("E207", node.span, f"expected {field.expected}, found no list", "not a list", help)
+    if not node.items:
+        raise place.fail("E510", node.span, "the sweep has no values", "an empty list", "write `[10, 5, 2.5] mm`")
+    names = [n.text for item in node.items for n, _ in tree.walk(item) if isinstance(n, tree.Name)]
+    binder.compiler.scope.used.update(n for n in names if n in binder.compiler.table.symbols)
+    return tuple(_variant(binder, item, node.unit, place) for item in node.items)
+
+
+def _variant(binder: Binder, item: tree.Expression, unit: tree.Unit | None, place: Place) -> Variant:
+    whole = item
+    if unit is not None and _is_plain(binder, item, place):
+        whole = with_unit(item, unit)
+    return Variant(layout.flat(whole), whole, Location(place.source, item.span))
+
+
+def _is_plain(binder: Binder, item: tree.Expression, place: Place) -> bool:
+    """Whether a value of a list with a unit is a number without one of its own. Raises Bad where it is none."""
+    value = binder.compiler.scope.evaluator(binder.module, place).quantity(item)
+    return value.dimension == units.NONE
+
+
+def with_unit(item: tree.Expression, unit: tree.Unit) -> tree.Expression:
+    """`10` with the unit `mm` as `10 mm`; `-10` as `-10 mm`; `2 * 5` as `2 * 5 * 1 mm`."""
+    match item:
+        case tree.Number(unit=None):
+            return replace(item, unit=unit)
+        case tree.Unary(operator="-" | "+", operand=tree.Number(unit=None) as number):
+            return replace(item, operand=replace(number, unit=unit))
+        case _:
+            return tree.Binary("*", item, tree.Number(1.0, unit, "1", item.span), item.span)
+
+
+# ------------------------------------------------------------------ checking
+
+
+def check(scene: Scene) -> Iterator[Diagnostic]:
+    """What is wrong with the studies of a scene that has no other errors."""
+    for study in scene.of_kind("study").values():
+        if isinstance(study.thing, Sweep):
+            yield from _sweep(scene, study)
+        else:
+            yield from _asking(scene, study)
+
+
+def override_of(sweep: Sweep, variant: Variant) -> Override:
+    """The override that puts one value of a sweep in its place."""
+    place = Place(variant.at.source, [])
+    return Override(sweep.target.name, variant.node, place, sweep.target.span, written="sweep({}, over = [...])",
+                    text=f"{sweep.target.name}={variant.text}")  # fmt: skip
+
+
+def chain(scene: Scene, sweep: Declared) -> list[Declared]:
+    """A sweep and those that it is combined with, outermost first. Stops at what is no sweep."""
+    found = [sweep]
+    while (name := getattr(found[-1].thing, "with_", None)) is not None:
+        found.append(scene.declared[name])
+    return found
+
+
+def _sweep(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
+    if study.thing.with_ is not None:
+        yield from _is_sweep(scene, study, "with")
+    links = chain(scene, study)
+    targets = [link.thing.target.name for link in links if isinstance(link.thing, Sweep)]
+    if len(set(targets)) < len(targets):
+        yield _at(study, "with", "E510", f"`{study.name}` varies `{targets[0]}` twice", "the same again",
+                  "combine it with a sweep of something else")  # fmt: skip
+    for name in study.thing.models or ():
+        if scene.declared[name].kind != "model" or "." in name:
+            yield _at(study, "models", "E510", f"`{name}` is not a model of this scene", "not its own", "")
+    seen: list[Diagnostic] = []
+    for variant in study.thing.over:
+        for found in _variant_errors(scene, study, variant):
+            if found not in seen:
+                seen.append(found)
+                yield found
+
+
+def _variant_errors(scene: Scene, study: Declared, variant: Variant) -> Iterator[Diagnostic]:
+    """Errors of the scene with one value: those at the value itself, else the first as a consequence of it."""
+    from softmark.interpreter.api import varied
+
+    diagnostics = varied(scene, [override_of(study.thing, variant)])[1]
+    errors = [d for d in diagnostics if d.severity == "error"]
+    places = (variant.at.span, study.thing.target.span)
+    own = [d for d in errors if d.source is variant.at.source and d.span is not None
+           and any(p.start <= d.span.start and d.span.end <= p.end for p in places)]  # fmt: skip
+    yield from own[:1]
+    if errors and not own:
+        yield consequence(study.thing.target.name, variant, errors[0])
+
+
+def consequence(name: str, variant: Variant, error: Diagnostic) -> Diagnostic:
+    """An error elsewhere in the scene, told of the value that brings it about."""
+    note = ""
+    if error.span is not None and error.source is not None:
+        note = f"{error.code} in {error.source.name}, line {error.span.line}"
+    message = f"with `{name} = {variant.text}` the scene is in error: {error.message}"
+    notes = (note,) if note else ()
+    return Diagnostic("E511", message, variant.at.source, variant.at.span, "not possible here", error.help, notes)
+
+
+def _asking(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
+    """A convergence or a front of something that is no sweep, or of one that cannot be asked."""
+    if study.thing.over is None:
+        return
+    found = list(_is_sweep(scene, study, "over"))
+    yield from found
+    sweep = scene.declared[study.thing.over]
+    if found or not isinstance(study.thing, Convergence):
+        return
+    numbers = {n for v in sweep.thing.over if (n := number_of(scene, sweep.thing, v)) is not None}
+    if len(numbers) < FEWEST:
+        message = f"`{study.name}` needs at least {FEWEST} different numbers to see an order"
+        yield _at(study, "over", "E510", message, f"`{sweep.name}` has {len(numbers)}",
+                  "add values to the sweep, such as halves of the last")  # fmt: skip
+
+
+def _is_sweep(scene: Scene, study: Declared, field: str) -> Iterator[Diagnostic]:
+    name = getattr(study.thing, "with_" if field == "with" else field)
+    other = scene.declared[name]
+    if not isinstance(other.thing, Sweep):
+        word = other.constructor.name
+        sweeps = [n for n, d in scene.of_kind("study").items() if isinstance(d.thing, Sweep)]
+        example = "declare one: `study NAME = sweep(h, over = [10, 5] mm)`"
+        help = f"sweeps: {schema.listed(sweeps)}" if sweeps else example
+        yield _at(study, field, "E213", f"expected a sweep, found the {word} `{name}`", f"a {word}", help)
+
+
+def _at(study: Declared, field: str, code: str, message: str, label: str, help: str) -> Diagnostic:
+    at = study.at(field)
+    return Diagnostic(code, message, at.source, at.span, label, help)
+
+
+def number_of(scene: Scene, sweep: Sweep, variant: Variant) -> float | None:
+    """The value in SI where it is a number."""
+    from softmark.interpreter.api import varied
+
+    return value_in(varied(scene, [override_of(sweep, variant)])[0], sweep.target.name)
+
+
+def value_in(scene: Scene, name: str) -> float | None:
+    """The number, SI, that a parameter or a field has in a scene; None where it is none."""
+    if name in scene.parameters:
+        value = scene.parameters[name].value
+        return value.value if isinstance(value, Quantity) else None
+    owner, _, attribute = name.rpartition(".")
+    declared = scene.declared.get(owner)
+    field = declared.constructor.field(attribute) if declared else None
+    found = getattr(declared.thing, field.attribute) if declared and field else None
+    return float(found) if isinstance(found, int | float) and not isinstance(found, bool) else None

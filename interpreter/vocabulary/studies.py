@@ -1,0 +1,71 @@
+"""Studies: what is varied, and what is asked of the variations. `dsl compare` carries them out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated
+
+if TYPE_CHECKING:
+    from softmark.grammar.tree import Expression, Span
+    from softmark.interpreter.scene import Location
+
+
+@dataclass(frozen=True)
+class Target:
+    """What a sweep varies: the full name of a parameter, or of a field as `declared.field`."""
+
+    name: str
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One value of a sweep: its text with its unit, as an override takes it, and where it stands."""
+
+    text: str
+    node: Expression = field(compare=False, repr=False)
+    at: Location = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Computes the scene once for each value of a parameter or of a field.
+
+    `sweep(h, over = [10, 5, 2.5] mm)` varies the parameter `h`; `sweep(rod.segments, over = [5, 10, 20])` a field of a
+    declared name, whether the declaration gives it or leaves it at its default. Values are what could stand there:
+    quantities, choices (`[implicit_euler, newmark]`), calls. Each is checked as if it were written in its place. A unit
+    behind the bracket is that of every item without one.
+
+    `with` another sweep, every value of the one is combined with every value of the other. A model that does not
+    depend on what is varied is computed once. `dsl compare` carries studies out, and `dsl run` leaves them alone.
+    """
+
+    target: Annotated[Target, "target", "what is varied: a parameter, or a field of a declared name"]
+    over: Annotated[tuple[Variant, ...], "variants", "the values that it takes"]
+    models: Annotated[tuple[str, ...] | None, "models", "which models are computed; all of the scene without"] = None
+    with_: Annotated[str | None, "study", "another sweep, each of whose values is combined with each of these"] = None
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """Asks how fast a metric settles as a sweep refines: observed order, extrapolated value, grid convergence index.
+
+    The sweep has one target, whose values are at least three numbers. Richardson (1911) extrapolation and the index
+    follow Roache (1994) and Celik et al. (2008).
+    """
+
+    metric: Annotated[str, "metric", "the number that should settle"]
+    over: Annotated[str, "study", "the sweep that refines"]
+
+
+@dataclass(frozen=True)
+class Pareto:
+    """Asks which configurations of a sweep no other beats in both error and cost.
+
+    A configuration is on the front if none has a smaller error at the same or a smaller cost. Without `cost` it is the
+    measured time: of a step in a dynamic analysis, of the whole solution otherwise.
+    """
+
+    error: Annotated[str, "metric", "how wrong a configuration is"]
+    cost: Annotated[str | None, "metric", "what it costs; the measured time without"] = None
+    over: Annotated[str | None, "study", "the sweep; everything that is compared without"] = None

@@ -1,0 +1,40 @@
+"""The limit of a scene's own models under refinement: for problems without a closed form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+
+@dataclass(frozen=True)
+class SelfConverged:
+    """The limit of two or more of the scene's own models as their meshes are refined, where no theory is known.
+
+    Each model named is solved again at every one of the `sizes`, in place of its own size, on the same case, and its
+    displacements are extrapolated to h = 0: u = u1 + (u1 - u2) / (r^p - 1), with r the ratio of the finest two cell
+    sizes and p the order that the finest three meshes show in the L2 norm over the body. The estimate of the
+    error is that of the grid convergence index, 1.25 |u - u1| at the point where it is largest. Where p is
+    not between 0.5 and half an order above the element's own, or the meshes are not similar to one another, nothing
+    is extrapolated: the finest solution stands, and the estimate is three times the largest difference
+    between the meshes. The reference is the model of the smallest estimate. Its error is that estimate, or
+    its distance from the other models if that is larger. It is refused where two models are farther apart than twice
+    the sum of their estimates, and where the error is above 5 % of the largest displacement.
+
+    It shares the solver, the material law and the loads with what it judges: it tells how much of an error comes
+    from the mesh, and nothing of whether the code or the model is right. The models must be `fem` with a `size`,
+    with different elements or integration, of the same strain measure and material; choose sizes that divide the
+    body evenly. Static analyses only. Every size of every model is solved: this may take longer than the scene itself.
+    Source: Roache 1994, J. Fluids Eng. 116:405; Celik et al. 2008, J. Fluids Eng. 130:078001; Eca and Hoekstra 2014.
+    """
+
+    methods: Annotated[tuple[str, ...], "models", "two `fem` models or more that share no element and integration"]
+    sizes: Annotated[Any, "values", "at least three sizes, coarse to fine, such as `[12, 9, 6] mm`"]
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    kind: ClassVar[str] = "own solutions, extrapolated"
+    source: ClassVar[str] = (
+        "the scene's own models and this solver, refined (Celik et al. 2008): checks discretisation, not the code"
+    )
+    error_meaning: ClassVar[str] = (
+        "grid convergence index or distance of the methods, m, whichever is larger: discretisation alone, no rounding"
+    )

@@ -1,0 +1,388 @@
+"""Compiled loops of the symbolic factorisation: elimination tree, fronts, and where every number goes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.solvers.jit import kernel
+
+Ints = NDArray[np.int64]
+Places = NDArray[np.uint64]
+Floats = NDArray[np.float64]
+Entries = NDArray[np.int32] | NDArray[np.int64]  # of a CSR pattern
+
+
+@kernel
+def tree(indptr: Ints, indices: Ints, order: Ints, weights: Ints, parent: Ints, counts: Ints) -> None:
+    """Postorder `order` (n,) in place; parents in the elimination tree and unknowns in each column of the factor.
+
+    The tree by Liu (1990), the counts, with the diagonal and weighted by the unknowns of each node, by Gilbert, Ng
+    and Peyton (1994).
+    """
+    n = len(order)
+    place = np.empty(n, np.int64)
+    for k in range(n):
+        place[order[k]] = k
+    ancestor = np.full(n, -1, np.int64)
+    above = np.full(n, -1, np.int64)
+    for k in range(n):
+        for t in range(indptr[order[k]], indptr[order[k] + 1]):
+            p = place[indices[t]]
+            while p != -1 and p < k:
+                following = ancestor[p]
+                ancestor[p] = k
+                if following == -1:
+                    above[p] = k
+                p = following
+    # postorder: children in their order
+    head, after = np.full(n, -1, np.int64), np.full(n, -1, np.int64)
+    for k in range(n - 1, -1, -1):
+        if above[k] >= 0:
+            after[k] = head[above[k]]
+            head[above[k]] = k
+    rank, stack, number = np.empty(n, np.int64), np.empty(n, np.int64), 0
+    for root in range(n):
+        if above[root] >= 0:
+            continue
+        stack[0], top = root, 1
+        while top > 0:
+            k = stack[top - 1]
+            if head[k] >= 0:
+                stack[top] = head[k]
+                head[k] = after[head[k]]
+                top += 1
+            else:
+                rank[k] = number
+                number += 1
+                top -= 1
+    old = order.copy()
+    for k in range(n):
+        order[rank[k]] = old[k]
+        parent[rank[k]] = rank[above[k]] if above[k] >= 0 else -1
+    for k in range(n):
+        place[order[k]] = k
+    # counts
+    first, latest, leaf = np.full(n, -1, np.int64), np.full(n, -1, np.int64), np.full(n, -1, np.int64)
+    for k in range(n):
+        ancestor[k] = k
+        counts[k] = weights[order[k]] if first[k] == -1 else 0
+        j = k
+        while j != -1 and first[j] == -1:
+            first[j] = k
+            j = parent[j]
+    for k in range(n):
+        if parent[k] >= 0:
+            counts[parent[k]] -= weights[order[k]]
+        for t in range(indptr[order[k]], indptr[order[k] + 1]):
+            i = place[indices[t]]
+            if i <= k or first[k] <= latest[i]:
+                continue
+            latest[i] = first[k]
+            counts[k] += weights[order[i]]
+            q = leaf[i]
+            leaf[i] = k
+            if q >= 0:  # the least common ancestor of two leaves has the row once too often
+                root = q
+                while ancestor[root] != root:
+                    root = ancestor[root]
+                while q != root:
+                    q, ancestor[q] = ancestor[q], root
+                counts[root] -= weights[order[i]]
+        if parent[k] >= 0:
+            ancestor[k] = parent[k]
+    for k in range(n):
+        if parent[k] >= 0:
+            counts[parent[k]] += counts[k]
+
+
+@kernel
+def merge(
+    parent: Ints, counts: Ints, weights: Ints, columns_up_to: Ints, shares: Floats, starts: Ints
+) -> int:
+    """Starts (fronts + 1,) of runs of columns that are eliminated together; returns how many fronts there are.
+
+    Fundamental supernodes, then mergers of a front with its last child where few explicit zeros result: at most
+    `shares` of a front of `columns_up_to` columns.
+    """
+    n = len(parent)
+    children = np.zeros(n, np.int64)
+    for k in range(n):
+        if parent[k] >= 0:
+            children[parent[k]] += 1
+    pivots, heights, zeros = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n)
+    top = 0
+    for k in range(n):
+        begin, w, h, z = k, weights[k], counts[k] - weights[k], 0.0
+        if (
+            top > 0
+            and parent[k - 1] == k
+            and children[k] == 1
+            and counts[k - 1] == counts[k] + weights[k - 1]
+        ):
+            top -= 1
+            begin, w, z = starts[top], w + pivots[top], zeros[top]
+        while top > 0 and parent[begin - 1] >= begin and parent[begin - 1] <= k:
+            joined = w + pivots[top - 1]
+            explicit = z + zeros[top - 1] + pivots[top - 1] * (w + h - heights[top - 1])
+            share = 0.0
+            for i in range(len(shares)):
+                if joined <= columns_up_to[i]:
+                    share = shares[i]
+                    break
+            if explicit > share * (0.5 * joined * (joined + 1) + joined * h):
+                break
+            top -= 1
+            begin, w, z = starts[top], joined, explicit
+        starts[top], pivots[top], heights[top], zeros[top] = begin, w, h, z
+        top += 1
+    starts[top] = n
+    return top
+
+
+@kernel
+def structures(
+    indptr: Ints, indices: Ints, order: Ints, starts: Ints, offset: Ints, index_start: Ints, parents: Ints,
+    index: Places, local: Places,
+) -> None:  # fmt: skip
+    """Unknowns below each front in order (`index`), and where they are in the front of its parent (`local`).
+
+    `offset` (n + 1,) is the first unknown of each node in the order of elimination.
+    """
+    n, fronts = len(order), len(parents)
+    place = np.empty(n, np.int64)
+    for k in range(n):
+        place[order[k]] = k
+    head, after = np.full(fronts, -1, np.int64), np.full(fronts, -1, np.int64)
+    for s in range(fronts):
+        if parents[s] >= 0:
+            after[s] = head[parents[s]]
+            head[parents[s]] = s
+    node_start = np.zeros(fronts + 1, np.int64)
+    below = np.empty(1024, np.int64)
+    mark = np.full(n, -1, np.int64)
+    found = np.empty(n, np.int64)
+    for s in range(fronts):
+        number, last = 0, starts[s + 1]
+        for k in range(starts[s], last):
+            for t in range(indptr[order[k]], indptr[order[k] + 1]):
+                p = place[indices[t]]
+                if p >= last and mark[p] != s:
+                    mark[p] = s
+                    found[number] = p
+                    number += 1
+        c = head[s]
+        while c >= 0:
+            for t in range(node_start[c], node_start[c + 1]):
+                p = below[t]
+                if p >= last and mark[p] != s:
+                    mark[p] = s
+                    found[number] = p
+                    number += 1
+            c = after[c]
+        used = node_start[s]
+        node_start[s + 1] = used + number
+        if used + number > len(below):
+            larger = np.empty(2 * (used + number), np.int64)
+            larger[:used] = below[:used]
+            below = larger
+        below[used : used + number] = np.sort(found[:number])
+        at = index_start[s]
+        for t in range(used, used + number):
+            for unknown in range(offset[below[t]], offset[below[t] + 1]):
+                index[at] = unknown
+                at += 1
+    for s in range(fronts):
+        p = parents[s]
+        if p < 0:
+            continue
+        begin = offset[starts[p]]
+        end = offset[starts[p + 1]]
+        at = index_start[p]
+        for t in range(index_start[s], index_start[s + 1]):
+            below_it = np.int64(index[t])
+            if below_it < end:
+                local[t] = below_it - begin
+            else:
+                while np.int64(index[at]) < below_it:
+                    at += 1
+                local[t] = end - begin + at - index_start[p]
+
+
+@kernel
+def entries(
+    indptr: Entries, indices: Entries, unknowns: Ints, place: Ints, first: Ints, pivots: Ints, rows: Ints,
+    panel: Ints, index_start: Ints, index: Places, source: Places, target: Places, entry_start: Ints,
+) -> None:  # fmt: skip
+    """Which entries of the matrix each front assembles (`source`), and where in L they go (`target`)."""
+    position = np.zeros(len(unknowns), np.int64)
+    at = 0
+    for s in range(len(first)):
+        entry_start[s] = at
+        for i in range(pivots[s]):
+            position[first[s] + i] = i
+        for i in range(rows[s] - pivots[s]):
+            position[index[index_start[s] + i]] = pivots[s] + i
+        for i in range(pivots[s]):
+            unknown = unknowns[first[s] + i]
+            for t in range(indptr[unknown], indptr[unknown + 1]):
+                p = place[indices[t]]
+                if p >= first[s] + i:
+                    source[at] = t
+                    target[at] = panel[s] + i * rows[s] + position[p]
+                    at += 1
+    entry_start[len(first)] = at
+
+
+@kernel
+def stack(parents: Ints, sizes: Ints, update: Ints) -> int:
+    """Places of the update matrices: two stacks, by the parity of the depth, so that none overwrites its children.
+
+    Returns the length of both together.
+    """
+    fronts = len(parents)
+    side = np.zeros(fronts, np.int64)
+    for s in range(fronts - 1, -1, -1):
+        side[s] = 1 - side[parents[s]] if parents[s] >= 0 else 0
+    top, peak = np.zeros(2, np.int64), np.zeros(2, np.int64)
+    held, seen = (
+        np.zeros(fronts, np.int64),
+        np.zeros(fronts, np.bool_),
+    )  # first place of the children of a front
+    for s in range(fronts):
+        if seen[s]:
+            top[1 - side[s]] = held[s]
+        update[s] = top[side[s]]
+        p = parents[s]
+        if p >= 0 and not seen[p]:
+            held[p], seen[p] = top[side[s]], True
+        top[side[s]] += sizes[s] ** 2
+        peak[side[s]] = max(peak[side[s]], top[side[s]])
+    for s in range(fronts):
+        update[s] += side[s] * peak[0]
+    total: int = peak[0] + peak[1]
+    return total
+
+
+@kernel
+def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints) -> int:
+    """Nested dissection by planes (George 1973; Heath and Raghavan 1995): separators last in `order` (n,).
+
+    Each part of more than `leaf` nodes is cut across one of the axes or its longest direction, where the fewest nodes
+    of one side touch the other. Returns how many nodes are in no separator; these come first, in no good order.
+    """
+    n = len(order)
+    nodes, rank = np.arange(n), np.full(n, -1, np.int64)
+    begins, ends, pending = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64), 1
+    ends[0] = n
+    separators, held = np.empty(n, np.int64), n  # filled from the end
+    inside = np.ones(n, np.bool_)
+    while pending > 0:
+        pending -= 1
+        begin, size = begins[pending], ends[pending] - begins[pending]
+        if size <= leaf:
+            continue
+        part = nodes[begin : begin + size].copy()
+        best, cut, upper, fewest = part, 0, False, 0.3 * size
+        axes = _axes(points, part)
+        for axis in range(4):
+            by = part[np.argsort(_along(points, part, axes[axis]), kind="mergesort")]
+            at, above, cost = _cut(indptr, indices, by, rank)
+            if cost < fewest:
+                best, cut, upper, fewest = by, at, above, cost
+        if cut == 0:
+            continue
+        for r in range(size):
+            rank[best[r]] = r
+        lower, higher = begin, begin + size
+        for r in range(size):
+            i = best[r]
+            touches = False
+            if (r >= cut) == upper:
+                for e in range(indptr[i], indptr[i + 1]):
+                    q = rank[indices[e]]
+                    touches |= q >= 0 and (q >= cut) != upper
+            if touches:
+                held -= 1
+                separators[held] = i
+                inside[i] = False
+            elif r < cut:
+                nodes[lower] = i
+                lower += 1
+            else:
+                higher -= 1
+                nodes[higher] = i
+        for r in range(size):
+            rank[best[r]] = -1
+        begins[pending], ends[pending] = begin, lower
+        begins[pending + 1], ends[pending + 1] = higher, begin + size
+        pending += 2
+    order[held:] = separators[held:]
+    order[:held] = np.flatnonzero(inside)
+    return held
+
+
+@kernel
+def _cut(indptr: Ints, indices: Ints, by: Ints, rank: Ints) -> tuple[int, bool, float]:
+    """Where to cut the nodes `by` (size,): nodes before the cut, whether the separator lies behind it, its cost."""
+    size = len(by)
+    reach = np.zeros((2, size + 2), np.int64)
+    for r in range(size):
+        rank[by[r]] = r
+    for r in range(size):
+        low, high = r, r
+        for e in range(indptr[by[r]], indptr[by[r] + 1]):
+            q = rank[indices[e]]
+            if q >= 0:
+                low, high = min(low, q), max(high, q)
+        # a cut c parts ranks below c from the others: r touches these for r < c <= high, and those for low < c <= r
+        reach[0, r + 1] += 1
+        reach[0, high + 1] -= 1
+        reach[1, low + 1] += 1
+        reach[1, r + 1] -= 1
+    for r in range(size):
+        rank[by[r]] = -1
+    at, above, cost = 0, False, np.inf
+    touching = np.zeros(2, np.int64)
+    for c in range(size):
+        for k in range(2):
+            touching[k] += reach[k, c]
+        if c > 0.35 * size and c < 0.65 * size:
+            lopsided = 1.0 + 4.0 * (c / size - 0.5) ** 2
+            for k in range(2):
+                if touching[k] * lopsided < cost:
+                    at, above, cost = c, k == 1, touching[k] * lopsided
+    return at, above, cost
+
+
+@kernel
+def _along(points: Floats, part: Ints, axis: Floats) -> Floats:
+    t = np.empty(len(part))
+    for k in range(len(part)):
+        t[k] = points[part[k], 0] * axis[0] + points[part[k], 1] * axis[1] + points[part[k], 2] * axis[2]
+    return t
+
+
+@kernel
+def _axes(points: Floats, part: Ints) -> Floats:
+    """The three axes, and the direction in which the points of a part reach farthest, by power iteration (4, 3)."""
+    middle, spread = np.zeros(3), np.zeros((3, 3))
+    for i in part:
+        for a in range(3):
+            middle[a] += points[i, a] / len(part)
+    for i in part:
+        for a in range(3):
+            for b in range(3):
+                spread[a, b] += (points[i, a] - middle[a]) * (points[i, b] - middle[b])
+    axes = np.zeros((4, 3))
+    axes[0, 0] = axes[1, 1] = axes[2, 2] = 1.0
+    axes[3, 0], axes[3, 1], axes[3, 2] = 1.0, 0.7, 0.4
+    for _ in range(30):
+        x, y, z = axes[3, 0], axes[3, 1], axes[3, 2]
+        size = 1e-300
+        for a in range(3):
+            axes[3, a] = spread[a, 0] * x + spread[a, 1] * y + spread[a, 2] * z
+            size += axes[3, a] ** 2
+        for a in range(3):
+            axes[3, a] /= np.sqrt(size)
+    return axes

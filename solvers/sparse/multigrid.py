@@ -1,0 +1,71 @@
+"""Conjugate gradients with algebraic multigrid, for systems whose factor would take too much memory or time."""
+
+from __future__ import annotations
+
+import warnings
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.sparse.gradients import conjugate_gradients
+
+NAME = "smoothed aggregation multigrid with conjugate gradients (pyamg)"
+COARSEST = 100  # aggregates, of six unknowns each, that are solved by a factor
+BUDGET = 400  # iterations: a clamped beam of silicone with a Poisson's ratio of 0.49 needs 84
+
+OPTIONS: dict[str, Any] = {
+    "strength": None,
+    "smooth": "jacobi",
+    "improve_candidates": None,
+    "presmoother": ("gauss_seidel", {"sweep": "symmetric"}),
+    "postsmoother": ("gauss_seidel", {"sweep": "symmetric"}),
+    "max_coarse": COARSEST,
+    "coarse_solver": "splu",
+}
+
+
+def installed() -> bool:
+    """Whether the package is there."""
+    return find_spec("pyamg") is not None
+
+
+def warm() -> None:
+    """Import the package, if it is there."""
+    if installed():
+        import pyamg  # noqa: F401
+
+
+class Multigrid:
+    """Smoothed aggregation (Vanek, Mandel and Brezina 1996) that keeps rigid motions `modes` (n, 6) on all levels."""
+
+    def __init__(self, K: sparse.csr_matrix, modes: Floats | None) -> None:
+        import pyamg
+
+        self._K = K
+        self.iterations = 0  # of the last solve
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # it warns of conversions and of its own versions
+            self._hierarchy = pyamg.smoothed_aggregation_solver(_blocked(K), B=modes, **OPTIONS)
+        self._cycle = self._hierarchy.aspreconditioner(cycle="V")
+
+    @property
+    def sizes(self) -> list[int]:
+        """Unknowns of each level."""
+        return [level.A.shape[0] for level in self._hierarchy.levels]
+
+    def solve(self, b: Floats, tolerance: float) -> tuple[Floats, bool]:
+        """x with |b - K x| <= tolerance |b|, and whether that was reached."""
+        goal = tolerance * float(np.linalg.norm(b))
+        x, self.iterations, done = conjugate_gradients(self._K, b, self._cycle.matvec, goal, BUDGET)
+        return x, done
+
+
+def _blocked(K: sparse.csr_matrix) -> sparse.csr_matrix | sparse.bsr_matrix:
+    """K by blocks of a node's three unknowns, unless some nodes are held in part."""
+    if K.shape[0] % 3 or np.any(np.diff(K.indptr[::3]) % 9):
+        return K
+    blocks = K.tobsr((3, 3))
+    return blocks if blocks.data.size == K.nnz else K

@@ -1,0 +1,112 @@
+"""Intel's MKL Pardiso, through the package pypardiso, which finds the library."""
+
+from __future__ import annotations
+
+import ctypes
+import weakref
+from functools import cache
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from softmark.solvers.energies.energy import Floats
+
+NAME = "MKL Pardiso (pypardiso)"
+DEFINITE, INDEFINITE, GENERAL = 2, -2, 11  # its types of real matrices
+ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1  # its phases
+
+
+class Failed(Exception):
+    """It gave an error."""
+
+    def __init__(self, code: int) -> None:
+        super().__init__(f"Pardiso's error {code}")
+        self.code = code
+
+
+def installed() -> bool:
+    """Whether the package is there."""
+    return find_spec("pypardiso") is not None
+
+
+@cache
+def _routine() -> Any:
+    from pypardiso import PyPardisoSolver
+
+    # the library once more: what the package has set for its own calls stays as it is
+    routine = ctypes.CDLL(PyPardisoSolver().libmkl._name).pardiso
+    routine.restype = None
+    return routine
+
+
+def _release(handle: Any, kind: int, size: int) -> None:
+    """Free what the library holds for a handle."""
+    nothing, none = np.zeros(1), np.zeros(64, np.int32)
+    _call(handle, kind, RELEASE, size, nothing, none, none, none, nothing, nothing)
+
+
+def _call(
+    handle: Any,
+    kind: int,
+    phase: int,
+    n: int,
+    data: Any,
+    indptr: Any,
+    indices: Any,
+    settings: Any,
+    b: Any,
+    x: Any,
+) -> None:
+    """One call of the library. Raises Failed."""
+    error = ctypes.c_int32(0)
+    one, silent = ctypes.c_int32(1), ctypes.c_int32(0)
+    arrays = [ctypes.c_void_p(a.ctypes.data) for a in (data, indptr, indices)]
+    _routine()(
+        ctypes.c_void_p(handle.ctypes.data), ctypes.byref(one), ctypes.byref(one), ctypes.byref(ctypes.c_int32(kind)),
+        ctypes.byref(ctypes.c_int32(phase)), ctypes.byref(ctypes.c_int32(n)), *arrays, None, ctypes.byref(one),
+        ctypes.c_void_p(settings.ctypes.data), ctypes.byref(silent), ctypes.c_void_p(b.ctypes.data),
+        ctypes.c_void_p(x.ctypes.data), ctypes.byref(error),
+    )  # fmt: skip
+    if error.value:
+        raise Failed(error.value)
+
+
+class Pardiso:
+    """A factor of K: L L^T of a definite, L D L^T of a symmetric, L U of any other matrix."""
+
+    def __init__(self, K: sparse.csr_matrix, kind: int, single: bool = False) -> None:
+        part = K if kind == GENERAL else sparse.triu(K, format="csr")
+        part.sort_indices()
+        self._kind, self._n = kind, K.shape[0]
+        self._real: Any = np.float32 if single else np.float64
+        self._matrix = (
+            part.data.astype(self._real),
+            part.indptr.astype(np.int32),
+            part.indices.astype(np.int32),
+        )
+        self._handle = np.zeros(64, dtype=np.int64)
+        self._settings = np.zeros(64, dtype=np.int32)
+        chosen = {1: 1, 2: 2, 8: 2, 10: 13 if kind == GENERAL else 8, 21: 1, 28: int(single), 35: 1}
+        chosen |= {11: 1, 13: 1} if kind == GENERAL else {}
+        for place, value in chosen.items():
+            self._settings[place - 1] = value
+        self._end = weakref.finalize(self, _release, self._handle, kind, self._n)
+        for phase in (ANALYSE, FACTORISE):
+            self._phase(phase, np.zeros(self._n))
+
+    def _phase(self, phase: int, b: Floats) -> Floats:
+        b = np.ascontiguousarray(b, dtype=self._real)
+        x = np.zeros_like(b)
+        _call(self._handle, self._kind, phase, self._n, *self._matrix, self._settings, b, x)
+        return x.astype(np.float64, copy=False)
+
+    @property
+    def negative_pivots(self) -> int | None:
+        """How many there are; None for a matrix that is not taken to be symmetric."""
+        return None if self._kind == GENERAL else int(self._settings[22]) if self._kind == INDEFINITE else 0
+
+    def solve(self, b: Floats) -> Floats:
+        """x with K x = b."""
+        return self._phase(SOLVE, b)

@@ -1,0 +1,350 @@
+"""Timing in processes of their own: order, isolation, disturbance, and processes that fail. No time is asserted."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from softmark.interpreter.study import clock, quality, timed
+from softmark.interpreter.study.clock import one_run, timings
+from softmark.interpreter.study.gauges import Gauges
+from softmark.interpreter.study.job import THREADS, TimingJob
+from softmark.interpreter.study.phases import FUNCTIONS, METHODS, Phases, owner_of, places
+
+LINUX = pytest.mark.skipif(
+    not hasattr(os, "sched_setaffinity"), reason="processors can be chosen on Linux only"
+)
+TEXT = """softmark 1
+scene "A bar that bends"
+material gel = neo_hookean(young = 60 kPa, poisson = 0.45, density = 1000 kg/m^3)
+body     bar = solid(cylinder(length = 100 mm, radius = 10 mm, axis = +x), gel)
+support  wall = fixed(bar, where = x <= 0 mm)
+load     weight = gravity(9.81 m/s^2, direction = -z)
+analysis rest = static(max_iterations = 50)
+model    rod = beam6dof(segments = 4)
+model    cells = fem(tet4, strain = corotational, size = 10 mm)
+probe    axis = line(bar, from = (0, 0, 0) mm, to = (100, 0, 0) mm, points = 3)
+metric   drop = displacement(axis, along = -z)
+"""
+
+
+def job(key: str, *overrides: str, text: str = TEXT, **more: Any) -> TimingJob:
+    """A rod of few segments, timed for a short while."""
+    return TimingJob(
+        key, more.pop("model", "rod"), text=text, overrides=overrides, **{"least_s": 0.05} | more
+    )
+
+
+@pytest.fixture(autouse=True)
+def own_lock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A lock of this test's own, for others may be timing on this machine; no waiting for it to calm down."""
+    monkeypatch.setattr(clock, "PATIENCE", 0.0)
+    monkeypatch.setattr(clock, "lock_file", lambda: tmp_path / "lock")
+
+
+@contextmanager
+def busy(core: int) -> Iterator[None]:
+    """A process that computes on a processor without end."""
+    loop = f"import os\nos.sched_setaffinity(0, {{{core}}})\nprint(flush=True)\nwhile True: pass"
+    process = subprocess.Popen([sys.executable, "-c", loop], stdout=subprocess.PIPE)
+    try:
+        assert process.stdout is not None
+        process.stdout.readline()
+        yield
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_rounds_are_interleaved_and_every_run_is_a_process_of_its_own() -> None:
+    records: list[dict[str, Any]] = []
+    costs = timings(
+        [job("a"), job("b", "rod.segments=6")], repeats=2, extra=0, keep=records.append, phases=False
+    )
+    assert [r["key"] for r in records] == ["a", "b", "a", "b"]
+    assert len({r["pid"] for r in records} | {os.getpid()}) == 5
+    for record in records:
+        assert record["status"] == "converged", record
+        assert record["threads"]["asked"] == 1
+        assert record["threads"]["running"] in (1, None)
+        assert record["during"]["compiled"] == 0
+        assert record["warmed"]
+        assert record["size"]["nodes"] == {"a": 5, "b": 7}[record["key"]]
+    assert costs.keys() == {"a", "b"}
+    for cost in costs.values():
+        assert cost is not None
+        assert cost["wall_s"]["runs"] == 2
+        assert cost["cpu_s"]["median"] > 0
+        assert json.loads(json.dumps(cost, allow_nan=False)) == cost
+
+
+@LINUX
+def test_all_runs_are_on_one_processor_and_the_parent_keeps_off_it() -> None:
+    allowed, seen = os.sched_getaffinity(0), []
+    records: list[dict[str, Any]] = []
+
+    def keep(record: dict[str, Any]) -> None:
+        records.append(record)
+        seen.append(os.sched_getaffinity(0))
+
+    timings([job("a")], repeats=1, extra=0, keep=keep, phases=False)
+    (core,) = records[0]["cores"]
+    assert core in allowed
+    if len(allowed) > 1:
+        assert core not in seen[0]
+    assert os.sched_getaffinity(0) == allowed
+
+
+def test_what_is_done_already_is_not_done_again() -> None:
+    first: list[dict[str, Any]] = []
+    timings([job("a")], repeats=1, extra=0, keep=first.append)
+    assert [r["kind"] for r in first] == ["timed", "phases"]
+    more: list[dict[str, Any]] = []
+    costs = timings([job("a")], repeats=1, extra=0, keep=more.append, done=json.loads(json.dumps(first)))
+    assert more == []
+    assert costs["a"] is not None
+    others = [r | {"host": "another machine"} for r in first]
+    timings([job("a")], repeats=1, extra=0, keep=more.append, done=others, phases=False)
+    assert len(more) == 1
+
+
+@LINUX
+def test_a_run_beside_a_busy_loop_is_flagged() -> None:
+    core = max(os.sched_getaffinity(0))
+    with busy(core):
+        record = one_run(job("a", least_s=0.3), [core])
+    assert record["status"] == "converged", record
+    assert "shared" in quality.disturbances(record)  # two on one processor: each gets half of it
+
+
+def test_disturbed_runs_are_repeated_so_often_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three clean runs are wanted, all are disturbed, two more are allowed: five."""
+    made: list[str] = []
+
+    def disturbed(job: TimingJob, cores: Any, kind: str = "timed") -> dict[str, Any]:
+        made.append(job.key)
+        return _record(job.key, compiled=1)
+
+    monkeypatch.setattr(clock, "one_run", disturbed)
+    costs = timings([job("a")], repeats=3, extra=2, phases=False)
+    assert made == ["a"] * 5
+    assert costs["a"] is not None
+    assert costs["a"]["contaminated"]
+    assert costs["a"]["flags"] == ["contaminated", "compiled"]
+
+
+def test_what_takes_long_is_repeated_three_times(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[str] = []
+
+    def slow(job: TimingJob, cores: Any, kind: str = "timed") -> dict[str, Any]:
+        made.append(job.key)
+        return _record(job.key, elapsed_s=61.0 if job.key == "a" else 1.0)
+
+    monkeypatch.setattr(clock, "one_run", slow)
+    costs = timings([job("a"), job("b")], repeats=5, phases=False)
+    assert made == ["a", "b"] * 3 + ["b"] * 2
+    assert costs["a"] is not None
+    assert costs["b"] is not None
+    assert costs["a"]["flags"] == ["few repeats"]
+    assert costs["b"]["flags"] == []
+
+
+def _record(key: str, elapsed_s: float = 1.0, compiled: int = 0) -> dict[str, Any]:
+    return {
+        "key": key, "kind": "timed", "host": clock.host(), "elapsed_s": elapsed_s, "status": "converged",
+        "wall_s": [1.0], "cpu_s": [1.0], "setup": {"mesh": [0, 0], "set-up": [1, 1]}, "memory": {},
+        "during": {"wall_s": 1.0, "compiled": compiled}, "threads": {"asked": 1},
+    }  # fmt: skip
+
+
+# ------------------------------------------------------------------ what fails
+
+
+def test_what_does_not_converge_is_run_once_and_says_so() -> None:
+    records: list[dict[str, Any]] = []
+    costs = timings(
+        [job("a", "rest.max_iterations=1", "weight.magnitude=9e4 m/s^2")], repeats=3, keep=records.append
+    )
+    assert costs == {"a": None}
+    assert [r["status"] for r in records] == ["not_converged"]
+    assert quality.refusal(records)
+
+
+def test_a_process_that_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(clock, "CHILD", (sys.executable, "-c", "import time; time.sleep(60)"))
+    record = one_run(job("a", timeout_s=0.5), [])
+    assert record["status"] == "timed_out"
+    assert record["message"] == "it was not done after 0.5 s"
+    with pytest.raises(ProcessLookupError):
+        os.kill(record["pid"], 0)
+
+
+@pytest.mark.parametrize(
+    ("program", "message"),
+    [
+        ("import os; os.kill(os.getpid(), 9)", "the process ended by signal 9: it said nothing"),
+        ("raise SystemExit('no such library')", "the process ended with status 1: no such library"),
+        ("print('not JSON')", "the process ended with status 0: it said nothing"),
+    ],
+)
+@LINUX
+def test_a_process_that_dies_has_a_message(
+    program: str, message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(clock, "CHILD", (sys.executable, "-c", program))
+    record = one_run(job("a"), [])
+    assert (record["status"], record["message"]) == ("failed", message)
+
+
+def test_an_interruption_ends_the_process_and_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a person's Ctrl-C does to the parent while it waits."""
+    started: list[subprocess.Popen[bytes]] = []
+
+    class Interrupted(subprocess.Popen):  # type: ignore[type-arg]
+        def communicate(self, *args: Any, **kwargs: Any) -> Any:
+            started.append(self)
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(clock, "CHILD", (sys.executable, "-c", "import time; time.sleep(60)"))
+    monkeypatch.setattr(subprocess, "Popen", Interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        timings([job("a")], repeats=1)
+    (child,) = started
+    assert child.returncode is not None
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"text": TEXT, "model": "rods"}, "the scene has no model `rods`"),
+        ({}, "E223: the scene declares nothing"),
+        ({"text": "softmark 1\nscene"}, "E"),
+        ({"file": "no-such-scene", "text": None}, "there is no file"),
+        ({"overrides": ["bar=1"]}, "E"),
+    ],
+)
+def test_a_scene_that_cannot_be_computed_is_a_message(asked: dict[str, Any], message: str) -> None:
+    text = 'softmark 1\nscene "Nothing"\n'
+    record = _in_this_process({"key": "a", "text": text, "model": "rod"} | asked)
+    assert record["status"] == "failed"
+    assert record["message"].startswith(message)
+
+
+def _in_this_process(asked: dict[str, Any], **environment: str) -> dict[str, Any]:
+    """What the child makes of a job, without a process."""
+    kept = {n: os.environ.get(n) for n in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1") | environment)
+    try:
+        return timed._guarded(asked | {"timeout_s": 1e5})
+    finally:
+        timed.signal.alarm(0)
+        for name, value in kept.items():
+            os.environ.pop(name) if value is None else os.environ.__setitem__(name, value)
+
+
+def test_a_process_with_another_number_of_threads_refuses() -> None:
+    record = _in_this_process(job("a").to_json(), OMP_NUM_THREADS="4")
+    assert record["status"] == "failed"
+    assert record["message"] == "OMP_NUM_THREADS must be 1 before a timed process starts"
+
+
+def test_a_job_that_cannot_be_read_is_a_message() -> None:
+    done = subprocess.run(clock.CHILD, input=b"{", capture_output=True, check=True)
+    assert json.loads(done.stdout)["message"].startswith("the job cannot be read")
+    assert b"Traceback" not in done.stderr
+
+
+# ------------------------------------------------------------------ one comparison at a time
+
+
+def test_a_second_comparison_waits_for_the_first() -> None:
+    said, free = [], threading.Event()
+
+    def wait() -> None:
+        with clock.exclusive(lambda what, detail: said.append(detail)):
+            free.set()
+
+    other = threading.Thread(target=wait)
+    with clock.exclusive():
+        other.start()
+        assert not free.wait(0.2)
+    assert free.wait(10)
+    other.join()
+    assert said == ["another comparison is timing on this machine; waiting for it"]
+
+
+# ------------------------------------------------------------------ where the time goes
+
+
+def test_every_name_in_the_tables_is_there() -> None:
+    for dotted in FUNCTIONS:
+        path = dotted.rpartition(".")[0]
+        importlib.import_module(path if path.rpartition(".")[2].islower() else path.rpartition(".")[0])
+        owner, name = owner_of(dotted)
+        assert callable(vars(owner)[name]), dotted
+    users = ("sparse.cholesky", "sparse.solver", "energies.rod", "energies.elastic", "energies.corotational_tets")
+    for name in (*METHODS, *(f"softmark.solvers.{user}" for user in users)):
+        importlib.import_module(name)
+    found = {(owner.__name__, name): phase for owner, name, phase in places()}
+    assert found["softmark.solvers.linear", "factor"] == "factorisation"
+    assert found["Triangular", "solve"] == found["LinearSolver", "solve"] == "solution"
+    assert found["Cholesky", "factorise"] == "factorisation"
+    assert found["CorotationalTets", "add_both_lagged"] == found["RodElastic", "add_hessian"] == "assembly"
+    for prefix, methods in METHODS.items():
+        for method in methods:
+            owners = [o for o, n, _ in places() if n == method and isinstance(o, type)]
+            assert any(o.__module__.startswith(prefix) for o in owners), (prefix, method)
+
+
+def test_phases_of_a_solid_are_mostly_tangents_and_factors() -> None:
+    record = one_run(job("a", model="cells"), [], "phases")
+    assert record["status"] == "converged", record
+    phases = record["phases"]
+    assert {"assembly", "factorisation", "solution", "other"} == phases.keys()
+    # a few hundred unknowns: tangents and factors are nearly all of it, substitutions next to nothing
+    assert phases["assembly"] + phases["factorisation"] > 0.5 * sum(phases.values())
+    assert phases["solution"] < phases["factorisation"]
+    assert record["output_s"] > 0
+
+
+def test_phases_sum_to_the_whole_and_no_clock_stays_behind() -> None:
+    """Clocks that nest stop each other: what they count together is the CPU time of the solutions, within 2 %."""
+    import time
+
+    from softmark.interpreter.models.prepared import Workshop
+    from softmark.interpreter.preparing import prepared_model
+    from softmark.solvers import linear
+
+    scene, declared, case = timed._scene(job("a", model="cells"))
+    prepared, _ = prepared_model(declared, case, Workshop(scene=scene))
+    prepared.warm()
+    where = Phases()
+    where.around(lambda: prepared.solve(lambda i: None))
+    before = (linear.factor, linear.Triangular.solve)
+
+    def ten() -> float:
+        begin = time.process_time()
+        for _ in range(10):
+            prepared.solve(lambda i: None)
+        return time.process_time() - begin
+
+    whole = where.around(ten)
+    assert sum(where.solutions[-1].values()) == pytest.approx(whole, rel=0.02)
+    assert (linear.factor, linear.Triangular.solve) == before
+
+
+def test_gauges_tell_what_happened_between_two_looks() -> None:
+    start = Gauges.now()
+    seen = Gauges.now().since(start)
+    assert seen["wall_s"] > 0
+    assert all(v is None or v >= 0 for n, v in seen.items() if n != "pressure_avg10")

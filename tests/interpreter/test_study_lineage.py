@@ -1,0 +1,170 @@
+"""Lines of convergence: what refines and what does not, the order that theory gives, and what is far from it.
+
+Values are power laws with a known order, so that what should be found is known; scenes are compiled and not solved.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import softmark
+from softmark.interpreter.overrides import read
+from softmark.interpreter.study.lineage import Refinement, orders_of, refinement_of
+from softmark.interpreter.study.orders import refined, unlike
+from softmark.interpreter.study.reading import Line
+from softmark.interpreter.study.resolution import resolution_of
+
+SIZES = (0.04, 0.02, 0.01)
+
+
+def member(h: float, u: float, of: dict[str, float], formal: dict[str, int], **changes: Any) -> dict[str, Any]:
+    own = {"of": of, "formal": formal, "problem": "one", "meshed": False, "counts": None} | changes
+    return {
+        "key": f"{h:g}", "model": "m", "variation": {"h": f"{h:g}"}, "numbers": {"h": h}, "status": "converged",
+        "size": {"dofs": 3}, "probes": {"tip": {"points": [[1.0, 0, 0]], "displacement": [[0.0, 0.0, u]]}},
+        "resolution": own, "errors": {},
+    }  # fmt: skip
+
+
+def line(p: float, formal: int | None, target: str = "size", **changes: Any) -> Line:
+    """u = 1 - h^p, three members."""
+    known = {} if formal is None else {target: formal}
+    made = [member(h, 1 - h**p, {target: 1 / h if target == "segments" else h}, known, **changes) for h in SIZES]
+    return Line("s", "m", "refine", "h", (), tuple(made))
+
+
+# ------------------------------------------------------------------ what is far from theory
+
+
+def test_an_order_far_from_that_of_theory_is_not_asymptotic() -> None:
+    """0.53 for linear elements; the index is three times what the order leaves: |u2 - u1| / (2^0.53 - 1)."""
+    found = orders_of(line(0.53, 2), "m", [], [])
+    (limit,) = found["limits"]
+    assert (found["asymptotic"], found["formal"], found["refines"]) == (False, 2, "size")
+    assert found["doubt"] == "not asymptotic: order 0.53 observed where theory says 2"
+    assert limit["gci"] == pytest.approx(3 * 0.01**0.53)
+
+
+@pytest.mark.parametrize(("p", "formal", "good"), [
+    (1.0, 2, True), (0.9, 2, False), (2.5, 2, True), (2.6, 2, False),  # half of it, and a quarter more
+    (1.5, 3, True), (1.4, 3, False), (0.53, None, True),
+])  # fmt: skip
+def test_the_band(p: float, formal: int | None, good: bool) -> None:
+    family = [(h, 1 - h ** (p + (1e-6 if p < 2 else -1e-6))) for h in SIZES]
+    assert refined(family, formal).asymptotic is good
+
+
+def test_an_order_above_that_of_theory_makes_no_index_smaller() -> None:
+    """h^5 for an element of 2: three times what order 2 would leave."""
+    found = refined([(h, 1 - h**5) for h in SIZES], 2)
+    assert found.gci == pytest.approx(3 * (0.02**5 - 0.01**5) / 3)
+
+
+# ------------------------------------------------------------------ what refines
+
+
+@pytest.mark.parametrize("target", ["size", "segments", "step"])
+def test_what_decides_a_size_segments_or_a_step_refines(target: str) -> None:
+    found = refinement_of(line(2.0, 2, target))
+    assert isinstance(found, Refinement)
+    assert (found.target, found.formal) == (target, 2)
+    assert [h for h, _ in found.members] == pytest.approx(SIZES)
+
+
+def test_what_changes_the_problem_does_not_refine() -> None:
+    """A length that cell sizes follow: members differ in size, and in what is solved."""
+    made = line(2.0, 2)
+    other = [{**p, "resolution": {**p["resolution"], "problem": p["key"]}} for p in made.members]
+    own = Line("s", "m", "refine", "h", (), tuple(other))
+    assert refinement_of(own) == "`h` changes what is solved, not how finely"
+    found = orders_of(own, "m", [], [])
+    assert (found["varied"], found["asymptotic"], found["limits"]) == (None, None, [])
+
+
+def test_a_tolerance_and_two_at_once_have_no_order() -> None:
+    still = [member(h, 1 - h, {"size": 1.0}, {"size": 2}) for h in SIZES]
+    assert refinement_of(Line("s", "m", None, "h", (), tuple(still))) == (
+        "`h` decides no size, no segments and no step"
+    )
+    both = [member(h, 1 - h, {"size": h, "step": h}, {"size": 2, "step": 1}) for h in SIZES]
+    assert refinement_of(Line("s", "m", None, "h", (), tuple(both))) == "`h` decides size and step at once"
+
+
+def test_cells_count_by_the_size_that_they_have() -> None:
+    """h = N^(-1/3): meshes of 8, 27 and 125 cells, asked for at 0.04, 0.02 and 0.01."""
+    made = [{**p, "size": {"elements": n}} for p, n in zip(line(2.0, 2, meshed=True).members, (8, 27, 125), strict=True)]
+    found = refinement_of(Line("s", "m", None, "h", (), tuple(made)))
+    assert isinstance(found, Refinement)
+    assert [h for h, _ in found.members] == pytest.approx([1 / 2, 1 / 3, 1 / 5])
+
+
+def test_meshes_that_are_not_similar_put_an_order_in_doubt() -> None:
+    made = [
+        {**p, "resolution": {**p["resolution"], "counts": c}}
+        for p, c in zip(line(2.0, 2).members, ([2, 2, 6], [4, 4, 10], [4, 4, 15]), strict=True)
+    ]
+    found = orders_of(Line("s", "m", None, "h", (), tuple(made)), "m", [], [])
+    assert found["asymptotic"] is False
+    assert "cells shrink 1.67 times in one direction and 2 times in another" in found["doubt"]
+    assert unlike([[2, 2, 6], [4, 4, 12], [8, 8, 24]]) is None
+
+
+# ------------------------------------------------------------------ what a scene declares
+
+SCENE = """
+param h = 10 mm
+param L = 60 mm
+param dt = 10 ms
+material gel = neo_hookean(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)
+body bar = solid(box(size = (L, 20 mm, 20 mm)), gel)
+support wall = fixed(bar, where = x <= 0 mm)
+load weight = gravity(1 m/s^2)
+model t4 = fem(tet4, strain = small, size = h)
+model t10 = fem(tet10, strain = finite, size = L / 6)
+model capped = fem(hex8, strain = finite, size = h, cap = 2)
+model modes = modal(t4, modes = 5)
+probe tip = point(bar, at = (L, 10 mm, 10 mm))
+"""
+STATIC = SCENE + "model rod = beam6dof(segments = 20)\n"
+MOVING = SCENE + "analysis drop = dynamic(duration = 0.1 s, step = dt, integrator = {})\n"
+
+
+def resolved(text: str, model: str, *overrides: str) -> dict[str, Any]:
+    from softmark.interpreter.api import varied
+
+    scene, _ = varied(softmark.loads(text).scene, read(overrides, []))
+    return resolution_of(scene, model)
+
+
+def test_orders_of_theory_are_those_of_what_is_declared() -> None:
+    """Polynomials of degree k: k + 1; two-node beams 2; backward Euler 1, the others 2; capped states none."""
+    assert resolved(STATIC, "t4")["formal"] == {"size": 2}
+    assert resolved(STATIC, "t10")["formal"] == {"size": 3}
+    assert resolved(STATIC, "rod")["formal"] == {"segments": 2}
+    assert resolved(STATIC, "modes")["formal"] == {}
+    euler, newmark = MOVING.format("implicit_euler"), MOVING.format("newmark")
+    assert resolved(euler, "t10")["formal"] == {"size": 3, "step": 1}
+    assert resolved(newmark, "t10")["formal"] == {"size": 3, "step": 2}
+    assert resolved(newmark, "capped")["formal"] == {}
+    damped = newmark.replace("newmark", "newmark, damping_stiffness = 1 ms")
+    assert [resolved(damped, m)["formal"]["step"] for m in ("t10", "t4")] == [1, 2]  # exact where K does not change
+
+
+def test_a_parameter_refines_what_uses_it_and_a_length_changes_the_problem() -> None:
+    def problem(model: str, *overrides: str) -> str:
+        return str(resolved(STATIC, model, *overrides)["problem"])
+
+    assert resolved(STATIC, "t4", "h=5mm")["of"] == {"size": 0.005}
+    assert resolved(STATIC, "rod", "rod.segments=40")["of"] == {"segments": 40.0}
+    assert resolved(STATIC, "modes", "h=5mm")["of"] == {"size": 0.005}  # by what it is made from
+    assert resolved(STATIC, "t4", "h=5mm")["counts"] == [4, 4, 12]
+    assert problem("t4", "h=5mm") == problem("t4")
+    assert problem("rod", "rod.segments=40") == problem("rod")
+    assert resolved(STATIC, "t10", "L=120mm")["of"] == {"size": pytest.approx(0.02)}
+    assert problem("t10", "L=120mm") != problem("t10")
+    moving = MOVING.format("newmark")
+    fine = resolved(moving, "t4", "dt=5ms")
+    assert fine["of"] == {"size": 0.01, "step": 0.005}
+    assert fine["problem"] == resolved(moving, "t4")["problem"]

@@ -1,0 +1,256 @@
+"""Workers: every task has one outcome, whatever happens to the process that has it.
+
+Most tests have a worker of their own, which speaks the same lines and does what a task tells it: sleep, die, print.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import softmark
+from softmark.interpreter.study import pool, tasks
+from softmark.interpreter.study.variations import Asked, expand, read_vary, subject_of
+
+BEAM = """
+param    n      = 4
+material gel    = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     beam   = solid(cylinder(length = 178 mm, radius = 19 mm), gel)
+support  wall   = fixed(beam, where = x <= 0 mm)
+load     weight = gravity(9.81 m/s^2)
+model    rod    = beam6dof(segments = n)
+reference theory = elastica(beam)
+probe    axis   = line(beam, from = (0, 0, 0) mm, to = (178, 0, 0) mm, points = 5)
+metric   eta    = energy_norm(axis, against = theory)
+"""
+
+WORKER = """
+import json, os, signal, sys, time
+print(json.dumps({"ready": os.getpid()}), flush=True)
+for line in sys.stdin:
+    task = json.loads(line)
+    time.sleep(task.get("sleep", 0.0))
+    if "die" in task:
+        os.kill(os.getpid(), task["die"])
+    if "leave" in task:
+        os._exit(task["leave"])
+    print(json.dumps({"key": task["key"], "point": {"status": "converged"}, "by": os.getpid()}), flush=True)
+"""
+
+
+def done(given: list[dict[str, Any]], jobs: int = 1, timeout: float | None = None) -> dict[str, dict[str, Any]]:
+    """Outcomes by key, of a worker that obeys."""
+    found = list(pool.outcomes(given, jobs, timeout, command=(sys.executable, "-c", WORKER)))
+    assert sorted(o["key"] for o in found) == sorted(t["key"] for t in given), "each once"
+    return {o["key"]: o for o in found}
+
+
+def beam_tasks(over: str, text: str = BEAM) -> list[dict[str, Any]]:
+    configurations = expand([subject_of(softmark.loads(text).scene)], Asked(*read_vary([over])))
+    return [dict(c.task) for c in configurations]
+
+
+# ------------------------------------------------------------------ what happens to processes
+
+
+@pytest.mark.parametrize("jobs", [1, 3])
+def test_every_task_once(jobs: int) -> None:
+    found = done([{"key": str(i)} for i in range(10)], jobs)
+    assert 1 <= len({o["by"] for o in found.values()}) <= jobs
+
+
+def test_tasks_that_come_to_nothing() -> None:
+    assert done([]) == {}
+
+
+@pytest.mark.parametrize(
+    ("how", "message"),
+    [
+        ({"die": signal.SIGKILL}, "the process was killed (SIGKILL; the system does that when memory runs out)"),
+        ({"die": signal.SIGSEGV}, "the process was killed (SIGSEGV)"),
+        ({"leave": 7}, "the process ended with exit status 7"),
+        ({"leave": 0}, "the process ended with exit status 0"),
+    ],
+)
+def test_a_process_that_dies_takes_one_task_with_it(how: dict[str, int], message: str) -> None:
+    found = done([{"key": "a"}, {"key": "b", **how}, {"key": "c"}])
+    assert [o["point"]["status"] for o in found.values()] == ["converged", "failed", "converged"]
+    assert found["b"]["point"]["message"] == message
+    assert found["b"]["unfinished"]
+    assert found["a"]["by"] != found["c"]["by"], "a new process"
+
+
+def test_all_processes_may_die() -> None:
+    found = done([{"key": str(i), "die": signal.SIGKILL} for i in range(5)], 2)
+    assert {o["point"]["status"] for o in found.values()} == {"failed"}
+
+
+def test_a_task_that_takes_too_long_is_stopped() -> None:
+    begin = time.monotonic()
+    found = done([{"key": "a"}, {"key": "b", "sleep": 60}, {"key": "c"}], timeout=0.5)
+    assert time.monotonic() - begin < 30  # of 60 that it would take
+    assert [o["point"]["status"] for o in found.values()] == ["converged", "timed_out", "converged"]
+    assert found["b"]["point"]["message"] == "it was stopped after 0.5 s; `--timeout` gives more"
+
+
+def test_closing_the_outcomes_ends_all_workers() -> None:
+    outcomes = pool.outcomes(
+        [{"key": "a"}, *({"key": str(i), "sleep": 60} for i in range(3))], 2, command=(sys.executable, "-c", WORKER)
+    )
+    first = next(outcomes)
+    outcomes.close()  # type: ignore[attr-defined]
+    with pytest.raises(ProcessLookupError):
+        os.kill(first["by"], 0)
+
+
+def test_workers_that_do_not_start() -> None:
+    with pytest.raises(pool.Unavailable, match="do not start"):
+        list(pool.outcomes([{"key": "a"}], command=(sys.executable, "-c", "raise SystemExit(3)")))
+
+
+# ------------------------------------------------------------------ real workers
+
+
+def test_one_worker_and_two_find_the_same_as_this_process() -> None:
+    """Bit for bit: the same code, one thread each."""
+    given = beam_tasks("n=4,5,6,7,8")
+    here = {t["key"]: tasks.perform(t) for t in given}
+    for jobs in (1, 2):
+        there = {o["key"]: o for o in pool.outcomes(given, jobs)}
+        assert len(there) == 5
+        for key, outcome in here.items():
+            assert there[key]["point"] == outcome["point"]
+            assert there[key]["references"] == outcome["references"]
+    assert [here[t["key"]]["point"]["status"] for t in given] == ["converged"] * 5
+
+
+def test_a_killed_worker_of_ours(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kill it when it has the second task, which is far too long to finish."""
+    given = beam_tasks("n=4,100000,5")
+    names = {t["key"]: t["overrides"][-1] for t in given}
+    children: list[int] = []
+
+    def started(key: str) -> None:
+        if names[key] == "n=100000":
+            pids = Path(f"/proc/self/task/{os.getpid()}/children").read_text(encoding="utf-8").split()
+            children.extend(int(p) for p in pids if b"study.worker" in Path(f"/proc/{p}/cmdline").read_bytes())
+            os.kill(children[0], signal.SIGKILL)
+
+    if not Path("/proc/self/task").exists():
+        pytest.skip("no /proc to find the worker in")
+    found = {names[o["key"]]: o["point"] for o in pool.outcomes(given, started=started)}
+    assert {n: p["status"] for n, p in found.items()} == {"n=4": "converged", "n=100000": "failed", "n=5": "converged"}
+    assert "SIGKILL" in found["n=100000"]["message"]
+
+
+def test_workers_have_one_thread_each() -> None:
+    assert {v for n, v in pool.environment().items() if n in pool.THREADS} == {"1"}
+
+
+# ------------------------------------------------------------------ one task
+
+
+def test_an_outcome_is_json_and_has_what_a_point_needs() -> None:
+    outcome = tasks.perform(beam_tasks("n=4")[0])
+    json.dumps(outcome, allow_nan=False)
+    point, theory = outcome["point"], outcome["references"]["theory"]
+    assert set(point) == {"status", "message", "outline", "size", "solve", "errors", "probes", "warnings"}
+    assert point["size"] == {"nodes": 5, "elements": 4, "dofs": 24}
+    assert set(point["errors"]["eta"]) == {"value", "unit", "against"}
+    assert point["errors"]["eta"]["against"] == "theory"
+    assert len(point["probes"]["axis"]["displacement"]) == len(theory["probes"]["axis"]["displacement"]) == 5
+    assert theory["status"] == "converged"
+    assert outcome["cpu_s"] > 0 < outcome["wall_s"]
+
+
+def test_without_metrics_that_compare_every_probe_is_held_against_every_theory() -> None:
+    """The same number as `energy_norm` gives, under a name of its own."""
+    without = BEAM.replace("metric   eta    = energy_norm(axis, against = theory)", "")
+    asked, automatic = (tasks.perform(beam_tasks("n=4", text)[0])["point"]["errors"] for text in (BEAM, without))
+    assert list(automatic) == ["axis against theory"]
+    assert automatic["axis against theory"] == asked["eta"]
+
+
+def test_a_long_probe_is_thinned() -> None:
+    outcome = tasks.perform(beam_tasks("n=4", BEAM.replace("points = 5", "points = 1001"))[0])
+    points = outcome["point"]["probes"]["axis"]["points"]
+    assert len(points) == tasks.POINTS
+    assert (points[0][0], points[-1][0]) == (0.0, pytest.approx(0.178, rel=1e-12))
+
+
+def test_a_scene_that_has_become_wrong_is_a_failed_point() -> None:
+    task = beam_tasks("n=4")[0]
+    outcome = tasks.perform({**task, "overrides": ["n=-4"]})
+    assert outcome["point"]["status"] == "failed"
+    assert outcome["point"]["message"].startswith("E301: `segments` must be")
+
+
+def test_a_defect_is_a_failed_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*arguments: object) -> None:
+        raise MemoryError
+
+    monkeypatch.delenv("SOFTMARK_DEBUG", raising=False)
+    monkeypatch.setattr("softmark.interpreter.run.run", broken)
+    outcome = tasks.perform(beam_tasks("n=4")[0])
+    assert (outcome["point"]["status"], outcome["point"]["message"]) == (
+        "failed", "it stopped with an error (out of memory)",
+    )  # fmt: skip
+
+
+def test_a_reference_is_solved_once_in_a_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    from softmark.interpreter.study import keys
+    from softmark.references import REFERENCES
+
+    count, solve = [0], REFERENCES["elastica"].solve
+
+    def counted(self: Any, *arguments: Any) -> Any:
+        count[0] += 1
+        return solve(self, *arguments)
+
+    monkeypatch.setattr(keys, "_REMEMBERED", {})
+    monkeypatch.setattr(REFERENCES["elastica"], "solve", counted)
+    for task in beam_tasks("n=4,5,6"):
+        tasks.perform(task)
+    assert count == [1]
+    tasks.perform(beam_tasks("gel.young=50 kPa")[0])
+    assert count == [2]
+
+
+# ------------------------------------------------------------------ a cluster
+
+
+def test_nobody_answers() -> None:
+    with pytest.raises(pool.Unavailable, match=r"no dask scheduler answers at tcp://127\.0\.0\.1:9"):
+        list(pool.outcomes_of_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9", wait=0.5))
+
+
+def test_without_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(pool.Unavailable, match=r"pip install 'softmark\[cluster\]'"):
+        list(pool.outcomes_of_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9"))
+
+
+def test_a_cluster_finds_the_same() -> None:
+    """A scheduler and a worker process on this machine, found by their address as any other."""
+    distributed = pytest.importorskip("distributed")
+    given = beam_tasks("n=4,5,-3")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=True, dashboard_address=":0", host="127.0.0.1"
+    ) as cluster:
+        there = {o["key"]: o for o in pool.outcomes_of_cluster(given, cluster.scheduler_address)}
+    here = {t["key"]: tasks.perform(t) for t in given}
+    assert {k: o["point"] for k, o in there.items()} == {k: o["point"] for k, o in here.items()}
+    assert sorted(o["point"]["status"] for o in there.values()) == ["converged", "converged", "failed"]
+
+
+def test_a_worker_with_other_sources_is_not_believed() -> None:
+    outcome = pool.perform_there(beam_tasks("n=4")[0], "0" * 64)
+    assert outcome["point"]["status"] == "failed"
+    assert "another version" in outcome["point"]["message"]

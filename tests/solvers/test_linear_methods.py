@@ -1,0 +1,236 @@
+"""Each method against a dense solution, which of them is chosen, and what happens where one cannot be used."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from softmark.solvers import linear, memory
+from softmark.solvers.assembly import Assembly
+from softmark.solvers.elements.interpolation import integration
+from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.materials import Law
+from softmark.solvers.mesh.shapes import Box
+from softmark.solvers.sparse import multigrid, pardiso, plans, symbolic
+from softmark.solvers.sparse.motions import places, rigid_motions
+
+Maker = Callable[..., Law]
+PACKAGES = {"pardiso": "pypardiso", "multigrid": "pyamg"}
+
+
+def block(law: Law, size: float = 0.05, held: tuple[int, ...] = (0, 1, 2)) -> Assembly:
+    """A block of 0.2 x 0.1 x 0.1 m that is held at one end, in the directions given."""
+    mesh = Box((0.2, 0.1, 0.1)).mesh("tet4", size)
+    parts = integration(mesh)
+    end = np.flatnonzero(mesh.points[:, 0] <= 1e-9)
+    fixed = np.unique((3 * end[:, None] + np.array(held)).ravel())
+    elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law)
+    return Assembly(mesh.points.size, fixed, [elastic], [], mesh.points)
+
+
+def tangent(assembly: Assembly) -> sparse.csr_matrix:
+    """At rest."""
+    return assembly.tangent(np.zeros(assembly.dofs), 1.0)
+
+
+def needs(method: str) -> None:
+    """Skip where the method's package is not there."""
+    if method in PACKAGES:
+        pytest.importorskip(PACKAGES[method])
+
+
+@pytest.mark.parametrize("method", ["superlu", "cholesky", "pardiso", "multigrid"])
+@pytest.mark.parametrize("poisson", [0.3, 0.45])
+def test_each_method_agrees_with_a_dense_solution(method: str, poisson: float, law: Maker) -> None:
+    """The condition number is some 1e4: a residual of 1e-10 leaves an error below 1e-6, rounding one below 1e-11."""
+    needs(method)
+    assembly = block(law("small", 6e4, poisson))
+    K = tangent(assembly)
+    b = np.random.default_rng(1).normal(size=K.shape[0])
+    factor = linear.factor(K, method=method, modes=assembly.modes)  # type: ignore[arg-type]
+    x, exact = factor.solve(b), np.linalg.solve(K.toarray(), b)
+    error = np.linalg.norm(x - exact) / np.linalg.norm(exact)
+    assert error <= (1e-6 if factor.tolerance else 1e-11)
+    assert np.linalg.norm(b - K @ x) <= max(factor.tolerance, 1e-11) * np.linalg.norm(b)
+    assert factor.negative_pivots == (None if method == "multigrid" else 0)
+
+
+def test_single_precision_is_refined(law: Maker) -> None:
+    assembly = block(law("small", 6e4, 0.3))
+    K = tangent(assembly)
+    b = np.random.default_rng(1).normal(size=K.shape[0])
+    for scale in (1e-30, 1.0, 1e30):  # single precision would overflow
+        factor = linear.factor(K, method="cholesky", precision="single", modes=assembly.modes)
+        assert factor.name == linear.SINGLE
+        assert np.linalg.norm(scale * b - K @ factor.solve(scale * b)) <= 1e-10 * scale * np.linalg.norm(b)
+    np.testing.assert_array_equal(factor.solve(0.0 * b), 0.0 * b)
+
+
+@pytest.mark.parametrize("method", ["superlu", "cholesky", "pardiso"])
+@pytest.mark.parametrize("negative", [2, 3, 17])
+def test_negative_pivots_are_counted(method: str, negative: int, law: Maker) -> None:
+    """Sylvester's law, against dense eigenvalues; what is lost by pivots that are not chosen is refined.
+
+    Not one: the block bends alike in two directions, and its two lowest eigenvalues are equal.
+    """
+    needs(method)
+    K = tangent(block(law("small", 6e4, 0.3)))
+    shift = np.sort(np.linalg.eigvalsh(K.toarray()))[negative - 1 : negative + 1].mean()
+    K = sparse.csr_matrix(K - shift * sparse.identity(K.shape[0]))
+    factor = linear.factor(K, method=method)  # type: ignore[arg-type]
+    assert factor.negative_pivots == negative
+    b = np.random.default_rng(1).normal(size=K.shape[0])
+    np.testing.assert_allclose(K @ factor.solve(b), b, atol=1e-8)
+
+
+@pytest.mark.parametrize("method", ["superlu", "pardiso"])
+def test_a_matrix_that_is_not_symmetric(method: str, law: Maker) -> None:
+    needs(method)
+    K = tangent(block(law("small", 6e4, 0.3)))
+    K.data *= np.random.default_rng(1).uniform(0.9, 1.1, K.nnz)
+    b = np.ones(K.shape[0])
+    factor = linear.factor(K, symmetric=False, method=method)  # type: ignore[arg-type]
+    x = np.linalg.solve(K.toarray(), b)
+    np.testing.assert_allclose(factor.solve(b), x, atol=1e-9 * np.abs(x).max())
+    with pytest.raises(linear.Singular, match="not symmetric"):
+        linear.factor(K, symmetric=False, method="cholesky")
+
+
+@pytest.mark.parametrize("method", ["superlu", "cholesky"])
+def test_a_row_of_zeros_is_singular(method: str) -> None:
+    K = sparse.csr_matrix(np.diag([1.0, 0.0, 2.0]) + 0.0)
+    K = sparse.csr_matrix((np.array([1.0, 0.0, 2.0]), [0, 1, 2], [0, 1, 2, 3]), shape=(3, 3))
+    with pytest.raises(linear.Singular):
+        linear.factor(K, method=method)  # type: ignore[arg-type]
+
+
+def test_iterations_that_do_not_get_there_say_so(monkeypatch: pytest.MonkeyPatch, law: Maker) -> None:
+    needs("multigrid")
+    monkeypatch.setattr(multigrid, "BUDGET", 2)
+    assembly = block(law("small", 6e4, 0.3), 0.025)
+    factor = linear.factor(tangent(assembly), method="multigrid", modes=assembly.modes)
+    with pytest.raises(linear.Unsolved, match="residual"):
+        factor.solve(np.ones(len(assembly.free)))
+
+
+# ------------------------------------------------------------------ which one
+
+
+@pytest.fixture
+def large(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every matrix counts as large."""
+    monkeypatch.setattr(linear, "LARGE", 0)
+
+
+@pytest.mark.usefixtures("large")
+def test_multigrid_takes_over_where_a_factor_takes_longer(
+    monkeypatch: pytest.MonkeyPatch, law: Maker
+) -> None:
+    needs("multigrid")
+    assembly = block(law("small", 6e4, 0.3))
+    K = tangent(assembly)
+    assert linear.factor(K, modes=assembly.modes).name == linear.CHOLESKY
+    monkeypatch.setattr(linear, "LONG", 0.0)
+    factor = linear.factor(K, modes=assembly.modes)
+    assert factor.name == multigrid.NAME
+    assert linear.factor(K).name == linear.CHOLESKY  # nobody knows how the body moves
+    monkeypatch.setattr(multigrid, "BUDGET", 1)  # and what does not converge is factorised
+    b = np.ones(K.shape[0])
+    np.testing.assert_allclose(K @ factor.solve(b), b, atol=1e-10)
+    monkeypatch.setattr(multigrid, "installed", lambda: False)
+    assert linear.factor(K, modes=assembly.modes).name == linear.CHOLESKY
+
+
+@pytest.mark.usefixtures("large")
+def test_no_factor_is_begun_that_memory_does_not_hold(monkeypatch: pytest.MonkeyPatch, law: Maker) -> None:
+    """By how much is left: double precision, single, multigrid or a clear refusal."""
+    assembly = block(law("small", 6e4, 0.3))
+    K = tangent(assembly)
+    double = plans.known_of(K).sketch.bytes(8) / linear.SHARE
+    monkeypatch.setattr(multigrid, "installed", lambda: False)
+    for left, name in ((1.1 * double, linear.CHOLESKY), (0.6 * double, linear.SINGLE)):
+        monkeypatch.setattr(memory, "available", lambda left=left: left)
+        assert linear.factor(K, modes=assembly.modes).name == name
+    monkeypatch.setattr(memory, "available", lambda: 0.4 * double)
+    with pytest.raises(linear.TooLarge, match=r"softmark\[fast\]"):
+        linear.factor(K, modes=assembly.modes)
+    monkeypatch.undo()
+    needs("multigrid")
+    monkeypatch.setattr(linear, "LARGE", 0)
+    monkeypatch.setattr(memory, "available", lambda: 0.4 * double)
+    assert linear.factor(K, modes=assembly.modes).name == multigrid.NAME
+    with pytest.raises(linear.TooLarge, match="choose multigrid"):
+        linear.factor(K, method="cholesky", modes=assembly.modes)
+
+
+@pytest.mark.parametrize("method", PACKAGES)
+def test_what_is_not_installed_is_named(method: str, monkeypatch: pytest.MonkeyPatch, law: Maker) -> None:
+    for module in (multigrid, pardiso):
+        monkeypatch.setattr(module, "installed", lambda: False)
+    with pytest.raises(linear.NotInstalled, match=PACKAGES[method]):
+        linear.factor(tangent(block(law("small", 6e4, 0.3))), method=method)  # type: ignore[arg-type]
+
+
+def test_what_memory_there_is() -> None:
+    """More than a page, less than a petabyte, or unknown."""
+    assert 4096 < memory.available() < 1e15 or memory.available() == float("inf")
+
+
+# ------------------------------------------------------------------ motions and dissection
+
+
+def test_rigid_motions_cause_no_force(law: Maker) -> None:
+    """Of a free body, K R = 0 to rounding of the largest entries."""
+    mesh = Box((0.2, 0.1, 0.1), (3.0, 1.0, 2.0)).mesh("tet4", 0.05)
+    parts = integration(mesh)
+    elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law("small", 6e4, 0.3))
+    assembly = Assembly(mesh.points.size, np.zeros(0, np.int64), [elastic], [], mesh.points)
+    motions: Any = assembly.modes()
+    assert np.abs(tangent(assembly) @ motions).max() <= 1e-12 * abs(tangent(assembly)).max()
+    assert np.linalg.matrix_rank(motions) == 6
+
+
+@pytest.mark.parametrize("held", [(), (0,), (0, 2)])
+def test_places_are_read_from_motions(held: tuple[int, ...]) -> None:
+    """Up to the scale, wherever the unknowns that a node has left tell them: with one left, one coordinate is lost."""
+    points = np.random.default_rng(1).uniform(-1, 1, (9, 3))
+    points -= points.mean(axis=0)
+    free = np.setdiff1d(np.arange(27), 3 * 4 + np.array(held, dtype=int))
+    start = np.concatenate([[0], np.cumsum(np.bincount(free // 3, minlength=9))])
+    found = places(rigid_motions(points, free), start) * np.abs(points).max()
+    expected = points.copy()
+    if len(held) == 2:
+        expected[4, 1] = 0.0
+    np.testing.assert_allclose(found, expected, atol=1e-14)
+
+
+def test_a_dissected_system_is_solved(monkeypatch: pytest.MonkeyPatch, law: Maker) -> None:
+    """The order changes rounding alone; separators come last, so that the halves do not touch."""
+    monkeypatch.setattr(symbolic, "DISSECTED", 0)
+    monkeypatch.setattr(symbolic, "LARGE", 0)
+    monkeypatch.setattr("softmark.solvers.sparse.order.LEAF", 30)
+    assembly = block(law("small", 6e4, 0.3), 0.025)
+    K = tangent(assembly)
+    plan = symbolic.analyse(K, assembly.modes())
+    np.testing.assert_array_equal(np.sort(plan.order), np.arange(K.shape[0]))
+    b = np.random.default_rng(1).normal(size=K.shape[0])
+    x = linear.factor(K, method="cholesky", modes=assembly.modes).solve(b)
+    np.testing.assert_allclose(K @ x, b, atol=1e-10)
+
+
+@pytest.mark.parametrize("held", [(0, 1, 2), (0,)], ids=["clamped", "one direction"])
+def test_multigrid_on_some_thousand_unknowns(held: tuple[int, ...], law: Maker) -> None:
+    """Blocks of three unknowns, or single ones where nodes are held in part; some ten iterations, not hundreds."""
+    needs("multigrid")
+    assembly = block(law("small", 6e4, 0.3), 0.0125, held)
+    K = tangent(assembly)
+    if held == (0,):  # it may slide and turn: held by a little mass
+        K.setdiag(K.diagonal() + 1e-3 * K.diagonal().mean())
+    factor: Any = linear.factor(K, method="multigrid", modes=assembly.modes)
+    b = np.ones(K.shape[0])
+    assert np.linalg.norm(K @ factor.solve(b) - b) <= 1e-9 * np.linalg.norm(b)
+    assert factor.multigrid.iterations <= 60
