@@ -18,7 +18,7 @@ from softmark.interpreter.models.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.models.reduced import PARTS, Modal, Pod
 from softmark.interpreter.models.reduced_space import Basis, Rest, gradient_of, modal_space, pod_space
 from softmark.interpreter.models.solid import PreparedSolid, displacement_of, outside
-from softmark.interpreter.models.training import Training, beyond, extrapolates, scene_of, trained
+from softmark.interpreter.models.training import Training, beyond, extrapolates, repeats, scene_of, trained
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.assembly import Assembly
@@ -329,7 +329,7 @@ def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: Worksh
         training = trained(model, declared, own, static.mesh, workshop)
         outside_of = beyond(training, scene)
         notes = (*notes, *extrapolates(declared, outside_of))
-        facts |= _said_of(training, outside_of)
+        facts |= _said_of(training, outside_of) | {"repeats": repeats(training, scene)}
     try:
         still = _built(model, declared, rest, training, facts, notes)
     except Singular as loose:

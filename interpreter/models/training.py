@@ -163,6 +163,14 @@ def beyond(training: Training, scene: Scene) -> list[str]:
     return [name for name, seen in training.ranges.items() if not _within(here[name], seen)]
 
 
+def repeats(training: Training, scene: Scene) -> bool:
+    """Whether the scene as it is was itself a setting of the training: its error then says how well it repeats."""
+    here = {name: 1.0 if name == "load" else value(scene, name) for name in training.ranges}
+    return not training.failed and all(
+        any(_within(here[name], [one]) for one in seen) for name, seen in training.ranges.items()
+    )
+
+
 def _within(here: Any, seen: list[Any]) -> bool:
     """Whether a value lies among those seen: in their range by components; a text is one of them."""
     if isinstance(here, str):

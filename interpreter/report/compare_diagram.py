@@ -373,7 +373,7 @@ KEY = (
     ("M1 5H17V11H37", "front", "the front: nothing is quicker and as accurate", "front"),
     ("", "on-front", "on the front", "front"),
     ("M11 2l14 12m-14 0l14-12", "capped", "stopped by a cap", "capped"),
-    ("M12 1h14v14h-14z", "disturbed", "timing disturbed, not counted", "disturbed"),
+    ("M12 1h14v14h-14z", "disturbed", "timing disturbed", "disturbed"),
     ("M4 8H34M4 4v8M34 4v8", "spread", "median and quartiles of the runs", "spread"),
 )
 

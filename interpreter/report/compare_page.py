@@ -10,7 +10,7 @@ from typing import Any
 
 from softmark.interpreter.report import compare_asked, compare_cost, compare_tables
 from softmark.interpreter.report.compare_diagram import Diagram, by_frames, key
-from softmark.interpreter.report.compare_view import STATUS, View, views
+from softmark.interpreter.report.compare_view import STATUS, View, apart, views
 from softmark.interpreter.report.html import POLICY
 from softmark.interpreter.report.listing import coloured
 from softmark.interpreter.report.markup import count, listed, plain, prose, section, tag, text
@@ -116,6 +116,8 @@ def _advice(own: Sequence[View], comparison: Mapping[str, Any]) -> str:
         said = tag("ul", *items, class_="advice") if items else tag("p", _why_no_advice(view), class_="quiet")
         rest = [tag("p", prose(d["text"]), class_="callout warn") for d in view.analysis["disagreements"]]
         blocks.append(_under(view, own, said + "".join(rest) + compare_cost.quality(view, allowed)))
+    said = apart(own)
+    blocks = [tag("p", prose(said), class_="lead"), *blocks] if said else blocks
     empty = "" if blocks else tag("p", "There is nothing to advise about.", class_="quiet")
     return section("advice", "Advice", *blocks, empty)
 

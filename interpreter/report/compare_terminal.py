@@ -12,17 +12,18 @@ from softmark.interpreter.report.compare_asked import spoken
 from softmark.interpreter.report.compare_view import (
     CLOCKS,
     View,
+    apart,
     error_of,
     point_label,
     status_of,
     views,
 )
-from softmark.interpreter.report.markup import listed, plain
+from softmark.interpreter.report.markup import plain
 from softmark.interpreter.report.quantities import quantity
 from softmark.interpreter.study.reading import Point
 
 WIDE = 110  # characters of a line where nobody says how wide the window is
-TOLD = 8  # problems of a scene, and lines of an answer, that the terminal speaks of
+TOLD = 4  # problems of a scene, and lines of an answer, that the terminal speaks of
 CODES = {"bold": "1", "good": "32", "bad": "31", "quiet": "2"}
 
 
@@ -47,7 +48,7 @@ def _style(words: str, name: str, paint: bool) -> str:
 def _scene(own: Sequence[View], paint: bool, room: int) -> list[str]:
     """A scene; `own` are its problems, of which it has several where a sweep changes what errors are measured from."""
     blocks = [_style(own[0].title, "bold", paint), _rows(own, paint)]
-    notes = [*_apart(own), *_notes(own)]
+    notes = [_spoken(note) for note in (apart(own), *_notes(own)) if note]
     blocks += ["\n".join(textwrap.fill(n, room, subsequent_indent="  ") for n in notes)] if notes else []
     told = own[:TOLD]
     answers = [
@@ -74,14 +75,6 @@ def _fewer(lines: Sequence[str]) -> list[str]:
     """The first lines of an answer, and how many follow."""
     more = len(lines) - TOLD
     return [*lines] if more <= 1 else [*lines[:TOLD], f"and {more} more: see the page"]
-
-
-def _apart(own: Sequence[View]) -> list[str]:
-    """That configurations of different problems do not compete."""
-    names = listed(list(dict.fromkeys(name for view in own for name in view.analysis["problem"])))
-    if not names or len(own) < 2:
-        return []
-    return [f"what errors are measured from changes with {names}: only configurations of the same value compete"]
 
 
 def _spoken(words: str) -> str:

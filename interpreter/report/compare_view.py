@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from softmark.interpreter.report.looks import MODEL_DASHES, Look, model_look
+from softmark.interpreter.report.markup import listed
 from softmark.interpreter.report.quantities import grouped, quantity
 from softmark.interpreter.study.analysis import analyse
 from softmark.interpreter.study.reading import (
@@ -163,15 +164,25 @@ def views(comparison: Mapping[str, Any]) -> list[View]:
     return found
 
 
+def apart(own: Sequence[View]) -> str:
+    """That configurations of different problems do not compete; empty where all are of one."""
+    names = list(dict.fromkeys(f"`{name}`" for view in own for name in view.analysis["problem"]))
+    if not names:
+        return ""
+    return f"What errors are measured from changes with {listed(names)}: only configurations of one value compete."
+
+
 def scene_titles(comparison: Mapping[str, Any], names: Sequence[str]) -> dict[str, str]:
-    """Titles by the names that points use; the name itself where no scene of the file fits."""
+    """Titles by the names that points use, with the file where two are the same; the name where no scene fits."""
     entries = list(comparison.get("scenes") or ())
-    found = {}
+    found, files = {}, {}
     for i, name in enumerate(names):
         fitting = [e for e in entries if name in _called(e)]
         entry = fitting[0] if fitting else entries[i] if len(entries) == len(names) else {}
         found[name] = str(entry.get("title") or name)
-    return found
+        files[name] = str(entry.get("file") or name)
+    twice = [title for title in found.values() if list(found.values()).count(title) > 1]
+    return {n: f"{t} ({files[n]})" if t in twice else t for n, t in found.items()}
 
 
 def _called(entry: Mapping[str, Any]) -> set[str]:

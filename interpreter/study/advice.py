@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any
 
 from softmark.interpreter.report.quantities import grouped, quantity
 from softmark.interpreter.study.front import DISTURBED, Candidate, Judged
-from softmark.interpreter.study.reading import UNKNOWNS, Spread
+from softmark.interpreter.study.reading import UNKNOWNS, Point, Spread, spread_of
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,7 @@ class Question:
     levels: Sequence[float]
     judged: Judged
     doubts: Mapping[str, str]
+    remarks: Mapping[str, Sequence[str]] = field(default_factory=dict)  # what must be said of a point, by key
 
     def amount(self, value: float) -> str:
         """An error in words."""
@@ -129,10 +130,9 @@ def _against(question: Question, winner: Candidate, other: Candidate | None, dec
             f"; `{other.label}` ({question.effort(other.effort)}, {question.error(other)}) differs from it by less "
             "than the noise of the timing, so which of the two is quicker is not decidable here."
         )
-    much = "unknowns" if question.judged.clock == UNKNOWNS else "time"
-    return (
-        f"; the next model, `{other.label}`, takes {factor:.3g} times the {much} ({question.error(other)})."
-    )
+    much, as_ = ("unknowns", "as many") if question.judged.clock == UNKNOWNS else ("time", "as much")
+    takes = f"{factor:.3g} times the {much}" if f"{factor:.3g}" != "1" else f"{as_} {much}"
+    return f"; the next model, `{other.label}`, takes {takes} ({question.error(other)})."
 
 
 def _nearest(question: Question, candidates: Sequence[Candidate], level: float | None) -> dict[str, Any]:
@@ -169,6 +169,25 @@ def _caveats(question: Question, winner: Candidate) -> list[str]:
         found.append(
             f"Its study is outside the asymptotic range ({doubt}): its error need not go on falling."
         )
+    return [*found, *question.remarks.get(winner.key, ())]
+
+
+def remarks_of(point: Point) -> list[str]:
+    """What must be said of a reduced model: what its error rests on, and what its time leaves out."""
+    reduced = (point.get("solve") or {}).get("reduced")
+    if not reduced:
+        return []
+    found = []
+    if outside := reduced.get("extrapolates"):
+        found.append(f"It extrapolates: {', '.join(f'`{n}`' for n in outside)} is outside its training.")
+    if reduced.get("repeats"):
+        found.append(
+            f"It was trained on `{reduced['of']}` in this very state: its error says how well it repeats that, "
+            "and nothing of other loads."
+        )
+    if setup := spread_of((point.get("cost") or {}).get("setup_s")):
+        spent = quantity(setup.median, "s", 3)
+        found.append(f"Its time leaves out {spent} in which it is made from `{reduced['of']}`.")
     return found
 
 

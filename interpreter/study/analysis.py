@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from softmark.interpreter.study.advice import Question, advise, disagreements
+from softmark.interpreter.study.advice import Question, advise, disagreements, remarks_of
 from softmark.interpreter.study.asked import answers
 from softmark.interpreter.study.front import (
     RATES,
@@ -131,7 +131,8 @@ def _question(
     unit = str(stated(points, metric, "unit") or "1")
     errors = [e for p in points if (e := measured(p, metric)) is not None]
     against = str(stated(points, metric, "against") or "")
-    return Question(scene, metric, unit, against, levels_of(unit, scale, errors), judged, doubts)
+    remarks = {str(p["key"]): remarks_of(p) for p in points}
+    return Question(scene, metric, unit, against, levels_of(unit, scale, errors), judged, doubts, remarks)
 
 
 def displacement_scale(points: Sequence[Point], references: Mapping[str, Any]) -> float | None:

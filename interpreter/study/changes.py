@@ -101,7 +101,7 @@ def _of_report(result: Json) -> Iterable[tuple[str, dict[str, Any]]]:
 
 
 def _of_comparison(result: Json) -> Iterable[tuple[str, dict[str, Any]]]:
-    scenes = {str(p.get("scene")) for p in result["points"]} | set(result["references"])
+    scenes = {str(p.get("scene")) for p in result["points"]} or set(result["references"])
     for point in result["points"]:
         name = ", ".join(
             [str(point["model"]), *(f"{k} = {v}" for k, v in (point.get("variation") or {}).items())]
@@ -111,7 +111,7 @@ def _of_comparison(result: Json) -> Iterable[tuple[str, dict[str, Any]]]:
         yield name, {**point, "times": point.get("cost") or {}}
     for scene, references in result["references"].items():
         for name, reference in references.items():
-            said = f"{scene}: reference {name}" if len(scenes) > 1 else f"reference {name}"
+            said = f"{scene}: reference {name}" if len(result["references"]) > 1 else f"reference {name}"
             yield said, {**reference, "errors": {}}
 
 

@@ -145,6 +145,7 @@ def _limit(line: Refinement, probe: str) -> dict[str, Any]:
 def settled(line: Refinement, family: Sequence[tuple[float, float]], formal: float | None) -> Refined:
     """What values along a line tell of their limit, in doubt where its meshes are not similar."""
     found = refined(family, formal)
-    if line.unlike is None or not found.asymptotic:
+    if line.unlike is None or found.order is None:
         return found
-    return replace(found, asymptotic=False, doubt=line.unlike)
+    doubt = line.unlike if found.doubt is None else f"{found.doubt}; {line.unlike}"
+    return replace(found, asymptotic=False, doubt=doubt)

@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.scene import Declared, Scene, SceneError
+from softmark.interpreter.study.keys import reached
 from softmark.interpreter.study.problems import traces
 
 if TYPE_CHECKING:
-    from softmark.interpreter.results import ModelResult, ProbeResult, ReferenceResult, Report
+    from softmark.interpreter.results import ModelResult, ProbeResult, ReferenceResult, Report, Warned
 
 Json = dict[str, Any]
 POINTS = 200  # of a probe that a comparison keeps
@@ -98,13 +99,21 @@ def _point(scene: Scene, report: Report, model: ModelResult) -> Json:
     errors = _errors(scene, report, model)
     point = {
         "status": model.status, "message": model.message, "outline": model.outline, "size": dict(model.size),
-        "solve": solve, "errors": errors, "measured_from": traces(scene, report, errors),
+        "solve": solve, "errors": errors, "measured_from": traces(scene, report, model.name, errors),
         "probes": {n: _probe(p) for n, p in model.probes.items()},
-        "warnings": [{"code": w.code, "message": w.message} for w in report.warnings],
+        "warnings": [{"code": w.code, "message": w.message} for w in _concerned(scene, report, model)],
         "resolution": resolution_of(scene, model.name),
     }  # fmt: skip
     cleaned: Json = clean(point)
     return cleaned
+
+
+def _concerned(scene: Scene, report: Report, model: ModelResult) -> list[Warned]:
+    """Warnings without those at other models, but for the models that this one is made from."""
+    own = reached(scene, [model.name])
+    others = [d.location for n, d in scene.of_kind("model").items() if n not in own]
+    lines = [range(at.span.line, at.span.end_line + 1) for at in others if at.source is scene.source]
+    return [w for w in report.warnings if w.line is None or not any(w.line in there for there in lines)]
 
 
 def _reference(reference: ReferenceResult) -> Json:

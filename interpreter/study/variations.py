@@ -102,7 +102,7 @@ def read_vary(texts: Sequence[str]) -> tuple[tuple[Vary, ...], tuple[str, ...]]:
     models: list[str] = []
     for text in texts:
         name, equals, values = (part.strip() for part in text.partition("="))
-        if name == "model" and equals:
+        if name == "model" and values.strip(", "):
             models += [v.strip() for v in values.split(",") if v.strip()]
             continue
         parts = split(values) or [""]

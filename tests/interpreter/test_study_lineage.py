@@ -94,7 +94,8 @@ def test_a_tolerance_and_two_at_once_have_no_order() -> None:
 
 def test_cells_count_by_the_size_that_they_have() -> None:
     """h = N^(-1/3): meshes of 8, 27 and 125 cells, asked for at 0.04, 0.02 and 0.01."""
-    made = [{**p, "size": {"elements": n}} for p, n in zip(line(2.0, 2, meshed=True).members, (8, 27, 125), strict=True)]
+    counted = zip(line(2.0, 2, meshed=True).members, (8, 27, 125), strict=True)
+    made = [{**p, "size": {"elements": n}} for p, n in counted]
     found = refinement_of(Line("s", "m", None, "h", (), tuple(made)))
     assert isinstance(found, Refinement)
     assert [h for h, _ in found.members] == pytest.approx([1 / 2, 1 / 3, 1 / 5])

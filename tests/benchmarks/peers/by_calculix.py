@@ -14,9 +14,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from protocol import Found, NotConverged, Problem, main
-
 import numpy as np
+from protocol import Found, NotConverged, Problem, main
 
 
 def deck(problem: Problem, first: float) -> str:
@@ -51,7 +50,9 @@ def solve(problem: Problem, steps: int) -> Found:
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "job.inp").write_text(deck(problem, 1 / steps))
         before, wall = spent(), time.perf_counter()
-        done = subprocess.run(["ccx", "-i", "job"], cwd=folder, capture_output=True, text=True, env=dict(os.environ))
+        done = subprocess.run(
+            ["ccx", "-i", "job"], cwd=folder, capture_output=True, text=True, env=dict(os.environ)
+        )
         wall, after = time.perf_counter() - wall, spent()
         if "Job finished" not in done.stdout:
             raise NotConverged(done.stdout[-200:])
@@ -62,7 +63,7 @@ def solve(problem: Problem, steps: int) -> Found:
         raise NotConverged(f"cells are inside out, after {cpu:.1f} s")
     outside = {"cpu": cpu, "wall": wall, "peak_mb": after.ru_maxrss / 1024, "setup": float("nan")}
     version = subprocess.run(["ccx", "-v"], capture_output=True, text=True).stdout.split()[-1]
-    return Found(u, 0.0, iterations, increments, f"CalculiX {version}", "another law, 0.5 %", outside)
+    return Found(u, 0.0, iterations, increments, f"CalculiX {version}", "another law, 0.5 %", outside=outside)
 
 
 def gradients(problem: Problem, u: Any) -> Any:

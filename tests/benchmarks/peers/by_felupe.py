@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import time
 
-from protocol import CAP, Found, Problem, main, symmetric_pardiso, tolerance_at
-
 import felupe
 import numpy as np
+from protocol import CAP, Found, Problem, main, symmetric_pardiso, tolerance_at
 
 
 def solve(problem: Problem, steps: int) -> Found:

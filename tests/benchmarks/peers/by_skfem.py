@@ -5,10 +5,9 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from protocol import CAP, Found, NotConverged, Problem, balanced, main, symmetric_pardiso, tolerance_at
-
 import numpy as np
 import skfem
+from protocol import CAP, Found, NotConverged, Problem, balanced, main, symmetric_pardiso, tolerance_at
 from skfem.helpers import ddot, det, grad, inv, mul, trace, transpose
 
 
@@ -31,7 +30,9 @@ def middles(problem: Problem, basis: Any, x: Any) -> Any:
     u = np.zeros_like(problem.points)
     u[: problem.corners] = x[basis.nodal_dofs].T
     if problem.quadratic:
-        ours = np.sort(problem.cells[:, [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]]], axis=2).reshape(-1, 2)
+        ours = np.sort(problem.cells[:, [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]]], axis=2).reshape(
+            -1, 2
+        )
         place = ours[:, 0] * problem.corners + ours[:, 1]
         ends = np.sort(basis.mesh.edges, axis=0)
         theirs = ends[0] * problem.corners + ends[1]

@@ -10,7 +10,13 @@ from __future__ import annotations
 
 import os
 
-for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS", "NGS_NUM_THREADS"):
+for name in (
+    "OMP_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "NUMBA_NUM_THREADS",
+    "NGS_NUM_THREADS",
+):
     os.environ[name] = "1"
 
 import json
@@ -91,7 +97,9 @@ class Found:
     version: str
     note: str = ""
     aside: float = 0.0  # wall seconds of a compiler, to leave out
-    outside: dict[str, float] = field(default_factory=dict)  # costs of a program that was run: cpu, wall, peak_mb
+    outside: dict[str, float] = field(
+        default_factory=dict
+    )  # costs of a program that was run: cpu, wall, peak_mb
 
 
 def read(path: str) -> Problem:
@@ -148,7 +156,13 @@ def main(solve: Callable[[Problem, int], Found]) -> None:
             json.dump({"converged": False, "message": f"{type(error).__name__}: {error}"[:300]}, file)
         return
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    row = asdict(found) | {"converged": True, "cpu": total, "wall": wall - found.aside, "peak_mb": peak, "setup": found.ready - cpu}
+    row = asdict(found) | {
+        "converged": True,
+        "cpu": total,
+        "wall": wall - found.aside,
+        "peak_mb": peak,
+        "setup": found.ready - cpu,
+    }
     row |= found.outside
     for name in ("u", "ready", "outside"):
         del row[name]
