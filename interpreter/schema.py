@@ -394,7 +394,7 @@ WORDS = {
     "var": "param",
     "import": "use", "include": "use", "assert": "expect", "check": "expect", "observable": "probe",
     "transient": "dynamic", "time_history": "dynamic", "implicit_dynamic": "dynamic",
-    "rom": "pod", "reduced_order": "pod", "eigenmodes": "modal", "richardson": "self_converged",
+    "rom": "pod", "reduced_order": "pod", "eigenmodes": "modal",
     "grid_convergence": "self_converged",
     "quasi_static": "static", "equilibrium": "static", "steady": "static",
     "mass_springs": "mass_spring", "spring_mass": "mass_spring", "spring_damper": "mass_spring",

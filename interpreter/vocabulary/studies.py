@@ -37,7 +37,10 @@ class Sweep:
     behind the bracket is that of every item without one.
 
     `with` another sweep, every value of the one is combined with every value of the other. A model that does not
-    depend on what is varied is computed once. `dsl compare` carries studies out, and `dsl run` leaves them alone.
+    depend on what is varied is computed once. A sweep of a load, a length or a material changes what errors are
+    measured from: configurations then compete value by value, each with a front of its own.
+
+    `dsl compare` carries studies out, and `dsl run` leaves them alone.
     """
 
     target: Annotated[Target, "target", "what is varied: a parameter, or a field of a declared name"]

@@ -161,7 +161,9 @@ def test_an_outcome_is_json_and_has_what_a_point_needs() -> None:
     outcome = tasks.perform(beam_tasks("n=4")[0])
     json.dumps(outcome, allow_nan=False)
     point, theory = outcome["point"], outcome["references"]["theory"]
-    assert set(point) == {"status", "message", "outline", "size", "solve", "errors", "probes", "warnings"}
+    assert set(point) == {
+        "status", "message", "outline", "size", "solve", "errors", "measured_from", "probes", "warnings", "resolution",
+    }  # fmt: skip
     assert point["size"] == {"nodes": 5, "elements": 4, "dofs": 24}
     assert set(point["errors"]["eta"]) == {"value", "unit", "against"}
     assert point["errors"]["eta"]["against"] == "theory"
