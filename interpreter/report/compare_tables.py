@@ -15,7 +15,7 @@ from softmark.interpreter.report.compare_view import (
 from softmark.interpreter.report.markup import broken, prose, tag, text
 from softmark.interpreter.report.quantities import grouped, quantity, signed
 from softmark.interpreter.report.sheet import Cell, csv_link
-from softmark.interpreter.study.reading import SOLVED, UNKNOWNS, Point, frame_of, spread_of
+from softmark.interpreter.study.reading import SOLVED, UNKNOWNS, Point, frame_of, reduced_of, spread_of
 
 MOODS = {"converged": ("✓", "good"), "capped": ("~", "quiet"), "skipped": ("–", "quiet")}
 DASH = "–"
@@ -84,10 +84,16 @@ def _point(view: View, point: Point) -> str:
     status = tag("span", tag("span", sign, aria_hidden="true"), words, class_=f"status {mood}")
     size, solve = point.get("size") or {}, point.get("solve") or {}
     unknowns = grouped(size["dofs"]) if size.get("dofs") else DASH
-    cells = [row_head(point_label(point), str(point.get("outline") or "")), tag("td", status)]
+    cells = [row_head(point_label(point), str(point.get("outline") or "")), tag("td", status, _unbalanced(point))]
     cells += [_error(view, point, metric) for metric in view.metrics]
     cells += [cell(unknowns), *(_times(view, point) if view.timed else ()), _solver(solve)]
     return row(*cells, tag("td", _quality(point), class_="quality"))
+
+
+def _unbalanced(point: Point) -> str:
+    """What is left of the full model's equations, where only reduced ones were solved."""
+    left = reduced_of(point).get("full_residual")
+    return "" if left is None else tag("small", text(f"full equations: {left:.2g} of the load is not balanced"))
 
 
 def _solver(solve: Mapping[str, Any]) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 from softmark.interpreter.report.quantities import grouped, quantity
 from softmark.interpreter.study.front import DISTURBED, Candidate, Judged
-from softmark.interpreter.study.reading import UNKNOWNS, Point, Spread, spread_of
+from softmark.interpreter.study.reading import UNKNOWNS, Point, Spread, reduced_of, spread_of
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ def _caveats(question: Question, winner: Candidate) -> list[str]:
 
 def remarks_of(point: Point) -> list[str]:
     """What must be said of a reduced model: what its error rests on, and what its time leaves out."""
-    reduced = (point.get("solve") or {}).get("reduced")
+    reduced = reduced_of(point)
     if not reduced:
         return []
     found = []

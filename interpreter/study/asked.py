@@ -61,7 +61,9 @@ def _settles(line: Line, metric: str) -> dict[str, Any]:
     if isinstance(found, str):
         return {"asymptotic": False, "reason": found}
     family = [(h, value) for h, p in found.members if (value := _value(p, metric)) is not None]
-    finest = family[-1][1] if family else None
+    if not family:
+        return {"members": 0, "asymptotic": False, "reason": f"{metric} was not measured on this line"}
+    finest = family[-1][1]
     lengths = stated(line.members, metric, "unit") == "m"  # theory speaks of displacements
     formal = found.formal if lengths else None
     return {"members": len(family), "finest": finest, **settled(found, family, formal).to_json()}

@@ -26,6 +26,7 @@ from softmark.interpreter.study.reading import (
     frame_of,
     label_of,
     measured,
+    reduced_of,
     uncertainty_of,
 )
 
@@ -100,7 +101,10 @@ def unusable(point: Point, metric: str, clock: str, allow_contaminated: bool = F
         found = (point.get("errors") or {}).get(metric) or {}
         return str(found.get("reason") or f"{metric} was not measured")
     if effort_of(point, clock) is None:
-        return "its size is not known" if clock == "unknowns" else "it was not timed"
+        if clock != "unknowns":
+            return "it was not timed"
+        reduced = "the unknowns of a reduced model say nothing of its cost"
+        return reduced if reduced_of(point) else "its size is not known"
     if contaminated(point) and not allow_contaminated:
         return DISTURBED
     return None

@@ -54,9 +54,16 @@ def clock_of(points: Iterable[Point], asked: str | None = None) -> str:
     return next((clock for clock in CLOCKS if any(spread_of(cost.get(clock)) for cost in timed)), UNKNOWNS)
 
 
+def reduced_of(point: Point) -> Mapping[str, Any]:
+    """What a reduced model says of itself; empty for others."""
+    return (point.get("solve") or {}).get("reduced") or {}
+
+
 def effort_of(point: Point, clock: str) -> Spread | None:
     """Seconds, or the number of unknowns; None where it is not known."""
     if clock == UNKNOWNS:
+        if reduced_of(point):  # a handful of unknowns whose equations may cost as much as those of the full mesh
+            return None
         unknowns = (point.get("size") or {}).get("dofs")
         return Spread(float(unknowns), float(unknowns), float(unknowns)) if unknowns else None
     found = spread_of((point.get("cost") or {}).get(clock))

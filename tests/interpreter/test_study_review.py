@@ -160,15 +160,21 @@ def test_what_must_be_said_of_a_reduced_model() -> None:
 
 
 def test_remarks_stand_with_the_advice() -> None:
+    """Of two that are equal in time and error the first is named; untimed, a reduced model has no effort to compare."""
+    spread = {"median": 1.0, "q1": 0.99, "q3": 1.01, "min": 0.99, "max": 1.01, "runs": 5}
     point = {
         "key": "k", "scene": "s", "model": "m", "label": "m", "study": None, "variation": {}, "numbers": {},
-        "status": "converged", "message": None, "size": {"dofs": 3}, "cost": None, "probes": {}, "warnings": [],
+        "status": "converged", "message": None, "size": {"dofs": 3}, "cost": {"cpu_s": spread}, "probes": {},
+        "warnings": [],
         "errors": {"e": {"value": 0.01, "unit": "1", "against": "full"}},
         "solve": {"reduced": {"of": "full", "repeats": True}},
     }  # fmt: skip
-    (advice,) = analyse([point, {**point, "key": "l", "model": "n", "label": "n", "solve": {}}], {})["advice"]
-    assert advice["text"].startswith("For `e` against `full` of 1\u00a0% or less, `m` is the smallest")
-    assert "takes as many unknowns" in advice["text"]
+    other = {**point, "key": "l", "model": "n", "label": "n", "solve": {}}
+    (advice,) = analyse([point, other], {})["advice"]
+    assert advice["text"].startswith("For `e` against `full` of 1\u00a0% or less, `m` is the quickest")
+    untimed = [{**p, "cost": None} for p in (point, other)]
+    (by_size,) = analyse(untimed, {})["advice"]
+    assert by_size["text"].startswith("For `e` against `full` of 1\u00a0% or less, `n` is the smallest")
     assert advice["caveats"][0].startswith("It was trained on `full` in this very state")
 
 
