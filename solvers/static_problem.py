@@ -91,8 +91,8 @@ class Statics:
     Levers. `linear` says how linear systems are solved. `start` is a state from which whole steps are tried before
     those from rest. With a `cap`, whole steps are stopped after so many linear systems, and the state is what it is,
     criterion "cap"; the same where the linear solver was stopped by a cap of its own. Where `assembly` computes in
-    single precision, `exact` is the same in double: the residual that is reported is taken there, and a state whose
-    residual is above `rounded` is refused.
+    single precision, `exact` is the same in double: the residual that is reported is taken there, and a state is
+    refused whose residual and whose error in the energy norm are both above `rounded`.
     """
 
     assembly: Assembly
