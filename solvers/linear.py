@@ -34,9 +34,13 @@ Modes = (
 NAME, CHOLESKY = "SuperLU (scipy)", "multifrontal Cholesky"
 SIGNED, SINGLE = "multifrontal L S L^T", "multifrontal Cholesky in single precision with conjugate gradients"
 LARGE = 100_000  # entries from which the Cholesky factorisation pays for the analysis and the loading of its kernels
+DISSECTED = (
+    300_000  # entries from which an order by dissection may be tried: 8000 nodes with four neighbours each
+)
 VERY_LARGE = 3_000_000  # entries from which multigrid may be taken
 NEUTRAL = 1e-13  # of the largest pivot: smaller ones have no sign
-SHARE = 0.6  # of the memory that is left: what a factor may take
+SHARE = 0.6  # of the memory that is left: what a factor may take ...
+LITTLE = 1e8  # ... and bytes that are not asked about
 LONG = 2e6  # operations for each unknown of a factorisation, from which multigrid takes less time
 CLOSE = 1e-10  # relative residual to which iterations go
 UNSTABLE = 1e-6  # relative residual of a factor without a choice of pivots that is not worth refining
@@ -91,6 +95,10 @@ class Factor(Protocol):
     def tolerance(self) -> float:
         """Relative residual of `solve`; 0: to rounding."""
 
+    @property
+    def iterations(self) -> int:
+        """Of conjugate gradients in the last `solve`; 0 where there are none."""
+
     def solve(self, b: Floats) -> Floats:
         """x with K x = b. Raises Unsolved where an iteration does not get to `tolerance`."""
 
@@ -102,6 +110,7 @@ class Triangular:
     lu: Any  # scipy.sparse.linalg.SuperLU
     name: str = NAME
     tolerance: float = 0.0
+    iterations: int = 0
 
     def solve(self, b: Floats) -> Floats:
         """x with K x = b."""
@@ -129,6 +138,7 @@ class Definite:
     name: str = CHOLESKY
     negative_pivots: int | None = 0
     tolerance: float = 0.0
+    iterations: int = 0
 
     def solve(self, b: Floats) -> Floats:
         """x with K x = b."""
@@ -143,6 +153,7 @@ class Signed:
     K: sparse.csr_matrix
     name: str = SIGNED
     tolerance: float = 0.0
+    iterations: int = 0
 
     @property
     def negative_pivots(self) -> int | None:
@@ -155,7 +166,7 @@ class Signed:
         return x + self.cholesky.solve(b - self.K @ x)
 
 
-@dataclass(frozen=True)
+@dataclass
 class Refined:
     """K = L L^T in single precision; conjugate gradients, mostly two or three, remove its errors."""
 
@@ -164,6 +175,7 @@ class Refined:
     name: str = SINGLE
     negative_pivots: int | None = None
     tolerance: float = CLOSE
+    iterations: int = 0
 
     def solve(self, b: Floats) -> Floats:
         """x with |b - K x| <= tolerance |b|. Raises Unsolved."""
@@ -171,7 +183,7 @@ class Refined:
 
         size = float(np.linalg.norm(b))
         # single precision overflows where forces in N are far from one
-        x, _, done = conjugate_gradients(self.K, b, self._scaled, self.tolerance * size, FRESH)
+        x, self.iterations, done = conjugate_gradients(self.K, b, self._scaled, self.tolerance * size, FRESH)
         return x if done else _settled(self.K, x, b, self.tolerance)
 
     def _scaled(self, r: Floats) -> Floats:
@@ -190,6 +202,11 @@ class Iterative:
     negative_pivots: int | None = None
     tolerance: float = CLOSE
 
+    @property
+    def iterations(self) -> int:
+        """Of the last solve."""
+        return self.multigrid.iterations
+
     def solve(self, b: Floats) -> Floats:
         """x with |b - K x| <= tolerance |b|. Raises Unsolved."""
         x, done = self.multigrid.solve(b, self.tolerance)
@@ -205,6 +222,7 @@ class ByPardiso:
     pardiso: Pardiso
     name: str
     tolerance: float = 0.0
+    iterations: int = 0
 
     @property
     def negative_pivots(self) -> int | None:
@@ -253,7 +271,7 @@ def factor(
     if method == "multigrid":
         return _multigrid(K, _made(modes))
     if method == "cholesky" and symmetric:
-        return _definite(K, precision, _made(modes)) or _triangular(K, symmetric)
+        return _definite(K, precision, modes) or _triangular(K, symmetric)
     raise Singular("the matrix is not symmetric, as Cholesky's method wants it")
 
 
@@ -265,13 +283,13 @@ def _chosen(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: 
     if K.nnz < LARGE:
         return _triangular(K, symmetric)
     if symmetric:
-        return _symmetric(K, precision, _made(modes)) or _triangular(K, symmetric)
+        return _symmetric(K, precision, modes) or _triangular(K, symmetric)
     from softmark.solvers.sparse import pardiso
 
     return _pardiso(K, symmetric, precision) if pardiso.installed() else _triangular(K, symmetric)
 
 
-def _symmetric(K: sparse.csr_matrix, precision: Precision, modes: Floats | None) -> Factor | None:
+def _symmetric(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor | None:
     """By memory and estimated time; None where the pattern is not symmetric or pivots of either sign do not do."""
     from softmark.solvers.sparse import multigrid
     from softmark.solvers.sparse.plans import known_of
@@ -280,21 +298,25 @@ def _symmetric(K: sparse.csr_matrix, precision: Precision, modes: Floats | None)
         sketch = known_of(K, modes).sketch
     except ValueError:
         return None
-    room, usable = SHARE * memory.available(), modes is not None and multigrid.installed()
-    fits = sketch.bytes(8 if precision == "double" else 4) <= room
+    fits = _fits(sketch.bytes(8 if precision == "double" else 4))
     long = (1.0 if precision == "double" else 2.0) * LONG * K.shape[0]
-    if usable and (not fits or sketch.flops > long):
-        return _multigrid(K, modes, (lambda: _needed(K, precision, modes)) if fits else None)
-    if not fits and sketch.bytes(4) <= room:
+    if (not fits or sketch.flops > long) and multigrid.installed() and (motions := _made(modes)) is not None:
+        return _multigrid(K, motions, (lambda: _needed(K, precision, motions)) if fits else None)
+    if not fits and _fits(sketch.bytes(4)):
         precision = "single"
     return _definite(K, precision, modes)
 
 
-def _needed(K: sparse.csr_matrix, precision: Precision, modes: Floats | None) -> Factor:
+def _fits(needed: float) -> bool:
+    """Whether a factor of so many bytes may be made: asking how many are left takes as long as a small one."""
+    return needed <= LITTLE or needed <= SHARE * memory.available()
+
+
+def _needed(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor:
     return _definite(K, precision, modes) or _triangular(K, True)
 
 
-def _definite(K: sparse.csr_matrix, precision: Precision, modes: Floats | None) -> Factor | None:
+def _definite(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor | None:
     """None where a factor without a choice of pivots is not accurate, or the pattern not symmetric. Raises TooLarge."""
     from softmark.solvers.sparse.cholesky import Cholesky, Indefinite
     from softmark.solvers.sparse.plans import known_of
@@ -315,18 +337,17 @@ def _definite(K: sparse.csr_matrix, precision: Precision, modes: Floats | None) 
     return Signed(cholesky, K) if _accurate(cholesky, K) else None
 
 
-def _must_fit(needed: float, modes: Floats | None) -> None:
+def _must_fit(needed: float, modes: Modes) -> None:
     """Raises TooLarge where a factor would take more than its share of memory."""
-    there = memory.available()
-    if needed <= SHARE * there:
+    if _fits(needed):
         return
     from softmark.solvers.sparse import multigrid
 
     if not multigrid.installed():
         why = "with pyamg it could be solved by iterations: install softmark[fast]"
     else:
-        why = "use a coarser mesh" if modes is None else "choose multigrid, or a coarser mesh"
-    raise TooLarge(needed, there, why)
+        why = "use a coarser mesh" if _made(modes) is None else "choose multigrid, or a coarser mesh"
+    raise TooLarge(needed, memory.available(), why)
 
 
 def _accurate(cholesky: Cholesky, K: sparse.csr_matrix) -> bool:
@@ -386,9 +407,10 @@ def warm(entries: int) -> None:
         diagonal = np.diag([2.0, middle, 2.0])
         K = sparse.csr_matrix(diagonal - np.diag([1.0, 1.0], 1) - np.diag([1.0, 1.0], -1))
         _definite(K, "double", None)
-    from softmark.solvers.sparse.order import warm as orders
+    if entries >= DISSECTED:
+        from softmark.solvers.sparse.order import warm as orders
 
-    orders()
+        orders()
     if entries >= VERY_LARGE:
         from softmark.solvers.sparse import multigrid
 

@@ -15,9 +15,17 @@ import numpy as np
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.energies import kernels
 from softmark.solvers.energies.corotational_tets import CorotationalTets
-from softmark.solvers.energies.elastic import Elastic, Law, Together
+from softmark.solvers.energies.elastic import Elastic, Law, OfInvariants, Together
 from softmark.solvers.energies.energy import Energy, Floats, Ints
-from softmark.solvers.materials.components import add_cross, components, inner, write_symmetric
+from softmark.solvers.materials.components import (
+    add_cross,
+    cofactor,
+    components,
+    determinant,
+    inner,
+    trace,
+    write_symmetric,
+)
 from softmark.solvers.materials.polar import rotation
 
 NEAR = 0.01  # of the volume of a cell: how far apart U' is looked at for U''
@@ -37,10 +45,10 @@ class MixedPoints(Elastic):
 
     def expecting(self, x: Floats, d: Floats) -> MixedPoints:
         """The same energy with the pressures that a step d from x promises: U' + U'' cof F : dF."""
-        F = self.F(x)
-        J = np.linalg.det(F)
-        dF = self.F(d) - np.eye(3, dtype=F.dtype)
-        grown = np.trace(np.linalg.solve(F, dF), axis1=1, axis2=2)  # cof F : dF over J
+        f, h = components(self.F(x)), components(self.F(d))
+        cof = cofactor(f)
+        J = determinant(f, cof)
+        grown = (inner(cof, h) - trace(cof)) / J  # cof F : dF over J, dF = h - I
         return replace(self, expected=self._slope(J) + self._rise(J) * grown)
 
     def corotated(self, x: Floats) -> MixedPoints:
@@ -58,6 +66,9 @@ class MixedPoints(Elastic):
     def _slope(self, J: Floats) -> Floats:
         """U'(J) (n,), Pa: of the pure dilatation of that volume, P = U' J^(2/3) I."""
         assert self.volume is not None
+        if isinstance(self.volume, OfInvariants):
+            with np.errstate(all="ignore"):
+                return self.volume.slopes(np.zeros_like(J), J - 1.0)[1]
         stretch = np.cbrt(J)
         P = self.volume.P(stretch[:, None, None] * np.eye(3, dtype=J.dtype))
         slope: Floats = P[:, 0, 0] / stretch**2
@@ -67,9 +78,15 @@ class MixedPoints(Elastic):
         self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
     ) -> None:
         """Tangent stiffness, N/m; where a pressure is expected, with it. A projected one knows of none."""
-        Elastic.add_hessian(self, x, data, slots, scale, projected)
         if self.expected is None or projected:
+            Elastic.add_hessian(self, x, data, slots, scale, projected)
             return
+        if isinstance(self.law, OfInvariants):
+            f = components(self.F(x))
+            more = self.expected - self._slope(determinant(f, cofactor(f)))
+            self._add_of_invariants(self.law, x, data, slots, scale, more.reshape(self.w.shape))
+            return
+        Elastic.add_hessian(self, x, data, slots, scale)
         F = self.F(x)
         f, more = components(F), self.expected - self._slope(np.linalg.det(F))
         H = np.zeros((9, 9, len(F)), dtype=F.dtype)

@@ -84,8 +84,9 @@ class Systems:
         method: Any = self.choice.method
         self.factorisations += 1
         found = factor(K, symmetric, method, self.choice.precision, self.choice.modes)
-        # single precision has no residual to refine by
-        return Single(found) if isinstance(found, linear.Refined) and K.dtype == np.float32 else found
+        if isinstance(found, linear.Refined) and K.dtype == np.float32:
+            return Single(found)  # single precision has no residual to refine by
+        return Counted(self, found) if found.tolerance else found
 
     def goal(self, residual: float, before: float, last: float, tolerance: float) -> float:
         """Relative residual to which the next step is worth solving, from Newton's residuals now and before.
@@ -105,7 +106,7 @@ class Systems:
     def facts(self) -> dict[str, Any]:
         """What the report says."""
         known: dict[str, Any] = {"linear_solver": self.name, "factorisations": self.factorisations}
-        if self.choice.iterative:
+        if self.choice.iterative or self.iterations:
             known["linear_iterations"] = self.iterations
         if self.choice.cap is not None:
             known["linear_capped"] = self.capped
@@ -122,6 +123,40 @@ def warm(choice: Linear, kind: Any) -> None:
 
 
 @dataclass(frozen=True)
+class Counted:
+    """A factor that iterates, and where its iterations are counted."""
+
+    systems: Systems
+    factor: Factor
+
+    @property
+    def name(self) -> str:
+        """The method."""
+        return self.factor.name
+
+    @property
+    def negative_pivots(self) -> int | None:
+        """Those of the factor, where it knows."""
+        return self.factor.negative_pivots
+
+    @property
+    def tolerance(self) -> float:
+        """Relative residual of `solve`."""
+        return self.factor.tolerance
+
+    @property
+    def iterations(self) -> int:
+        """Of the last solve."""
+        return self.factor.iterations
+
+    def solve(self, b: Floats) -> Floats:
+        """x with |b - K x| <= tolerance |b|. Raises Unsolved."""
+        x = self.factor.solve(b)
+        self.systems.iterations += self.factor.iterations
+        return x
+
+
+@dataclass(frozen=True)
 class Single:
     """A Cholesky factor in single precision, as it is; scaled, since single numbers overflow sooner."""
 
@@ -129,6 +164,7 @@ class Single:
     name: str = "multifrontal Cholesky in single precision"
     negative_pivots: int | None = None  # positive pivots in single precision prove nothing
     tolerance: float = 0.0
+    iterations: int = 0
 
     def solve(self, b: Floats) -> Floats:
         """x with K x = b, to rounding."""
@@ -150,6 +186,7 @@ class Iterated:
     symmetric: bool
     name: str = "conjugate gradients, diagonal preconditioner"
     negative_pivots: int | None = None  # 1 once a direction of negative curvature was met
+    iterations: int = 0  # of the last solve
 
     def solve(self, b: Floats) -> Floats:
         """x with |b - K x| <= tolerance |b|, or as far as the cap lets it come. Raises Singular."""
@@ -171,7 +208,7 @@ class Iterated:
         diagonal = np.abs(K.diagonal())
         M = np.where(diagonal > 0, diagonal, 1.0)
         x, r, p, rz = np.zeros_like(b), b.copy(), np.zeros_like(b), 1.0
-        left = size
+        left, self.iterations = size, 0
         for number in range(most):
             if left <= self.tolerance * size:
                 return x, True, left / size if size else 0.0
@@ -181,6 +218,7 @@ class Iterated:
             q = K @ p
             curvature = float(p @ q)
             self.systems.iterations += 1
+            self.iterations += 1
             if curvature <= 0.0:
                 self.negative_pivots = 1
                 return (x if number else z), False, left / size
@@ -200,6 +238,7 @@ class Reused:
     negative_pivots: int | None = (
         None  # 1 where no factor was positive; one in single precision proves nothing else
     )
+    iterations: int = 0  # of the last solve
 
     @property
     def name(self) -> str:
@@ -221,7 +260,8 @@ class Reused:
         done = self._solver.statistics
         before = done.indefinite, done.iterations, done.factorisations + done.fallbacks
         x = self._solver.solve(self.K, b, self.tolerance)
-        self.systems.iterations += done.iterations - before[1]
+        self.iterations = done.iterations - before[1]
+        self.systems.iterations += self.iterations
         self.systems.factorisations += done.factorisations + done.fallbacks - before[2]
         if done.indefinite > before[0]:
             self.negative_pivots = 1

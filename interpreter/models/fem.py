@@ -41,7 +41,7 @@ class Fem:
     one that suits. `conjugate_gradients` has the diagonal as its preconditioner, and `linear_cap` stops it after so
     many iterations in every Newton step; the state is `capped` where it then is no equilibrium. `precision = single`
     keeps geometry, state, forces, tangent and factor in 32 bits; the residual that is reported is computed in 64,
-    `converged` then says that rounding is all that is left, and not more than 1e-3, in the residual or in the energy norm.
+    `converged` then says that rounding is all that is left, and at most 1e-3 of the residual or in the energy norm.
     `factorisation = reused` keeps a factor as long as conjugate gradients with it cost less than a new one, and solves
     early Newton steps no better than they deserve (Eisenstat and Walker 1996): the same state to the same tolerance.
     `start` names another model of the body whose solution Newton's method starts from, on a coarser mesh or with a

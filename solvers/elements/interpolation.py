@@ -13,6 +13,7 @@ Rule = tuple[Floats, Floats]  # local points (q, 3) and weights (q,)
 SEARCHED = (
     10_000_000  # pairs of a point and a cell from which a tree finds the near ones sooner than all are tried
 )
+BESIDE = 1e-9  # barycentric coordinates below zero that rounding explains
 CHUNK = 32  # points whose distances to all cells are held at once
 
 
@@ -66,7 +67,8 @@ def locate(mesh: Mesh, X: Floats) -> Located:
     """The cell and the shape functions at each point X (n, 3) of the undeformed body.
 
     A point between an inscribed mesh and the curved surface that it approximates is given to the nearest cell
-    and extrapolated linearly, so the caller must look at `outside`.
+    and extrapolated linearly, so the caller must look at `outside`. A point on a face that two cells share is given to
+    either.
     """
     return _in_tetrahedra(mesh, X) if mesh.kind == "tet4" else _in_curved_cells(mesh, X)
 
@@ -78,8 +80,11 @@ def _in_tetrahedra(mesh: Mesh, X: Floats) -> Located:
     a = mesh.points[mesh.cells[:, 0]]
     inverse = np.linalg.inv(np.stack([mesh.points[mesh.cells[:, i]] - a for i in (1, 2, 3)], axis=2))
     found = _best_cells(mesh, X, a, inverse)
-    xi = np.einsum("nij,nj->ni", inverse[found], X - a[found])
-    N = np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
+    N = _barycentric(X, a, inverse, found)
+    lost = np.flatnonzero(N.min(axis=1, initial=0.0) < -BESIDE)
+    if len(lost):
+        found[lost] = _nearest_cells(mesh, X[lost], a, inverse)
+        N[lost] = _barycentric(X[lost], a, inverse, found[lost])
     dN = inverse[found]  # (n, 3, 3): rows are the gradients of N_1, N_2, N_3
     dN = np.concatenate([-dN.sum(axis=1, keepdims=True), dN], axis=1)
     outside = np.maximum(
@@ -89,23 +94,70 @@ def _in_tetrahedra(mesh: Mesh, X: Floats) -> Located:
     return Located(mesh.cells[found], N, outside)
 
 
+def _barycentric(X: Floats, a: Floats, inverse: Floats, cell: Ints) -> Floats:
+    """Barycentric coordinates (n, 4) of points X (n, 3), each in one cell."""
+    xi = np.einsum("nij,nj->ni", inverse[cell], X - a[cell])
+    return np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
+
+
+def _nearest_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
+    """The cell nearest to each point X (n, 3) that lies in none (n,); of several that are, where X is least far out.
+
+    The nearest point lies on the boundary, and no farther than the nearest corner there.
+    """
+    from scipy.spatial import cKDTree
+
+    corners = mesh.points[mesh.facets]  # (f, 3, 3)
+    middles = corners.mean(axis=1)
+    radius = float(np.sqrt(((corners - middles[:, None]) ** 2).sum(axis=2).max()))
+    reach = cKDTree(mesh.points[np.unique(mesh.facets)]).query(X)[0] + radius
+    owners, best = mesh.facet_cells, np.empty(len(X), dtype=np.int64)
+    tree = cKDTree(middles)
+    for start in range(0, len(X), 64 * CHUNK):
+        some = slice(start, start + 64 * CHUNK)
+        near = tree.query_ball_point(X[some], reach[some] * (1.0 + 1e-9))
+        which = np.repeat(np.arange(len(near)), [len(n) for n in near])
+        facet = np.concatenate([np.asarray(n, dtype=np.int64) for n in near])
+        points, cell = X[some][which], owners[facet]
+        gap = _to_triangles(points, corners[facet])
+        least = np.full(len(near), np.inf)
+        np.minimum.at(least, which, gap)
+        tied = np.flatnonzero(gap <= least[which] + 1e-12 * mesh.extent)
+        inside = _barycentric(points[tied], a, inverse, cell[tied]).min(axis=1)
+        order = tied[np.lexsort((cell[tied], -inside, which[tied]))]
+        best[some] = cell[order[np.unique(which[order], return_index=True)[1]]]
+    return best
+
+
+def _to_triangles(X: Floats, corners: Floats) -> Floats:
+    """Distance (p,) of each point X (p, 3) from a triangle (p, 3, 3): from its plane or the nearest of its sides."""
+    from_corner = X[:, None] - corners  # (p, 3, 3)
+    along = np.roll(corners, -1, axis=1) - corners
+    part = np.einsum("pki,pki->pk", from_corner, along) / np.einsum("pki,pki->pk", along, along)
+    beside = from_corner - np.clip(part, 0.0, 1.0)[:, :, None] * along
+    squares = np.einsum("pki,pki->pk", beside, beside).min(axis=1)
+    normal = np.cross(along[:, 0], along[:, 1])
+    within = np.einsum("pki,pki->pk", np.cross(normal[:, None], along), from_corner).min(axis=1) >= 0.0
+    height = np.einsum("pi,pi->p", normal, from_corner[:, 0]) ** 2 / np.einsum("pi,pi->p", normal, normal)
+    distance: Floats = np.sqrt(np.where(within, np.minimum(height, squares), squares))
+    return distance
+
+
 def _best_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
     """The cell in which the smallest barycentric coordinate of each X (n, 3) is largest (n,).
 
     Among all cells of a small mesh. In a large one among those whose spheres around their middles hold the point, which
-    the cell that it lies in is one of; points that none holds are compared with all.
+    the cell that it lies in is one of; a point that none holds is given any.
     """
     if len(a) * len(X) < SEARCHED:
         return _best_of_all(X, a, inverse)
-    best = np.full(len(X), -1, dtype=np.int64)
+    best = np.zeros(len(X), dtype=np.int64)
     which, cell = _near(mesh, X)
     xi = np.einsum("pij,pj->pi", inverse[cell], X[which] - a[cell])
     least = np.minimum(xi.min(axis=1), 1.0 - xi.sum(axis=1))
     order = np.lexsort((cell, -least, which))
     found, first = np.unique(which[order], return_index=True)
     best[found] = cell[order[first]]
-    lost = np.flatnonzero(best < 0)
-    best[lost] = _best_of_all(X[lost], a, inverse)
     return best
 
 
@@ -116,9 +168,7 @@ def _near(mesh: Mesh, X: Floats) -> tuple[Ints, Ints]:
     corners = mesh.points[mesh.cells]
     middles = corners.mean(axis=1)
     radii = np.sqrt(((corners - middles[:, None]) ** 2).sum(axis=2).max(axis=1))
-    radius = 1.2 * float(
-        radii.max()
-    )  # more, for points between an inscribed mesh and the side that it stands for
+    radius = 1.001 * float(radii.max())
     pairs = cKDTree(X).sparse_distance_matrix(cKDTree(middles), radius, output_type="ndarray")
     return pairs["i"].astype(np.int64), pairs["j"].astype(np.int64)
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from softmark.solvers.energies import kernels
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 
-POINTS = 4096  # at which dP/dF is kept at a time: 648 bytes each, which stay in the cache
+POINTS = 4096  # at which the law is asked at a time: what it gives stays in the cache
 
 
 class Law(Protocol):
@@ -28,6 +29,23 @@ class Law(Protocol):
 
     def dPdF_projected(self, F: Floats) -> Floats:
         """dPdF with its negative eigenvalues set to zero."""
+
+
+@runtime_checkable
+class OfInvariants(Protocol):
+    """What more is known of a law of I1 = tr F^T F and J = det F, from I1 - 3 and J - 1 (c, q).
+
+    P = a F + s C and dP/dF = a 1 + s dC/dF + c (F (x) C + C (x) F) + d C (x) C, with C = cof F.
+    """
+
+    def energy(self, stretch: Floats, j: Floats) -> Floats:
+        """Energy per undeformed volume (c, q), J/m^3."""
+
+    def slopes(self, stretch: Floats, j: Floats) -> tuple[Floats, Floats]:
+        """a and s (c, q), Pa."""
+
+    def curvatures(self, stretch: Floats, j: Floats) -> tuple[Floats | None, Floats]:
+        """c, None where it is zero, and d (c, q), Pa."""
 
 
 @dataclass(frozen=True)
@@ -69,24 +87,65 @@ class Elastic:
 
     def value(self, x: Floats) -> float:
         """Strain energy, J."""
+        if isinstance(self.law, OfInvariants):
+            total = 0.0
+            with np.errstate(all="ignore"):
+                for some, _, i, j in self._points(x):
+                    total += float(np.vdot(self.law.energy(i, j), self.w[some]))
+            return total
         return float(self.law.psi(self.F(x)) @ self.w.ravel())
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Nodal elastic forces, N."""
+        forces = g.reshape(-1, 3)
+        if isinstance(self.law, OfInvariants):
+            with np.errstate(all="ignore"):
+                for some, h, i, j in self._points(x):
+                    a, s = self.law.slopes(i, j)
+                    body = (self.cells, self.dNdX, self.w)
+                    kernels.add_forces_of(h, a, s, *body, some.start, scale, forces)
+            return
         P = np.ascontiguousarray(self.law.P(self.F(x))).reshape(*self.w.shape, 3, 3)
-        kernels.add_forces(P, self.cells, self.dNdX, self.w, scale, g.reshape(-1, 3))
+        kernels.add_forces(P, self.cells, self.dNdX, self.w, scale, forces)
 
     def add_hessian(
         self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
     ) -> None:
         """Tangent stiffness, N/m; its geometric part is within dP/dF."""
+        if isinstance(self.law, OfInvariants) and not projected:
+            self._add_of_invariants(self.law, x, data, slots, scale, None)
+            return
         tangent = self.law.dPdF_projected if projected else self.law.dPdF
         F = self.F(x).reshape(*self.w.shape, 3, 3)
-        cells = max(1, POINTS // self.w.shape[1])
-        for begin in range(0, len(F), cells):
-            some = slice(begin, begin + cells)
+        for some in self._some():
             A = np.ascontiguousarray(tangent(F[some].reshape(-1, 3, 3))).reshape(*F[some].shape, 3, 3)
             kernels.add_stiffness(A, self.dNdX[some], self.w[some], scale, slots[some], data)
+
+    def _add_of_invariants(
+        self, law: OfInvariants, x: Floats, data: Floats, slots: Ints, scale: float, more: Floats | None
+    ) -> None:
+        """The tangent without tensors; `more` (m, q) is added to the number s of its term d(cof F)/dF, Pa."""
+        with np.errstate(all="ignore"):
+            for some, h, i, j in self._points(x):
+                (a, s), (c, d) = law.slopes(i, j), law.curvatures(i, j)
+                s = s if more is None else s + more[some]
+                c = np.zeros((0, i.shape[1]), dtype=i.dtype) if c is None else c
+                numbers = (h, j, a, s, c, d, self.dNdX, self.w)
+                kernels.add_stiffness_of(*numbers, some.start, scale, slots[some], data)
+
+    def _some(self) -> Iterator[slice]:
+        """Cells of about POINTS integration points at a time."""
+        cells = max(1, POINTS // self.w.shape[1])
+        return (slice(at, min(at + cells, len(self.w))) for at in range(0, len(self.w), cells))
+
+    def _points(self, x: Floats) -> Iterator[tuple[slice, Floats, Floats, Floats]]:
+        """Some cells, their du/dX (c, q, 9), I1 - 3 and J - 1 (c, q)."""
+        u, kind = x.reshape(-1, 3), self.w.dtype
+        for some in self._some():
+            shape = self.w[some].shape
+            h, (stretch, j) = np.empty((*shape, 9), dtype=kind), np.empty((2, *shape), dtype=kind)
+            kernels.invariants(u, self.cells, self.dNdX, some.start, h, stretch, j)
+            yield some, h, stretch, j
 
 
 @dataclass(frozen=True)

@@ -5,17 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from softmark.solvers.materials.components import (
-    add_cross,
-    add_identity,
-    cofactor,
-    displacement_gradient,
-    inner,
-    set_outer,
-    trace,
-    volume_change,
-)
-from softmark.solvers.materials.hyperelastic import Hyperelastic
+from softmark.solvers.materials.invariants import OfInvariants
 from softmark.solvers.materials.isotropic import Isotropic
 
 if TYPE_CHECKING:
@@ -27,7 +17,7 @@ else:
 
 
 @dataclass(frozen=True)
-class NeoHookean(Hyperelastic, Isotropic):
+class NeoHookean(OfInvariants, Isotropic):
     """Compressible neo-Hookean rubber, the form with ln J.
 
     psi = mu/2 (tr F^T F - 3) - mu ln J + lam/2 (ln J)^2, J = det F > 0
@@ -42,32 +32,18 @@ class NeoHookean(Hyperelastic, Isotropic):
         """The energy is linear in its two moduli."""
         return _Shear(**vars(self)), _Volume(**vars(self))
 
-    def _psi(self, f: Array) -> Array:
+    def energy(self, stretch: Array, j: Array) -> Array:
         mu, lam = self.shear_modulus, self.lame_lambda
-        h = displacement_gradient(f)
-        j = volume_change(h)
         l = np.log1p(j)
-        psi = mu * (trace(h) - l) + 0.5 * mu * inner(h, h) + 0.5 * lam * l * l
-        return np.where(j > -1.0, psi, np.inf)
+        return np.where(j > -1.0, 0.5 * mu * stretch - mu * l + 0.5 * lam * l * l, np.inf)
 
-    def _P(self, f: Array) -> Array:
+    def slopes(self, stretch: Array, j: Array) -> tuple[Array, Array]:
         mu, lam = self.shear_modulus, self.lame_lambda
-        j = volume_change(displacement_gradient(f))
-        P = cofactor(f)  # J F^-T
-        P *= (lam * np.log1p(j) - mu) / (1.0 + j)
-        P += mu * f
-        return P
+        return np.full_like(j, mu), (lam * np.log1p(j) - mu) / (1.0 + j)
 
-    def _dPdF(self, f: Array, H: Array) -> None:
-        """mu delta_ik delta_JL + q G_iL G_kJ + lam G_iJ G_kL, G = F^-T, q = mu - lam ln J (see add_cross)."""
+    def curvatures(self, stretch: Array, j: Array) -> tuple[Array | None, Array]:
         mu, lam = self.shear_modulus, self.lame_lambda
-        j = volume_change(displacement_gradient(f))
-        J = 1.0 + j
-        q = mu - lam * np.log1p(j)
-        cof = cofactor(f).reshape(9, -1)
-        set_outer(H, cof, cof * ((lam + q) / (J * J)))
-        add_cross(H, f * (-q / J))
-        add_identity(H, mu)
+        return None, (lam + mu - lam * np.log1p(j)) / (1.0 + j) ** 2
 
 
 class _Shear(NeoHookean):

@@ -5,18 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from softmark.solvers.materials.components import (
-    add_cross,
-    add_identity,
-    add_outer,
-    cofactor,
-    displacement_gradient,
-    inner,
-    set_outer,
-    trace,
-    volume_change,
-)
-from softmark.solvers.materials.hyperelastic import Hyperelastic
+from softmark.solvers.materials.invariants import OfInvariants
 from softmark.solvers.materials.isotropic import Isotropic
 
 if TYPE_CHECKING:
@@ -28,7 +17,7 @@ else:
 
 
 @dataclass(frozen=True)
-class NeoHookeanIsochoric(Hyperelastic, Isotropic):
+class NeoHookeanIsochoric(OfInvariants, Isotropic):
     """Neo-Hookean rubber with shape and volume apart (isochoric-volumetric split).
 
     psi = mu/2 (J^(-2/3) tr F^T F - 3) + K/2 (J - 1)^2, J = det F > 0, K the bulk modulus
@@ -43,38 +32,18 @@ class NeoHookeanIsochoric(Hyperelastic, Isotropic):
         """The energy is linear in its two moduli."""
         return _Shear(**vars(self)), _Volume(**vars(self))
 
-    def _psi(self, f: Array) -> Array:
+    def energy(self, stretch: Array, j: Array) -> Array:
         mu, K = self.shear_modulus, self.bulk_modulus
-        h = displacement_gradient(f)
-        j = volume_change(h)
-        stretch = 2.0 * trace(h) + inner(h, h)  # I1 - 3
         shape = stretch + np.expm1(-2.0 / 3.0 * np.log1p(j)) * (stretch + 3.0)
         return np.where(j > -1.0, 0.5 * mu * shape + 0.5 * K * j * j, np.inf)
 
-    def _P(self, f: Array) -> Array:
-        K = self.bulk_modulus
-        j = volume_change(displacement_gradient(f))
-        J, m = 1.0 + j, self._isochoric_modulus(j)
-        P = cofactor(f)  # J F^-T
-        P *= K * j - m * inner(f, f) / (3.0 * J)
-        P += m * f
-        return P
+    def slopes(self, stretch: Array, j: Array) -> tuple[Array, Array]:
+        m = self._isochoric_modulus(j)
+        return m, self.bulk_modulus * j - m * (stretch + 3.0) / (3.0 * (1.0 + j))
 
-    def _dPdF(self, f: Array, H: Array) -> None:
-        """m (delta_ik delta_JL - 2/3 (F G + G F) + 2/9 I1 G G) + K J (2 J - 1) G G + q G_iL G_kJ, G = F^-T.
-
-        m = mu J^(-2/3), q = m I1/3 - K (J - 1) J; products without indices are dyadic (see add_cross for q).
-        """
-        K = self.bulk_modulus
-        j = volume_change(displacement_gradient(f))
-        J, m, I1 = 1.0 + j, self._isochoric_modulus(j), inner(f, f)
-        q = m * I1 / 3.0 - K * j * J
-        a = f.reshape(9, -1) * (-2.0 / 3.0 * m)
-        G = cofactor(f).reshape(9, -1) / J
-        set_outer(H, G, a + G * (2.0 / 9.0 * m * I1 + K * J * (J + j) + q))
-        add_outer(H, a, G)
-        add_cross(H, f * (-q / J))
-        add_identity(H, m)
+    def curvatures(self, stretch: Array, j: Array) -> tuple[Array | None, Array]:
+        m, J = self._isochoric_modulus(j), 1.0 + j
+        return -2.0 / 3.0 * m / J, self.bulk_modulus + 5.0 / 9.0 * m * (stretch + 3.0) / (J * J)
 
     def _isochoric_modulus(self, j: Array) -> Array:
         """mu J^(-2/3), NaN where J <= 0."""

@@ -58,6 +58,21 @@ class Mesh:
         return boundary
 
     @cached_property
+    def facet_cells(self) -> Ints:
+        """The cell that each boundary facet belongs to (f,)."""
+        corners, sides = self.element.facet.corners, np.array(self.element.facets)
+        outer = np.zeros(len(self.points), dtype=np.bool_)
+        outer[self.facets] = True
+        cells = np.flatnonzero(outer[self.cells].sum(axis=1) >= corners)
+        candidates = self.cells[cells[:, None, None], sides].reshape(-1, self.element.facet.nodes)
+        rows = np.concatenate([self.facets, candidates])[:, :corners]
+        keys = _keys(np.sort(rows, axis=1))
+        own, others = keys[: len(self.facets)], keys[len(self.facets) :]
+        order = np.argsort(others, kind="stable")
+        found: Ints = cells[order[np.searchsorted(others[order], own)] // len(sides)]
+        return found
+
+    @cached_property
     def faces(self) -> Ints:
         """Boundary triangles (t, 3) over existing points, counter-clockwise from outside: for views and distances."""
         faces: Ints = self.facets[:, np.array(self.element.facet.triangles)].reshape(-1, 3)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import threading
 import weakref
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
 
-from softmark.solvers.energies.energy import Floats
 from softmark.solvers.sparse.symbolic import Sketch, Symbolic, plan, sketch
+
+if TYPE_CHECKING:
+    from softmark.solvers.linear import Modes
 
 KEPT = 8  # patterns known at a time
 _LOCK = threading.Lock()
@@ -34,7 +36,7 @@ class Known:
 _KNOWN: list[tuple[Any, Any, Known]] = []
 
 
-def known_of(K: sparse.csr_matrix, motions: Floats | None = None) -> Known:
+def known_of(K: sparse.csr_matrix, motions: Modes = None) -> Known:
     """What is known of the pattern of K. Raises ValueError where it is not symmetric with a full diagonal.
 
     A pattern is known by its two arrays, which nobody may change, or by equal ones, and forgotten with the array
@@ -45,7 +47,7 @@ def known_of(K: sparse.csr_matrix, motions: Floats | None = None) -> Known:
         for entry in _KNOWN:
             if _same(entry[0](), K.indptr) and _same(entry[1], K.indices):
                 return entry[2]
-    known = Known(sketch(K, motions))
+    known = Known(sketch(K, motions() if callable(motions) else motions))
     with _LOCK:
         alive = [e for e in _KNOWN if e[0]() is not None]
         entry = (weakref.ref(K.indptr, _forget), K.indices, known)
@@ -53,7 +55,7 @@ def known_of(K: sparse.csr_matrix, motions: Floats | None = None) -> Known:
     return known
 
 
-def plan_of(K: sparse.csr_matrix, motions: Floats | None = None) -> Symbolic:
+def plan_of(K: sparse.csr_matrix, motions: Modes = None) -> Symbolic:
     """The plan for matrices with the pattern of K. Raises ValueError as `known_of` does."""
     return known_of(K, motions).plan(K)
 

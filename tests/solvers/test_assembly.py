@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from softmark.solvers import assembly as patterns
 from softmark.solvers import linear
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly import Assembly, prepare
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.mesh.mesh import Mesh
@@ -135,3 +136,47 @@ def test_what_cannot_be_factorised_is_singular(bad: float) -> None:
     K[2, 2] = bad
     with pytest.raises(linear.Singular):
         linear.factor(sparse.csr_matrix(K))
+
+
+# ------------------------------------------------------------------ patterns
+
+
+def by_hand(
+    size: int, number: np.ndarray, stencils: list[np.ndarray], values: list[np.ndarray]
+) -> sparse.csr_matrix:
+    """Local matrices as triplets, which scipy sums."""
+    rows, columns, entries = [], [], []
+    for stencil, local in zip(stencils, values, strict=True):
+        r, c = np.broadcast_arrays(number[stencil][:, :, None], number[stencil][:, None, :])
+        keep = (r >= 0) & (c >= 0)
+        rows.append(r[keep]), columns.append(c[keep]), entries.append(local[keep])
+    triplets = (np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns)))
+    return sparse.csr_matrix(triplets, shape=(size, size))
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize("blocks", [False, True], ids=["single", "threes"])
+@pytest.mark.parametrize("held", [0, 1, 25, 88])
+def test_a_pattern_takes_every_entry_to_its_place(
+    held: int, blocks: bool, compiled: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Random stencils of two kinds, with unknowns held here and there, against scipy's own sums: the same triplets."""
+    monkeypatch.setattr(patterns, "COMPILED", -1 if compiled else 10**9)
+    rng = np.random.default_rng(held)
+    dofs, stencils = 90, []
+    for count, wide in ((40, 4), (15, 2)):
+        nodes = np.array([rng.permutation(30 if blocks else dofs)[:wide] for _ in range(count)])
+        stencils.append((3 * nodes[:, :, None] + np.arange(3)).reshape(count, -1) if blocks else nodes)
+    fixed = rng.permutation(dofs)[:held]
+    free = np.setdiff1d(np.arange(dofs), fixed)
+    number = np.full(dofs, -1)
+    number[free] = np.arange(len(free))
+    values = [rng.normal(size=(*s.shape, s.shape[1])) for s in stencils]
+    pattern = prepare(dofs, fixed, stencils)
+    data = np.zeros(len(pattern.indices))
+    for slots, local in zip(pattern.slots, values, strict=True):
+        np.add.at(data, slots[slots >= 0], local[slots >= 0])
+    K, exact = pattern.matrix(data), by_hand(len(free), number, stencils, values)
+    assert K.has_canonical_format
+    assert K.nnz == exact.nnz  # no place is made that no stencil touches
+    np.testing.assert_allclose(K.toarray(), exact.toarray(), atol=1e-14 * 40)

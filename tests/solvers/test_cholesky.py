@@ -175,3 +175,36 @@ def test_a_singular_matrix_is_never_called_solved() -> None:
 def test_nothing_to_solve() -> None:
     K = grid(3)
     np.testing.assert_array_equal(LinearSolver().solve(K, np.zeros(27)), np.zeros(27))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_signed_factors_count_negative_eigenvalues(seed: int) -> None:
+    """L S L^T of sparse matrices shifted into their spectrum, against the eigenvalues of the dense matrix.
+
+    The shift is in the middle of a gap between two of them, wide enough for either to keep its sign in rounding.
+    """
+    K = grid(4, 3, 0.0) if seed % 2 else scattered(150, seed)
+    w = np.linalg.eigvalsh(K.toarray())
+    gaps = np.flatnonzero(np.diff(w) > 1e-3)
+    at = gaps[np.random.default_rng(seed).integers(len(gaps))]
+    shifted = sparse.csr_matrix(K - 0.5 * (w[at] + w[at + 1]) * sparse.identity(K.shape[0]))
+    shifted.sort_indices()
+    factor = Cholesky(analyse(shifted))
+    factor.factorise(shifted.data, indefinite=True)
+    assert factor.negative_pivots == at + 1 == np.sum(np.linalg.eigvalsh(shifted.toarray()) < 0)
+    x = np.random.default_rng(seed).normal(size=K.shape[0])
+    # eigenvalues as near as 5e-4 beside a norm of some 20, and pivots that nobody chose
+    assert np.linalg.norm(factor.solve(shifted @ x) - x) <= 1e-7 * np.linalg.norm(x)
+
+
+@pytest.mark.parametrize("scale", [1e-25, 1.0, 1e25])
+def test_a_single_factor_is_refined_to_its_tolerance(scale: float) -> None:
+    """By a few conjugate gradients, which the factor counts, also where numbers are near the limits of single ones."""
+    K = grid(6, 3)
+    b = scale * np.random.default_rng(1).normal(size=K.shape[0])
+    found = factor(K, method="cholesky", precision="single")
+    x = found.solve(b)
+    assert np.linalg.norm(b - K @ x) <= found.tolerance * np.linalg.norm(b)
+    assert 1 <= found.iterations <= 4
+    assert found.negative_pivots is None
+    assert factor(K, method="cholesky").iterations == 0

@@ -16,6 +16,7 @@ from softmark.solvers.materials import MATERIALS, Law
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.mesh.structured import split
+from softmark.solvers.mixed import MixedPoints
 from softmark.solvers.statics import NotConverged, Statics, equilibrium
 
 Maker = Callable[..., Law]
@@ -221,3 +222,85 @@ def test_a_tangled_minimum_is_refused(law: Maker, elastic: Energies, problem: Pr
         else:
             assert np.abs(found.x).max() < 1e-8
     assert 0 < refused < 10
+
+
+# ------------------------------------------------------------------ laws of invariants, with and without tensors
+
+
+class Tensors:
+    """A law of which nothing is known but its tensors."""
+
+    def __init__(self, law: Law) -> None:
+        self.psi, self.P = law.psi, law.P
+        self.dPdF, self.dPdF_projected = law.dPdF, law.dPdF_projected
+
+
+@pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
+@pytest.mark.parametrize("name", ["neo_hookean", "neo_hookean_isochoric"])
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
+def test_numbers_of_invariants_do_what_tensors_do(
+    name: str, poisson: float, kind: str, law: Maker, elastic: Energies
+) -> None:
+    """Sums of some hundred terms in another order: 1e-13 of their sizes. Nodes are held in all, one or no directions.
+
+    The energy is compared with that of unit strain, since what remains near rest is a difference.
+    """
+    mesh = Box((1.0, 0.6, 0.5)).mesh(kind, 0.25)
+    rng = np.random.default_rng(5)
+    stretch = np.diag([1.2, 0.9, 0.95]) + rng.uniform(-0.1, 0.1, (3, 3))
+    x = (mesh.points @ (stretch - np.eye(3)).T + rng.uniform(-0.01, 0.01, mesh.points.shape)).ravel()
+    own = law(name, 2.0, poisson)
+    fixed = np.concatenate([np.arange(9), [12, 16, 20]])
+    fast, plain = elastic(mesh, own), elastic(mesh, Tensors(own))  # type: ignore[arg-type]
+    assert fast.value(x) == pytest.approx(plain.value(x), rel=1e-13)
+    g = gradient(plain, x)
+    np.testing.assert_allclose(gradient(fast, x), g, atol=1e-13 * np.abs(g).max())
+    for projected in (False, True):
+        both = [Assembly(x.size, fixed, [e], []).tangent(x, 0.7, projected).toarray() for e in (fast, plain)]
+        np.testing.assert_allclose(*both, atol=1e-13 * np.abs(both[1]).max())
+
+
+@pytest.mark.parametrize("name", ["neo_hookean", "neo_hookean_isochoric"])
+def test_cells_inside_out_have_infinite_energy_without_tensors(
+    name: str, law: Maker, elastic: Energies
+) -> None:
+    """J = -0.2, and J = 0, without a warning."""
+    mesh = UNIT.mesh("tet4", 1.0)
+    for squeezed in (-0.2, 0.0):
+        x = (mesh.points * [squeezed - 1.0, 0.0, 0.0]).ravel()
+        energy = elastic(mesh, law(name))
+        assert energy.value(x) == np.inf
+        gradient(energy, x)
+        stiffness(energy, x)
+
+
+@pytest.mark.parametrize("name", ["neo_hookean", "neo_hookean_isochoric"])
+def test_small_strains_keep_their_digits(name: str, law: Maker, elastic: Energies) -> None:
+    """psi is eps : C : eps / 2 to first order in a strain of 1e-9, where F - I itself would have seven digits left."""
+    mesh = UNIT.mesh("tet4", 1.0)
+    H = 1e-9 * np.random.default_rng(1).uniform(-1.0, 1.0, (3, 3))
+    small, x = 0.5 * (H + H.T), (mesh.points @ H.T).ravel()
+    mu, lam = 0.5 / 1.3, 0.3 / (1.3 * 0.4)
+    exact = mu * np.sum(small**2) + 0.5 * lam * np.trace(small) ** 2
+    found = elastic(mesh, law(name)).value(x)
+    # a difference of terms of 1e-9, each with an error of 1e-25, beside 1e-18
+    assert found == pytest.approx(exact, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["neo_hookean", "neo_hookean_isochoric"])
+def test_expected_pressures_do_what_they_do_to_tensors(name: str, elastic: Energies) -> None:
+    """The tangent with the pressures that a step promises, and these: sums in another order."""
+    mesh = Box((1.0, 0.6, 0.5)).mesh("tet4", 0.25)
+    x, d = np.random.default_rng(6).uniform(-0.01, 0.01, (2, mesh.points.size))
+    material = MATERIALS[name](2.0, 0.45, 1.0)
+    whole, parts = material.finite_law(), material.finite_parts()
+    assert whole is not None
+    assert parts is not None
+    found = []
+    for law, volume in ((whole, parts[1]), (Tensors(whole), Tensors(parts[1]))):
+        plain = elastic(mesh, law)  # type: ignore[arg-type]
+        mixed = MixedPoints(plain.cells, plain.dNdX, plain.w, plain.law, volume=volume)  # type: ignore[arg-type]
+        then = mixed.expecting(x, d)
+        found.append((then.expected, stiffness(then, x)))
+    for fast, slow in zip(*found, strict=True):
+        np.testing.assert_allclose(fast, slow, atol=1e-12 * np.abs(slow).max())

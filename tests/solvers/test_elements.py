@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 
-from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements import ELEMENTS, interpolation
 from softmark.solvers.elements.element import Element, Facet
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.elements.interpolation import integration, locate
@@ -241,3 +242,54 @@ def test_no_points_are_located_as_none(kind: str) -> None:
     place = locate(BARS[kind], np.zeros((0, 3)))
     assert place.interpolate(BARS[kind].points).shape == (0, 3)
     assert len(place.outside) == 0
+
+
+def to_cells(mesh: Mesh, X: np.ndarray) -> np.ndarray:
+    """Distances (n, m) of points from tetrahedra, as the constrained least squares problems that they are.
+
+    min |sum_a N_a x_a - X| with N >= 0 and sum N = 1, a row of weight 1e4 edge lengths: off by about 1e-8 of them.
+    """
+    found = np.empty((len(X), len(mesh.cells)))
+    for i, cell in enumerate(mesh.cells):
+        A = np.vstack([mesh.points[cell].T - mesh.points[cell[0]][:, None], np.full(4, 1e3)])
+        for j, x in enumerate(X):
+            N, _ = nnls(A, np.append(x - mesh.points[cell[0]], 1e3))
+            found[j, i] = np.linalg.norm(N / N.sum() @ mesh.points[cell] - x)
+    return found
+
+
+@pytest.mark.parametrize("searched", [0, 10**9], ids=["tree", "all"])
+def test_points_outside_are_given_to_the_nearest_cell(searched: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By distances to all cells; cells of very different shapes, where barycentric coordinates misjudge."""
+    monkeypatch.setattr(interpolation, "SEARCHED", searched)
+    mesh = Cylinder(0.06, 0.019).mesh("tet4", 0.012)
+    mesh = Mesh(mesh.points * [1.0, 1.0, 0.2], mesh.cells)
+    rng = np.random.default_rng(3)
+    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    X = rng.uniform(low - 0.2 * (high - low), high + 0.2 * (high - low), (60, 3))
+    place, distances = locate(mesh, X), to_cells(mesh, X)
+    assert 10 < np.sum(place.outside > 0) < 60
+    order = {tuple(cell): i for i, cell in enumerate(mesh.cells)}
+    given = np.array([order[tuple(nodes)] for nodes in place.nodes])
+    assert np.all(distances[np.arange(60), given] <= distances.min(axis=1) + 1e-7 * mesh.extent)
+    np.testing.assert_allclose(place.interpolate(linear(mesh.points)), linear(X), atol=1e-12)
+
+
+def test_a_tree_finds_what_a_search_through_all_finds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Points within, on shared faces, edges and corners, and outside: the same values to rounding.
+
+    Of a continuous field, for on a face either cell may answer.
+    """
+    mesh = Cylinder(0.06, 0.019).mesh("tet4", 0.008)
+    corners = mesh.points[mesh.cells]
+    inside = np.einsum("ma,mai->mi", np.random.default_rng(8).dirichlet(np.ones(4), len(corners)), corners)
+    X = np.concatenate(
+        [inside, corners[:, :3].mean(axis=1), corners[:, :2].mean(axis=1), mesh.points, 1.1 * inside]
+    )
+    values = np.random.default_rng(9).normal(size=mesh.points.shape)
+    both = []
+    for searched in (0, 10**12):
+        monkeypatch.setattr(interpolation, "SEARCHED", searched)
+        both.append(locate(mesh, X))
+    np.testing.assert_allclose(both[0].interpolate(values), both[1].interpolate(values), atol=1e-9)
+    np.testing.assert_allclose(both[0].outside, both[1].outside, atol=1e-12)

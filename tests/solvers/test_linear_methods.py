@@ -37,6 +37,12 @@ def tangent(assembly: Assembly) -> sparse.csr_matrix:
     return assembly.tangent(np.zeros(assembly.dofs), 1.0)
 
 
+@pytest.fixture(autouse=True)
+def levels(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Multigrid has more than one level in small systems too, which it would solve by a factor."""
+    monkeypatch.setitem(multigrid.OPTIONS, "max_coarse", 20)
+
+
 def needs(method: str) -> None:
     """Skip where the method's package is not there."""
     if method in PACKAGES:
@@ -151,6 +157,7 @@ def test_no_factor_is_begun_that_memory_does_not_hold(monkeypatch: pytest.Monkey
     assembly = block(law("small", 6e4, 0.3))
     K = tangent(assembly)
     double = plans.known_of(K).sketch.bytes(8) / linear.SHARE
+    monkeypatch.setattr(linear, "LITTLE", 0.0)  # which memory is not asked for
     monkeypatch.setattr(multigrid, "installed", lambda: False)
     for left, name in ((1.1 * double, linear.CHOLESKY), (0.6 * double, linear.SINGLE)):
         monkeypatch.setattr(memory, "available", lambda left=left: left)
@@ -161,6 +168,7 @@ def test_no_factor_is_begun_that_memory_does_not_hold(monkeypatch: pytest.Monkey
     monkeypatch.undo()
     needs("multigrid")
     monkeypatch.setattr(linear, "LARGE", 0)
+    monkeypatch.setattr(linear, "LITTLE", 0.0)
     monkeypatch.setattr(memory, "available", lambda: 0.4 * double)
     assert linear.factor(K, modes=assembly.modes).name == multigrid.NAME
     with pytest.raises(linear.TooLarge, match="choose multigrid"):
