@@ -33,7 +33,7 @@ Modes = (
 
 NAME, CHOLESKY = "SuperLU (scipy)", "multifrontal Cholesky"
 SIGNED, SINGLE = "multifrontal L S L^T", "multifrontal Cholesky in single precision with conjugate gradients"
-LARGE = 100_000  # entries from which the Cholesky factorisation pays for the analysis and the loading of its kernels
+LARGE = 50_000  # entries from which Cholesky takes a fraction of SuperLU's time; loading its kernels takes 0.1 s
 DISSECTED = (
     300_000  # entries from which an order by dissection may be tried: 8000 nodes with four neighbours each
 )
