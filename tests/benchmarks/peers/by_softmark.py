@@ -19,7 +19,7 @@ material silicone = neo_hookean(young = {young} Pa, poisson = {poisson}, density
 body beam = solid(cylinder(length = 178 mm, radius = 19 mm), silicone)
 support wall = fixed(beam, where = x <= 0 mm)
 load weight = gravity({gravity} m/s^2, direction = -z)
-model solid = fem({kind}, strain = finite, size = 5 mm)
+model solid = fem({kind}, strain = finite, size = 5 mm, factorisation = reused)
 probe tip = point(beam, at = (178, 0, 0) mm)
 """
 
