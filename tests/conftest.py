@@ -19,7 +19,7 @@ from typing import Any
 for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):  # before numpy comes in
     os.environ.setdefault(_threads, "1")
 
-# a shell starts background jobs with interrupts ignored, and whoever ignores them hands that on to the commands under test
+# shells start background jobs with interrupts ignored, and who ignores them hands that on to the commands under test
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
