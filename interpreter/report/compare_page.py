@@ -3,57 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from datetime import datetime
-from functools import lru_cache
-from importlib.resources import files
 from typing import Any
 
 from softmark.interpreter.report import compare_asked, compare_cost, compare_tables
 from softmark.interpreter.report.compare_diagram import Diagram, by_frames, key
 from softmark.interpreter.report.compare_view import STATUS, View, apart, views
-from softmark.interpreter.report.html import POLICY
+from softmark.interpreter.report.document import document, moment
 from softmark.interpreter.report.listing import coloured
 from softmark.interpreter.report.markup import count, listed, plain, prose, section, tag, text
-from softmark.interpreter.report.plate import details, toggles
+from softmark.interpreter.report.plate import details
 from softmark.interpreter.report.provenance import WORDS
 from softmark.interpreter.study.reading import SOLVED
 
-FOOTER = (
-    "Made by softmark. Colours after Okabe and Ito (2008). All numbers in full, in SI, are in compare.json."
-)
 OPEN = 40  # configurations beyond which their table is folded
 
 
 def page(comparison: Mapping[str, Any]) -> str:
     """A complete HTML5 document of a `softmark-compare/1`: no network, no other file."""
     own = views(comparison)
-    made = [(name, title, make(own, comparison)) for name, title, make in SECTIONS]
-    main = tag("main", *(f"\n{markup}\n" for _, _, markup in made), id="content")
-    skip = tag("a", "Skip to the results", href="#content", class_="skip")
-    items = [tag("li", tag("a", text(title), href=f"#{name}")) for name, title, markup in made if markup]
-    links = tag("nav", tag("ul", *items), aria_label="Sections")
-    footer = tag("footer", tag("p", text(FOOTER)))
-    body = tag("body", skip, _header(own, comparison), links, main, footer, tag("script", _part("report.js")))
-    return "<!DOCTYPE html>\n" + tag("html", _head(own, comparison), body, lang="en") + "\n"
-
-
-@lru_cache(maxsize=4)
-def _part(name: str) -> str:
-    """A file of this package."""
-    return files(__package__ or "").joinpath(name).read_text(encoding="utf-8")
-
-
-def _head(own: Sequence[View], comparison: Mapping[str, Any]) -> str:
-    curves = max((len(view.lines) for view in own), default=0)
-    return tag(
-        "head",
-        tag("meta", charset="utf-8"),
-        tag("meta", http_equiv="Content-Security-Policy", content=POLICY),
-        tag("meta", name="viewport", content="width=device-width, initial-scale=1"),
-        tag("meta", name="color-scheme", content="light dark"),
-        tag("meta", name="description", content=plain(_conclusion(own))),
-        tag("title", text(f"{_title(own)} – softmark comparison")),
-        tag("style", _part("report.css"), _part("compare.css"), toggles(curves)),
+    return document(
+        f"{_title(own)} – softmark comparison",
+        plain(_conclusion(own)),
+        _header(own, comparison),
+        [(name, title, make(own, comparison)) for name, title, make in SECTIONS],
+        "compare.json",
+        max((len(view.lines) for view in own), default=0),
+        ["report.css", "compare.css"],
+        ["report.js"],
     )
 
 
@@ -88,20 +64,11 @@ def _conclusion(own: Sequence[View]) -> str:
 def _header(own: Sequence[View], comparison: Mapping[str, Any]) -> str:
     environment = comparison.get("environment") or {}
     created = str(comparison.get("created") or environment.get("started") or "")
-    where = [_when(created), text(environment.get("cpu") or "")]
+    where = [moment(created), text(environment.get("cpu") or "")]
     line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
     above = tag("p", "softmark comparison", class_="eyebrow")
     conclusion = tag("p", prose(_conclusion(own)), class_="conclusion")
     return tag("header", above, tag("h1", text(_title(own))), conclusion, line)
-
-
-def _when(moment: str) -> str:
-    try:
-        found = datetime.fromisoformat(moment)
-    except ValueError:
-        return text(moment)
-    zone = " UTC" if not found.utcoffset() else found.strftime(" UTC%z")
-    return tag("time", f"{found.day} {found.strftime('%B %Y, %H:%M')}{zone}", datetime=moment)
 
 
 # ------------------------------------------------------------------ sections

@@ -1,9 +1,8 @@
-"""The top of the page: title, conclusion, how the run ended, when and where; and the way to the sections."""
+"""The top of the page: title, conclusion, how the run ended, when and where."""
 
 from __future__ import annotations
 
-from datetime import datetime
-
+from softmark.interpreter.report.document import moment
 from softmark.interpreter.report.findings import Findings
 from softmark.interpreter.report.markup import prose, tag, text
 
@@ -34,21 +33,5 @@ def _where(findings: Findings) -> str:
     machine = [str(env["cpu"])] if env.get("cpu") else []
     machine += [f"{threads} thread" + ("" if threads == 1 else "s")] if threads else []
     file = str(scene.get("file", "")).replace("\\", "/").rpartition("/")[2]
-    pieces = [_when(str(env.get("started", ""))), text(file), text(", ".join(machine))]
+    pieces = [moment(str(env.get("started", ""))), text(file), text(", ".join(machine))]
     return " · ".join(tag("span", piece) for piece in pieces if piece)
-
-
-def _when(started: str) -> str:
-    """A time element in words; the text itself where it is not a date."""
-    try:
-        moment = datetime.fromisoformat(started)
-    except ValueError:
-        return text(started)
-    zone = " UTC" if not moment.utcoffset() else moment.strftime(" UTC%z")
-    return tag("time", f"{moment.day} {moment.strftime('%B %Y, %H:%M')}{zone}", datetime=started)
-
-
-def navigation(sections: list[tuple[str, str]]) -> str:
-    """Links to the sections that are there: (id, name)."""
-    items = [tag("li", tag("a", text(name), href=f"#{key}")) for key, name in sections]
-    return tag("nav", tag("ul", *items), aria_label="Sections")

@@ -10,7 +10,6 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable
-from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -20,10 +19,11 @@ import pytest
 
 from softmark.interpreter.report.compare_page import page
 from softmark.interpreter.report.compare_terminal import table
-from softmark.interpreter.report.html import POLICY
+from softmark.interpreter.report.document import POLICY
 from softmark.interpreter.study.analysis import analyse
 
 Json = dict[str, Any]
+Parsed = Callable[[str], Any]  # reads a page: conftest.py
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror='alert(2)'>\"&`<b>`\x00 http://evil.example"
 LINE = [[0.01 * i, 0.0, 0.0] for i in range(11)]
 
@@ -193,74 +193,42 @@ CASES: dict[str, Callable[[], Json]] = {
     ),
     "no analysis": lambda: {k: v for k, v in usual().items() if k != "analysis"},
 }
-VOID = {"meta", "input", "br", "img", "link", "wbr"}
-
-
-class Page(HTMLParser):
-    """What a page is made of; raises at the first tag out of place."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__(convert_charrefs=True)
-        self.open: list[str] = []
-        self.tags: list[tuple[str, dict[str, str]]] = []
-        self.words: list[str] = []
-        self.feed(text)
-        self.close()
-        assert not self.open
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        assert len(attrs) == len(dict(attrs)), f"an attribute twice in <{tag}>"
-        self.tags.append((tag, {k: v or "" for k, v in attrs}))
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        if not self.open or self.open[-1] not in ("style", "script"):
-            self.words.append(data)
-
-    @property
-    def text(self) -> str:
-        """All words, spaces as such."""
-        return re.sub(r"\s+", " ", "".join(self.words).replace("\u00a0", " ").replace("\u202f", " "))
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_every_page_is_whole_and_needs_nothing_else(case: str) -> None:
+def test_every_page_is_whole_and_needs_nothing_else(case: str, parsed: Parsed) -> None:
     made = CASES[case]()
     json.dumps(made, allow_nan=False)
     text = page(made)
-    parsed = Page(text)
-    metas = [a for t, a in parsed.tags if t == "meta"]
+    whole = parsed(text)
+    metas = [a for t, a in whole.tags if t == "meta"]
     assert POLICY in [a.get("content") for a in metas if a.get("http-equiv") == "Content-Security-Policy"]
-    for tag, attributes in parsed.tags:
+    for tag, attributes in whole.tags:
         for name in ("src", "href", "srcset", "data", "action", "poster"):
             assert not attributes.get(name, "").lower().startswith(("http", "//", "file")), (tag, attributes)
     style = "".join(re.findall(r"<style>(.*?)</style>", text, re.DOTALL))
     assert "url(" not in style
     assert "@import" not in style
-    identities = [a["id"] for _, a in parsed.tags if "id" in a]
+    identities = [a["id"] for _, a in whole.tags if "id" in a]
     assert len(identities) == len(set(identities))
     drawn = [
         a.get(k, "")
-        for t, a in parsed.tags
+        for t, a in whole.tags
         for k in ("d", "points", "x", "y", "cx", "cy", "viewbox", "style")
     ]
     numbers = " ".join(drawn)
     assert not re.search(r"\bnan\b|\binf\b", numbers, re.IGNORECASE)
-    assert not re.search(r"\bnan\b|\binfinity\b", parsed.text, re.IGNORECASE)
-    anchors = [a["href"][1:] for t, a in parsed.tags if t == "a" and a.get("href", "").startswith("#")]
+    assert not re.search(r"\bnan\b|\binfinity\b", whole.text, re.IGNORECASE)
+    anchors = [a["href"][1:] for t, a in whole.tags if t == "a" and a.get("href", "").startswith("#")]
     assert set(anchors) <= set(identities)
-    scripts = [a for t, a in parsed.tags if t == "script"]
+    scripts = [a for t, a in whole.tags if t == "script"]
     assert scripts == [{}]
 
 
 @pytest.mark.parametrize("case", [c for c in CASES if c != "hostile"])
-def test_every_label_is_on_the_page_and_in_the_terminal(case: str) -> None:
+def test_every_label_is_on_the_page_and_in_the_terminal(case: str, parsed: Parsed) -> None:
     made = CASES[case]()
-    text, shown = Page(page(made)).text, table(made, False)
+    text, shown = parsed(page(made)).text, table(made, False)
     for label in {p["label"] for p in made["points"]}:
         assert label in text
         assert label in shown
@@ -268,9 +236,9 @@ def test_every_label_is_on_the_page_and_in_the_terminal(case: str) -> None:
     assert "\x1b" not in shown
 
 
-def test_the_advice_comes_first_and_failures_say_why() -> None:
+def test_the_advice_comes_first_and_failures_say_why(parsed: Parsed) -> None:
     made = usual()
-    text = Page(page(made)).text
+    text = parsed(page(made)).text
     for advice in made["analysis"]["advice"]:
         said = advice["text"].replace("`", "").replace("\u00a0", " ").replace("\u202f", " ")
         assert said.split(" Its ")[0] in text
@@ -319,15 +287,15 @@ def test_steps_have_a_figure_of_their_own_with_the_rates() -> None:
     assert 'class="rate"' in steps[0]
 
 
-def test_without_times_errors_stand_against_unknowns() -> None:
-    text = Page(page(CASES["no timings"]())).text
+def test_without_times_errors_stand_against_unknowns(parsed: Parsed) -> None:
+    text = parsed(page(CASES["no timings"]())).text
     assert "Nothing was timed, so errors stand against numbers of unknowns" in text
     assert "is the smallest" in text
 
 
-def test_studies_are_answered() -> None:
+def test_studies_are_answered(parsed: Parsed) -> None:
     # drop = 20 mm - 4 h^2: second order, and 20 mm in the limit; h from 20 to 2.5 mm, so the finest has 19.975 mm
-    text, shown = Page(page(asking())).text, table(asking(), False)
+    text, shown = parsed(page(asking())).text, table(asking(), False)
     assert "settling: how drop settles over refine" in text
     assert "settling: drop of fem: order 2.00, limit 20 mm" in shown
     assert "19.975 mm" in text
@@ -336,10 +304,10 @@ def test_studies_are_answered() -> None:
     assert "cheap: on the front of eta and drop: fem, h = 20 mm (18.4 mm), fem, h = 10 mm (19.6 mm)" in shown
 
 
-def test_the_saved_tables_have_every_point() -> None:
+def test_the_saved_tables_have_every_point(parsed: Parsed) -> None:
     made = usual()
     links = {
-        a["download"]: unquote(a["href"]) for t, a in Page(page(made)).tags if t == "a" and "download" in a
+        a["download"]: unquote(a["href"]) for t, a in parsed(page(made)).tags if t == "a" and "download" in a
     }
     rows = links["beam-points.csv"].split("\r\n")
     assert rows[0].startswith("data:text/csv;charset=utf-8,configuration,model,study,status")

@@ -7,8 +7,6 @@ import re
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
-from html.parser import HTMLParser
 from importlib.resources import files
 from typing import Any
 from urllib.parse import unquote
@@ -17,8 +15,9 @@ import numpy as np
 import pytest
 
 import softmark
+from softmark.interpreter.report.document import POLICY
 from softmark.interpreter.report.findings import Findings
-from softmark.interpreter.report.html import POLICY, render
+from softmark.interpreter.report.html import render
 from softmark.interpreter.report.provenance import command
 from softmark.interpreter.results import (
     ExpectationResult,
@@ -30,6 +29,8 @@ from softmark.interpreter.results import (
     Timing,
     Warned,
 )
+
+Parsed = Callable[[str], Any]  # reads a page: conftest.py
 
 # ------------------------------------------------------------------ reports of every kind
 
@@ -175,50 +176,6 @@ CASES: dict[str, Callable[[], Report]] = {
     "hostile": hostile,
     "many": many,
 }
-VOID = {"meta", "input", "br", "img", "link", "wbr"}
-
-
-class Page(HTMLParser):
-    """What a page is made of; raises at the first tag out of place."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__(convert_charrefs=True)
-        self.open: list[str] = []
-        self.tags: list[tuple[str, dict[str, str]]] = []
-        self.words: list[str] = []
-        self.feed(text)
-        self.close()
-        assert not self.open
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        assert len(attrs) == len(dict(attrs)), f"an attribute twice in <{tag}>"
-        self.tags.append((tag, {k: v or "" for k, v in attrs}))
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        if self.open and self.open[-1] not in ("style", "script"):
-            self.words.append(data)
-
-    def count(self, tag: str) -> int:
-        return sum(t == tag for t, _ in self.tags)
-
-    def all(self, tag: str) -> list[dict[str, str]]:
-        return [attrs for t, attrs in self.tags if t == tag]
-
-    @property
-    def text(self) -> str:
-        """The words as read, with plain spaces."""
-        return re.sub(r"\s+", " ", "".join(self.words))
-
-
-@lru_cache(maxsize=8)
-def parsed(page: str) -> Page:
-    """The page, read once for several tests."""
-    return Page(page)
 
 
 @pytest.fixture(scope="module")
@@ -236,7 +193,7 @@ def page(request: pytest.FixtureRequest) -> str:
 # ------------------------------------------------------------------ laws of every page
 
 
-def test_structure(page: str) -> None:
+def test_structure(page: str, parsed: Parsed) -> None:
     assert page.startswith('<!DOCTYPE html>\n<html lang="en">')
     tree = parsed(page)
     for once in ("html", "head", "body", "h1", "header", "main", "nav", "footer"):
@@ -247,7 +204,7 @@ def test_structure(page: str) -> None:
     assert tree.count("caption") == tree.count("table")
 
 
-def test_links_and_labels_lead_somewhere(page: str) -> None:
+def test_links_and_labels_lead_somewhere(page: str, parsed: Parsed) -> None:
     tree = parsed(page)
     ids = Counter(attrs["id"] for _, attrs in tree.tags if "id" in attrs)
     assert not [name for name, n in ids.items() if n > 1]
@@ -256,7 +213,7 @@ def test_links_and_labels_lead_somewhere(page: str) -> None:
     assert targets | labels <= set(ids)
 
 
-def test_nothing_is_loaded(page: str) -> None:
+def test_nothing_is_loaded(page: str, parsed: Parsed) -> None:
     tree = parsed(page)
     assert {"http-equiv": "Content-Security-Policy", "content": POLICY} in tree.all("meta")
     assert "default-src 'none'" in POLICY
@@ -272,7 +229,7 @@ def test_nothing_is_loaded(page: str) -> None:
     assert [a.get("type") for a in tree.all("script")] in ([None], ["application/json", None])
 
 
-def test_figures_say_what_they_show(page: str) -> None:
+def test_figures_say_what_they_show(page: str, parsed: Parsed) -> None:
     tree = parsed(page)
     figures = page.count("<figure")
     drawings = [svg for svg in tree.all("svg") if svg.get("role") == "img"]
@@ -283,7 +240,7 @@ def test_figures_say_what_they_show(page: str) -> None:
     assert all(svg.get("aria-hidden") == "true" for svg in tree.all("svg") if svg.get("role") != "img")
 
 
-def test_no_value_is_left_blank_or_not_a_number(page: str) -> None:
+def test_no_value_is_left_blank_or_not_a_number(page: str, parsed: Parsed) -> None:
     assert not re.search(r"<(td|th|dd)[^>]*></", page)
     assert not re.search(r"\b(nan|NaN|inf|Infinity|None)\b", parsed(page).text.replace(HOSTILE, ""))
     assert not re.search(r"(nan|inf)[ ,\"]", " ".join(re.findall(r'(?:points|d|viewBox)="([^"]*)"', page)))
@@ -307,7 +264,7 @@ def test_scripts_are_small(name: str, limit: int) -> None:
 # ------------------------------------------------------------------ escaping
 
 
-def test_hostile_text_stays_text() -> None:
+def test_hostile_text_stays_text(parsed: Parsed) -> None:
     page = render(hostile())
     tree = parsed(page)
     assert "alert(1)" in tree.text
@@ -319,8 +276,8 @@ def test_hostile_text_stays_text() -> None:
     assert tree.text.count("alert(2)") > 10
 
 
-def test_a_spreadsheet_does_not_run_a_name() -> None:
-    rows = saved(render(hostile()), "comparison.csv")
+def test_a_spreadsheet_does_not_run_a_name(parsed: Parsed) -> None:
+    rows = saved(parsed, render(hostile()), "comparison.csv")
     assert rows[2][0] == "'=cmd|' /C calc'!A0"
 
 
@@ -342,7 +299,7 @@ def test_a_spreadsheet_does_not_run_a_name() -> None:
         ("exact", "the closest to known are a and b: 0 % (eta)"),
     ],
 )  # fmt: skip
-def test_conclusion(case: str, said: str) -> None:
+def test_conclusion(case: str, said: str, parsed: Parsed) -> None:
     assert said in parsed(render(CASES[case]())).text
 
 
@@ -357,12 +314,12 @@ def test_conclusion(case: str, said: str) -> None:
         ("skipped", "✓ Finished, everything that was run converged"),
     ],
 )
-def test_status_line(case: str, said: str) -> None:
+def test_status_line(case: str, said: str, parsed: Parsed) -> None:
     assert said in parsed(render(CASES[case]())).text
 
 
-def test_a_model_without_solution_says_why_in_full() -> None:
-    text = Page(render(CASES["not_converged"]())).text
+def test_a_model_without_solution_says_why_in_full(parsed: Parsed) -> None:
+    text = parsed(render(CASES["not_converged"]())).text
     assert text.count(LOST) >= 3  # once for each model, and once as the footnote of its empty cells
     assert "✗ not converged" in text
     assert "✗ diverged" in text
@@ -381,14 +338,14 @@ def test_the_best_is_marked_by_words() -> None:
     assert '<strong><data value="0.05' in page
 
 
-def saved(page: str, name: str) -> list[list[str]]:
+def saved(parsed: Parsed, page: str, name: str) -> list[list[str]]:
     """The rows of a CSV link."""
     links = [a["href"] for a in parsed(page).all("a") if a.get("download") == name]
     assert len(links) == 1
     return list(csv.reader(unquote(links[0].split(",", 1)[1]).splitlines()))
 
 
-def test_every_number_of_the_table_is_in_its_csv(silicone: Report) -> None:
+def test_every_number_of_the_table_is_in_its_csv(silicone: Report, parsed: Parsed) -> None:
     page = render(silicone)
     table = page[
         page.index('<table class="results"') : page.index("</table>", page.index('<table class="results"'))
@@ -396,7 +353,7 @@ def test_every_number_of_the_table_is_in_its_csv(silicone: Report) -> None:
     numbers = [float(v) for v in re.findall(r'<data value="([^"]*)">', table)]
     known = {
         float(cell)
-        for row in saved(page, "comparison.csv")[1:]
+        for row in saved(parsed, page, "comparison.csv")[1:]
         for cell in row
         if re.fullmatch(r"-?[\d.]+(e-?\d+)?", cell)
     }
@@ -408,9 +365,9 @@ def test_every_number_of_the_table_is_in_its_csv(silicone: Report) -> None:
     assert {v for v in values if v is not None} <= set(numbers)
 
 
-def test_figure_3_holds_every_centre_line(silicone: Report) -> None:
+def test_figure_3_holds_every_centre_line(silicone: Report, parsed: Parsed) -> None:
     page = render(silicone)
-    rows = saved(page, "axis-positions.csv")
+    rows = saved(parsed, page, "axis-positions.csv")
     assert len(rows) == 1 + 41
     last = dict(zip(rows[0], rows[-1], strict=True))
     everyone = Findings(silicone).everyone
@@ -433,8 +390,8 @@ def test_curves_differ_without_colour() -> None:
     assert len(set(samples)) >= 28  # dash and marker alone: 4 dashes (and the full line) by 7 markers
 
 
-def test_of_many_models_the_best_are_drawn_first() -> None:
-    tree = Page(render(many()))
+def test_of_many_models_the_best_are_drawn_first(parsed: Parsed) -> None:
+    tree = parsed(render(many()))
     boxes = [box for box in tree.all("input") if box["value"] == "k1"]
     assert "checked" in boxes[0]
     checked = sum("checked" in box for box in tree.all("input"))
@@ -442,20 +399,20 @@ def test_of_many_models_the_best_are_drawn_first() -> None:
     assert "12 models of 40 drawn at first" in tree.text
 
 
-def test_a_dwarfing_model_leaves_the_figure() -> None:
-    text = Page(render(CASES["dwarfing"]())).text
+def test_a_dwarfing_model_leaves_the_figure(parsed: Parsed) -> None:
+    text = parsed(render(CASES["dwarfing"]())).text
     assert "Too far away to draw: huge." in text
 
 
-def test_single_point_has_a_table() -> None:
+def test_single_point_has_a_table(parsed: Parsed) -> None:
     page = render(single())
     assert "<figure" not in page[: page.index('id="table"')]
-    assert saved(page, "tip-point.csv")[1] == ["a", "0.1", "0.0", "0.0", "0.0", "0.0", "-0.02"]
+    assert saved(parsed, page, "tip-point.csv")[1] == ["a", "0.1", "0.0", "0.0", "0.0", "0.0", "-0.02"]
 
 
-def test_repeated_warnings_come_once() -> None:
+def test_repeated_warnings_come_once(parsed: Parsed) -> None:
     same = tuple(Warned("W301", "linear tetrahedra lock", at, "refine") for at in (3, 5))
-    text = Page(render(report(model("a"), warnings=same))).text
+    text = parsed(render(report(model("a"), warnings=same))).text
     assert text.count("linear tetrahedra lock") == 1
     assert "line 3, line 5" in text
 

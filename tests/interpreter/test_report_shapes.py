@@ -21,8 +21,9 @@ import pytest
 from softmark.interpreter.report import files as disk
 from softmark.interpreter.report import surfaces, vtk
 from softmark.interpreter.report.colours import VIRIDIS, viridis
+from softmark.interpreter.report.document import _part
 from softmark.interpreter.report.findings import Findings
-from softmark.interpreter.report.html import _part, render
+from softmark.interpreter.report.html import render
 from softmark.interpreter.report.metric_details import unit_of
 from softmark.interpreter.report.terminal import table
 from softmark.interpreter.results import (
