@@ -91,6 +91,15 @@ def body_of(scene: Scene, declared: Declared) -> str:
                 f"say which: `body = {bodies[0]}`; bodies: {', '.join(bodies)}")  # fmt: skip
 
 
+def elsewhere(scene: Scene, declared: Declared, case: Case) -> str | None:
+    """The body that a declared thing is about, if it is not that of the case; unclear ones are said elsewhere."""
+    try:
+        body = body_of(scene, declared)
+    except Fault:
+        return None
+    return None if body == case.body.name else body
+
+
 def reach(low: Sequence[float], high: Sequence[float]) -> str:
     """What a body spans, in words: `x from 0 to 178 mm, y from -19 to 19 mm, ...`."""
     return ", ".join(f"{n} from {units.show_range(a, b, units.LENGTH)}"

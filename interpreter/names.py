@@ -15,18 +15,15 @@ def unknown_models(scene: Scene, only: tuple[str, ...]) -> list[Diagnostic]:
         if name not in models:
             close = nearest(name, models)
             hint = f"did you mean `{close}`?" if close else "models: " + (", ".join(models) or "none")
-            span = Span(0, len(name), 1, 1, 1, 1 + len(name))
-            found.append(
-                Diagnostic(
-                    "E201",
-                    f"`{name}` is not a model of the scene",
-                    Source(f"--model {name}", name),
-                    span,
-                    "not found",
-                    hint,
-                )
-            )
+            message = f"`{name}` is not a model of the scene"
+            found.append(at_name("--model", name, "E201", message, "not found", hint))
     return found
+
+
+def at_name(option: str, name: str, code: str, message: str, label: str, help: str) -> Diagnostic:
+    """What is wrong with a name that stands alone behind an option of the command line."""
+    span = Span(0, len(name), 1, 1, 1, 1 + len(name))
+    return Diagnostic(code, message, Source(f"{option} {name}", name), span, label, help)
 
 
 def concerning(scene: Scene | None, only: tuple[str, ...], found: list[Diagnostic]) -> list[Diagnostic]:

@@ -5,8 +5,8 @@ A value is checked by compiling the scene once more with it: the checks and thei
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from softmark.grammar import layout, tree
@@ -82,12 +82,31 @@ def with_unit(item: tree.Expression, unit: tree.Unit) -> tree.Expression:
 
 
 def check(scene: Scene) -> Iterator[Diagnostic]:
-    """What is wrong with the studies of a scene that has no other errors."""
-    for study in scene.of_kind("study").values():
-        if isinstance(study.thing, Sweep):
-            yield from _sweep(scene, study)
+    """What is wrong with the studies of a scene that has no other errors; something may be said twice."""
+    studies = scene.of_kind("study")
+    sweeps = {n: s.thing for n, s in studies.items() if isinstance(s.thing, Sweep)}
+    tried = {n: [_try(scene, sweep, v) for v in sweep.over] for n, sweep in sweeps.items()}
+    for name, study in studies.items():
+        if name in tried:
+            yield from _sweep(scene, study, tried[name])
         else:
-            yield from _asking(scene, study)
+            yield from _asking(scene, study, tried)
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """A value of a sweep in its place: the number that it is there, SI, and the errors of the scene with it."""
+
+    variant: Variant
+    number: float | None
+    errors: list[Diagnostic]
+
+
+def _try(scene: Scene, sweep: Sweep, variant: Variant) -> _Tried:
+    from softmark.interpreter.api import varied
+
+    other, diagnostics = varied(scene, [override_of(sweep, variant)])
+    return _Tried(variant, value_in(other, sweep.target.name), [d for d in diagnostics if d.severity == "error"])
 
 
 def override_of(sweep: Sweep, variant: Variant) -> Override:
@@ -105,40 +124,32 @@ def chain(scene: Scene, sweep: Declared) -> list[Declared]:
     return found
 
 
-def _sweep(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
+def _sweep(scene: Scene, study: Declared, tried: Sequence[_Tried]) -> Iterator[Diagnostic]:
     if study.thing.with_ is not None:
         yield from _is_sweep(scene, study, "with")
     links = chain(scene, study)
     targets = [link.thing.target.name for link in links if isinstance(link.thing, Sweep)]
-    if len(set(targets)) < len(targets):
-        yield _at(study, "with", "E510", f"`{study.name}` varies `{targets[0]}` twice", "the same again",
+    twice = next((name for name in targets if targets.count(name) > 1), None)
+    if twice is not None:
+        yield _at(study, "with", "E510", f"`{study.name}` varies `{twice}` twice", "the same again",
                   "combine it with a sweep of something else")  # fmt: skip
     for name in study.thing.models or ():
         if scene.declared[name].kind != "model" or "." in name:
             yield _at(study, "models", "E510", f"`{name}` is not a model of this scene", "not its own", "")
-    seen: list[Diagnostic] = []
-    for variant in study.thing.over:
-        for found in _variant_errors(scene, study, variant):
-            if found not in seen:
-                seen.append(found)
-                yield found
+    for one in tried:
+        if one.errors:
+            yield _variant_error(study.thing.target, one)
 
 
-def _variant_errors(scene: Scene, study: Declared, variant: Variant) -> Iterator[Diagnostic]:
-    """Errors of the scene with one value: those at the value itself, else the first as a consequence of it."""
-    from softmark.interpreter.api import varied
-
-    diagnostics = varied(scene, [override_of(study.thing, variant)])[1]
-    errors = [d for d in diagnostics if d.severity == "error"]
-    places = (variant.at.span, study.thing.target.span)
-    own = [d for d in errors if d.source is variant.at.source and d.span is not None
-           and any(p.start <= d.span.start and d.span.end <= p.end for p in places)]  # fmt: skip
-    yield from own[:1]
-    if errors and not own:
-        yield consequence(study.thing.target.name, variant, errors[0])
+def _variant_error(target: Target, tried: _Tried) -> Diagnostic:
+    """An error of the scene with one value: the first at the value itself, else the first as a consequence of it."""
+    places, source = (tried.variant.at.span, target.span), tried.variant.at.source
+    own = (d for d in tried.errors if d.source is source and d.span is not None
+           and any(p.start <= d.span.start and d.span.end <= p.end for p in places))  # fmt: skip
+    return next(own, None) or _consequence(target.name, tried.variant, tried.errors[0])
 
 
-def consequence(name: str, variant: Variant, error: Diagnostic) -> Diagnostic:
+def _consequence(name: str, variant: Variant, error: Diagnostic) -> Diagnostic:
     """An error elsewhere in the scene, told of the value that brings it about."""
     note = ""
     if error.span is not None and error.source is not None:
@@ -148,16 +159,17 @@ def consequence(name: str, variant: Variant, error: Diagnostic) -> Diagnostic:
     return Diagnostic("E511", message, variant.at.source, variant.at.span, "not possible here", error.help, notes)
 
 
-def _asking(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
+def _asking(scene: Scene, study: Declared, tried: Mapping[str, Sequence[_Tried]]) -> Iterator[Diagnostic]:
     """A convergence or a front of something that is no sweep, or of one that cannot be asked."""
     if study.thing.over is None:
         return
     found = list(_is_sweep(scene, study, "over"))
     yield from found
-    sweep = scene.declared[study.thing.over]
     if found or not isinstance(study.thing, Convergence):
         return
-    numbers = {n for v in sweep.thing.over if (n := number_of(scene, sweep.thing, v)) is not None}
+    sweep = scene.declared[study.thing.over]
+    values = tried.get(sweep.name) or [_try(scene, sweep.thing, v) for v in sweep.thing.over]  # else of another file
+    numbers = {one.number for one in values if one.number is not None}
     if len(numbers) < FEWEST:
         message = f"`{study.name}` needs at least {FEWEST} different numbers to see an order"
         yield _at(study, "over", "E510", message, f"`{sweep.name}` has {len(numbers)}",
@@ -178,13 +190,6 @@ def _is_sweep(scene: Scene, study: Declared, field: str) -> Iterator[Diagnostic]
 def _at(study: Declared, field: str, code: str, message: str, label: str, help: str) -> Diagnostic:
     at = study.at(field)
     return Diagnostic(code, message, at.source, at.span, label, help)
-
-
-def number_of(scene: Scene, sweep: Sweep, variant: Variant) -> float | None:
-    """The value in SI where it is a number."""
-    from softmark.interpreter.api import varied
-
-    return value_in(varied(scene, [override_of(sweep, variant)])[0], sweep.target.name)
 
 
 def value_in(scene: Scene, name: str) -> float | None:

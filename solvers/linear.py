@@ -215,25 +215,6 @@ class Iterative:
         return self.otherwise().solve(b) if self.otherwise else _settled(self.K, x, b, self.tolerance)
 
 
-@dataclass(frozen=True)
-class ByPardiso:
-    """A factor that Pardiso holds."""
-
-    pardiso: Pardiso
-    name: str
-    tolerance: float = 0.0
-    iterations: int = 0
-
-    @property
-    def negative_pivots(self) -> int | None:
-        """How many pivots are negative, where the matrix is symmetric."""
-        return self.pardiso.negative_pivots
-
-    def solve(self, b: Floats) -> Floats:
-        """x with K x = b."""
-        return self.pardiso.solve(b)
-
-
 def _settled(K: sparse.csr_matrix, x: Floats, b: Floats, tolerance: float) -> Floats:
     """x, if rounding is all that keeps it from its tolerance. Raises Unsolved."""
     size, residual = float(np.linalg.norm(b)), float(np.linalg.norm(b - K @ x))
@@ -260,8 +241,7 @@ def factor(
     once (`sparse.plans`). Raises Singular where a pivot vanishes or the matrix holds a number that is not finite, its
     kinds NotInstalled and TooLarge where the method cannot be used, and Unsolved.
     """
-    if not np.all(np.isfinite(K.data)):
-        raise Singular("the stiffness matrix holds numbers that are not finite")
+    must_be_finite(K)
     if method == "auto":
         return _chosen(K, symmetric, precision, modes)
     if method == "superlu":
@@ -271,8 +251,14 @@ def factor(
     if method == "multigrid":
         return _multigrid(K, _made(modes))
     if method == "cholesky" and symmetric:
-        return _definite(K, precision, modes) or _triangular(K, symmetric)
+        return _needed(K, precision, modes)
     raise Singular("the matrix is not symmetric, as Cholesky's method wants it")
+
+
+def must_be_finite(K: sparse.csr_matrix) -> None:
+    """Raises Singular where a matrix holds a number that is not."""
+    if not np.all(np.isfinite(K.data)):
+        raise Singular("the stiffness matrix holds numbers that are not finite")
 
 
 def _made(modes: Modes) -> Floats | None:
@@ -384,7 +370,7 @@ def _multigrid(
     return Iterative(multigrid.Multigrid(K, modes), K, multigrid.NAME, otherwise)
 
 
-def _pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision) -> ByPardiso:
+def _pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision) -> Pardiso:
     """Raises NotInstalled, and Singular."""
     from softmark.solvers.sparse import pardiso
 
@@ -393,7 +379,7 @@ def _pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision) -> ByP
     kinds = (pardiso.DEFINITE, pardiso.INDEFINITE) if symmetric else (pardiso.GENERAL,)
     for kind in kinds:
         try:
-            return ByPardiso(pardiso.Pardiso(K, kind), pardiso.NAME)
+            return pardiso.Pardiso(K, kind)
         except pardiso.Failed as error:
             reason = error
     raise Singular(str(reason)) from reason

@@ -8,7 +8,7 @@ unknowns of their own, with the pressures eliminated point by point; forces, and
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -40,7 +40,7 @@ class MixedPoints(Elastic):
     the Newton method in geometrically non-linear structural problems", of which this is the volumetric part.
     """
 
-    volume: Law | None = None
+    volume: Law = field(kw_only=True)
     expected: Floats | None = None
 
     def expecting(self, x: Floats, d: Floats) -> MixedPoints:
@@ -65,7 +65,6 @@ class MixedPoints(Elastic):
 
     def _slope(self, J: Floats) -> Floats:
         """U'(J) (n,), Pa: of the pure dilatation of that volume, P = U' J^(2/3) I."""
-        assert self.volume is not None
         if isinstance(self.volume, OfInvariants):
             with np.errstate(all="ignore"):
                 return self.volume.slopes(np.zeros_like(J), J - 1.0)[1]
@@ -142,7 +141,7 @@ def _slack(energy: Energy) -> Energy:
         return replace(energy, parts=tuple(_slack(part) for part in energy.parts))
     if isinstance(energy, CorotationalTets):
         return Slack(energy)
-    if isinstance(energy, MixedPoints) and energy.volume is not None:
+    if isinstance(energy, MixedPoints):
         return replace(energy, expected=np.zeros(energy.w.size, dtype=energy.w.dtype))
     return energy
 
@@ -160,13 +159,13 @@ def promised(assembly: Assembly, x: Floats, d: Floats | None) -> Assembly | None
 def _mixed(energy: Energy) -> bool:
     if isinstance(energy, Together):
         return any(_mixed(part) for part in energy.parts)
-    return isinstance(energy, MixedPoints) and energy.volume is not None
+    return isinstance(energy, MixedPoints)
 
 
 def _expecting(energy: Energy, x: Floats, d: Floats | None) -> Energy:
     if isinstance(energy, Together):
         return replace(energy, parts=tuple(_expecting(part, x, d) for part in energy.parts))
-    if not isinstance(energy, MixedPoints) or energy.volume is None:
+    if not isinstance(energy, MixedPoints):
         return energy
     return energy.corotated(x) if d is None else energy.expecting(x, d)
 

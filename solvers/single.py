@@ -15,23 +15,11 @@ import numpy as np
 from scipy import sparse
 
 from softmark.solvers.assembly import Assembly
-from softmark.solvers.energies import kernels
-from softmark.solvers.energies.elastic import Elastic, Together
+from softmark.solvers.energies.elastic import Together
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.mixed import MixedPoints
 
 RATIO = float(np.finfo(np.float32).eps / np.finfo(np.float64).eps)
 GEOMETRY = ("dNdX", "w", "f", "p", "points")  # fields that are numbers of the body and its loads
-
-
-class SinglePoints(MixedPoints):
-    """`Elastic`, or `MixedPoints`, whose deformation gradients are single, and with them all that follows."""
-
-    def F(self, x: Floats) -> Floats:
-        """Deformation gradients (m q, 3, 3)."""
-        F = np.empty((*self.w.shape, 3, 3), dtype=self.w.dtype)
-        kernels.deformation_gradient(x.reshape(-1, 3), self.cells, self.dNdX, F)
-        return F.reshape(-1, 3, 3)
 
 
 def single(energy: Energy) -> Energy:
@@ -40,9 +28,6 @@ def single(energy: Energy) -> Energy:
     if isinstance(energy, Together):
         return Together(tuple(single(part) for part in energy.parts))
     rounded = {f.name: _rounded(getattr(known, f.name)) for f in fields(known) if f.name in GEOMETRY}
-    if isinstance(energy, Elastic):
-        volume = energy.volume if isinstance(energy, MixedPoints) else None
-        return SinglePoints(energy.cells, rounded["dNdX"], rounded["w"], energy.law, volume=volume)
     found: Energy = replace(known, **rounded)
     return found
 

@@ -62,7 +62,7 @@ class PreparedBeam:
         return replace(again, history=found.history + again.history)
 
     def _finish(self, found: Equilibrium) -> Solution:
-        solution = outcome.converged(found, lambda X: displacement_at(found.x, self.rest, X))
+        solution = outcome.found(found, lambda X: displacement_at(found.x, self.rest, X))
         return replace(solution, notes=outcome.doubts(self.declared, found))
 
 

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.case import Fault, body_of
+from softmark.interpreter.case import elsewhere
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Pressure
 
@@ -136,11 +136,7 @@ def starts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
     if declared.thing.start is None:
         return []
     first = scene.declared[declared.thing.start]
-    try:
-        body = body_of(scene, first)
-    except Fault:
-        return []
-    if body == case.body.name:
+    if elsewhere(scene, first, case) is None:
         return []
     problem = f"`{declared.name}` is about `{case.body.name}`, and `{first.name}` is not"
     return [_refused(declared, "start", problem, "another body", "start from a model of the same body")]

@@ -91,6 +91,3 @@ def found(state: Equilibrium, displacement: Callable[[Floats], Floats]) -> Solut
     reason = f"stopped by its cap at a residual of {state.residual:.1e}"
     inverted = "" if state.sound else ", with inverted cells"
     return Solution("capped", reason + inverted, known, displacement)
-
-
-converged = found  # what a model without caps calls it

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.case import Fault, body_of
+from softmark.interpreter.case import elsewhere
 from softmark.interpreter.models.fem import Fem
 
 if TYPE_CHECKING:
@@ -18,8 +18,26 @@ ADVICE = "such states are new to it: train on a range that holds the scene, and 
 PARTS = (0.25, 0.5, 0.75, 1.0)  # of all loads: what a training goes through where the scene does not say
 
 
+class Reduced:
+    """What the reduced models share: a model of finite elements that they reduce."""
+
+    def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against reducing that model."""
+        return [d for d in (_not_reducible(scene, declared, case), _linear(scene, declared)) if d is not None]
+
+    def load(self) -> None:
+        """Import what building needs, so that no clock counts it."""
+        import softmark.interpreter.models.reduction  # noqa: F401
+
+    def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+        """The space, trained where it needs it, and the equations in it. Raises Fault."""
+        from softmark.interpreter.models.reduction import prepare
+
+        return prepare(cast("Modal | Pod", self), declared, case, workshop)
+
+
 @dataclass(frozen=True)
-class Modal:
+class Modal(Reduced):
     """A finite element model in the space of its lowest vibration modes.
 
     The space holds `modes` vibration modes of the model `of` about rest (its own mass, its supports held), its linear
@@ -53,28 +71,14 @@ class Modal:
         """What speaks against it whatever the scene."""
         return []
 
-    def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against reducing that model."""
-        return [d for d in (_not_reducible(scene, declared, case), _linear(scene, declared)) if d is not None]
-
     def outline(self, case: Case) -> str:
         """One line for the plan and the report."""
         derived = " with their derivatives" if self.derivatives else ""
         return f"`{self.of}` reduced to {self.modes} vibration modes{derived} and its linear responses{_cells(self)}"
 
-    def load(self) -> None:
-        """Import what building needs, so that no clock counts it."""
-        import softmark.interpreter.models.reduction  # noqa: F401
-
-    def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-        """The space, and the equations in it. Raises Fault."""
-        from softmark.interpreter.models.reduction import prepare
-
-        return prepare(self, declared, case, workshop)
-
 
 @dataclass(frozen=True)
-class Pod:
+class Pod(Reduced):
     """A finite element model in the space of its own solutions: proper orthogonal decomposition.
 
     The model `of` is solved for a training set; the space holds the fields that are nearest to these states (Sirovich
@@ -127,12 +131,8 @@ class Pod:
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against reducing that model."""
-        found = (
-            _not_reducible(scene, declared, case),
-            _linear(scene, declared),
-            self._no_sweep(scene, declared),
-        )
-        return [d for d in found if d is not None]
+        unswept = self._no_sweep(scene, declared)
+        return super().scene_doubts(scene, declared, case) + ([] if unswept is None else [unswept])
 
     def _training(self, declared: Declared) -> Diagnostic | None:
         if self.training is not None and any(self.training.dimension):
@@ -190,16 +190,6 @@ class Pod:
         swept = f" over {self.over}" if self.over else ""
         return f"`{self.of}` reduced to {size}, trained at {parts} % of the load{swept}{_cells(self)}"
 
-    def load(self) -> None:
-        """Import what building needs, so that no clock counts it."""
-        import softmark.interpreter.models.reduction  # noqa: F401
-
-    def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-        """Training, the space, and the equations in it. Raises Fault."""
-        from softmark.interpreter.models.reduction import prepare
-
-        return prepare(self, declared, case, workshop)
-
 
 def _cells(model: Modal | Pod) -> str:
     return ", cells sampled" if model.cells == "sampled" else ""
@@ -217,11 +207,7 @@ def _not_reducible(scene: Scene, declared: Declared, case: Case) -> Diagnostic |
         word = full.constructor.name
         problem = f"`{declared.name}` cannot reduce `{full.name}`"
         return _refused(declared, "of", problem, f"a {word}", "name a model made by `fem(...)`")
-    try:
-        body = body_of(scene, full)
-    except Fault:
-        return None
-    if body == case.body.name:
+    if (body := elsewhere(scene, full, case)) is None:
         return None
     problem = f"`{declared.name}` is about `{case.body.name}`, and `{full.name}` is not"
     return _refused(declared, "of", problem, "another body", f"say `body = {body}`")

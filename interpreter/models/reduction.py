@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from softmark.interpreter.models.motion import PreparedMotion
 from softmark.interpreter.models.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.models.reduced import PARTS, Modal, Pod
 from softmark.interpreter.models.reduced_space import Basis, Rest, gradient_of, modal_space, pod_space
-from softmark.interpreter.models.solid import PreparedSolid, displacement_of, outside
+from softmark.interpreter.models.solid import Meshed, PreparedSolid, displacement_of, outside
 from softmark.interpreter.models.training import Training, beyond, extrapolates, repeats, scene_of, trained
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -180,31 +180,13 @@ class _Scaled:
 
 
 @dataclass(frozen=True)
-class Recovered:
+class Recovered(Meshed):
     """The mesh of the full model and the displacements of its points, found when they are asked for."""
 
-    mesh: Any
     fields: Floats
     q: Floats
     times: Floats | None = None
     frames: Floats | None = None
-
-    @property
-    def points(self) -> Floats:
-        """Undeformed points (n, 3), m."""
-        points: Floats = self.mesh.points
-        return points
-
-    @property
-    def cells(self) -> Any:
-        """Nodes of each cell (m, a)."""
-        return self.mesh.cells
-
-    @property
-    def kind(self) -> str:
-        """The element."""
-        kind: str = self.mesh.kind
-        return kind
 
     @cached_property
     def displacement(self) -> Floats:
@@ -220,7 +202,6 @@ class Recovered:
 class PreparedReduced:
     """A basis, the equations in it, and what the report says of both; `failure` is why there are none."""
 
-    model: Modal | Pod
     declared: Declared
     rest: Rest
     equations: Equations | None
@@ -266,7 +247,7 @@ class PreparedReduced:
             self._audit.update(self._audited(found.x))
         fields = self.problem_fields
         mesh = Recovered(self.rest.static.mesh, fields, found.x)
-        solution = outcome.converged(found, mesh.at)
+        solution = outcome.found(found, mesh.at)
         return replace(solution, notes=outcome.doubts(self.declared, found), mesh=mesh)
 
     @property
@@ -324,14 +305,17 @@ def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: Worksh
     static, parts = solid.at_rest(full.thing, full, own, workshop)
     mass = solid.mass_of(full.thing, own, static.mesh, parts)
     rest = Rest(static, sparse.diags(mass).tocsr() if mass.ndim == 1 else mass.tocsr())
-    notes, facts, training = static.notes, _said(model), None
-    if isinstance(model, Pod):
+    notes, facts = static.notes, _said(model)
+    if isinstance(model, Modal):
+        space = partial(modal_space, model, declared, rest)
+    else:
         training = trained(model, declared, own, static.mesh, workshop)
         outside_of = beyond(training, scene)
         notes = (*notes, *extrapolates(declared, outside_of))
         facts |= _said_of(training, outside_of) | {"repeats": repeats(training, scene)}
+        space = partial(pod_space, model, declared, rest, training)
     try:
-        still = _built(model, declared, rest, training, facts, notes)
+        still = _built(model, declared, rest, space, facts, notes)
     except Singular as loose:
         raise fault(
             "E532",
@@ -362,26 +346,17 @@ def _built(
     model: Modal | Pod,
     declared: Declared,
     rest: Rest,
-    training: Training | None,
+    space: Callable[[], Basis],
     facts: dict[str, Any],
     notes: tuple[Diagnostic, ...],
 ) -> PreparedReduced:
     """The equations, or why there are none. Raises Fault."""
     try:
-        equations = _sampled(model, rest, _moved(rest, _space(model, declared, rest, training)))
+        equations = _sampled(model, rest, _moved(rest, space()))
     except NotConverged as failed:
-        return PreparedReduced(model, declared, rest, None, None, facts, notes, failed.reason)
+        return PreparedReduced(declared, rest, None, None, facts, notes, failed.reason)
     facts = facts | _said_of_equations(equations)
-    return PreparedReduced(model, declared, rest, equations, equations.statics(), facts, notes)
-
-
-def _space(model: Modal | Pod, declared: Declared, rest: Rest, training: Training | None) -> Basis:
-    """The space that a model asks for. Raises Fault, and NotConverged where training has come to nothing."""
-    if isinstance(model, Modal):
-        return modal_space(model, declared, rest)
-    if training is None:
-        raise NotConverged("it was not trained")
-    return pod_space(model, declared, rest, training)
+    return PreparedReduced(declared, rest, equations, equations.statics(), facts, notes)
 
 
 def _moved(rest: Rest, basis: Basis) -> Basis:

@@ -35,6 +35,7 @@ from softmark.solvers.materials.polar import rotations
 from softmark.solvers.mesh.file import Unreadable
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mixed import MixedPoints, volumetric
+from softmark.solvers.reduced.cells import BY_CELL
 from softmark.solvers.single import SingleAssembly
 from softmark.solvers.statics import Equilibrium, Linear, Statics, equilibrium
 
@@ -144,19 +145,16 @@ def _one_cell(energy: AnyEnergy) -> AnyEnergy:
     if hasattr(known, "parts"):
         whole: AnyEnergy = replace(known, parts=tuple(_one_cell(part) for part in known.parts))
         return whole
-    over_cells = [f.name for f in fields(known) if f.name in ("cells", "dNdX", "w", "G", "K")]
+    over_cells = [f.name for f in fields(known) if f.name in BY_CELL]
     one: AnyEnergy = replace(known, **{name: getattr(known, name)[:1] for name in over_cells})
     return one
 
 
 @dataclass(frozen=True)
-class Deformed:
-    """A mesh and the displacements of its points, for files that other programs read."""
+class Meshed:
+    """A mesh as files that other programs read want it."""
 
     mesh: Mesh
-    displacement: Floats  # (n, 3) m
-    times: Floats | None = None  # (t,) s
-    frames: Floats | None = None  # (t, n, 3) m: displacements at these times
 
     @property
     def points(self) -> Floats:
@@ -172,6 +170,15 @@ class Deformed:
     def kind(self) -> str:
         """The element."""
         return self.mesh.kind
+
+
+@dataclass(frozen=True)
+class Deformed(Meshed):
+    """A mesh and the displacements of its points."""
+
+    displacement: Floats  # (n, 3) m
+    times: Floats | None = None  # (t,) s
+    frames: Floats | None = None  # (t, n, 3) m: displacements at these times
 
 
 def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:

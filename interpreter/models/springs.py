@@ -70,7 +70,7 @@ class PreparedSprings:
         return replace(solution, facts=solution.facts | self.facts)
 
     def _finish(self, found: Equilibrium) -> Solution:
-        solution = outcome.converged(found, displacement_of(self.mesh, found.x.reshape(-1, 3)))
+        solution = outcome.found(found, displacement_of(self.mesh, found.x.reshape(-1, 3)))
         doubts = (*self._folded(found.x), *outcome.doubts(self.declared, found))
         return replace(solution, notes=doubts, mesh=Deformed(self.mesh, found.x.reshape(-1, 3)))
 

@@ -159,13 +159,18 @@ def value(scene: Scene, name: str) -> Any:
 
 def beyond(training: Training, scene: Scene) -> list[str]:
     """What of the scene as it is lies outside the range of the training: `load`, or targets of its sweep."""
-    here = {name: 1.0 if name == "load" else value(scene, name) for name in training.ranges}
+    here = _here(training, scene)
     return [name for name, seen in training.ranges.items() if not _within(here[name], seen)]
+
+
+def _here(training: Training, scene: Scene) -> dict[str, Any]:
+    """What was varied, as the scene has it."""
+    return {name: 1.0 if name == "load" else value(scene, name) for name in training.ranges}
 
 
 def repeats(training: Training, scene: Scene) -> bool:
     """Whether the scene as it is was itself a setting of the training: its error then says how well it repeats."""
-    here = {name: 1.0 if name == "load" else value(scene, name) for name in training.ranges}
+    here = _here(training, scene)
     return not training.failed and all(
         any(_within(here[name], [one]) for one in seen) for name, seen in training.ranges.items()
     )

@@ -7,7 +7,6 @@ interrupted comparison goes on where it was.
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -18,7 +17,7 @@ from softmark.interpreter.environment import describe, environment
 from softmark.interpreter.study import pool
 from softmark.interpreter.study.journal import Journal, Refused
 from softmark.interpreter.study.problems import marked
-from softmark.interpreter.study.reading import part_of
+from softmark.interpreter.study.reading import SOLVED, part_of
 from softmark.interpreter.study.tasks import FINE, clean, failed
 from softmark.interpreter.study.variations import Asked, Configuration, Subject, TooMany, expand, read_vary
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Sweep
@@ -158,8 +157,7 @@ def _accuracy(tasks: Mapping[str, Json], request: Request, done: _Done) -> dict[
     labels = {key: f"{task['scene']}: {task['model']}" for key, task in tasks.items()}
     waiting = [task for key, task in tasks.items() if key not in outcomes]
     for outcome in _computed(waiting, request, lambda key: request.say("compute", labels[key])):
-        attempt = len([1 for kind, key, _ in journal.entries if (kind, key) == (ACCURACY, outcome["key"])])
-        journal.add({"kind": ACCURACY, "key": outcome["key"], "repeat": attempt, "outcome": outcome})
+        journal.append(ACCURACY, outcome["key"], outcome=outcome)
         outcomes[outcome["key"]] = outcome
         request.say("computed", f"{len(outcomes)} of {len(tasks)}: {labels[outcome['key']]}")
     return outcomes
@@ -194,20 +192,17 @@ def _timing(
     from softmark.interpreter.study.clock import timings
 
     jobs = [_job(c, request) for c in configurations if _solved(c, outcomes)]
-    counts = Counter(key for kind, key, _ in journal.entries if kind == TIMING)
     done = [entry["record"] for (kind, _, _), entry in journal.entries.items() if kind == TIMING]
 
     def keep(record: Json) -> None:
-        key = str(record["key"])
-        journal.add({"kind": TIMING, "key": key, "repeat": counts[key], "record": clean(record)})
-        counts[key] += 1
+        journal.append(TIMING, str(record["key"]), record=clean(record))
 
     return timings(jobs, request.repeats, keep, done, request.say)
 
 
 def _solved(configuration: Configuration, outcomes: Mapping[str, Json]) -> bool:
     found = outcomes.get(configuration.key)
-    return found is not None and found["point"]["status"] in ("converged", "capped")
+    return found is not None and found["point"]["status"] in SOLVED
 
 
 def _job(configuration: Configuration, request: Request) -> TimingJob:

@@ -11,6 +11,7 @@ import json
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 from typing import Any, Self
 
@@ -78,6 +79,11 @@ class Journal:
         self._write(entry)
         self.entries[name] = entry
         return True
+
+    def append(self, kind: str, key: str, **said: Any) -> None:
+        """Add a further entry of a kind and a key: the next of its repeats. Raises OSError."""
+        repeat = next(i for i in count() if (kind, key, i) not in self.entries)
+        self.add({"kind": kind, "key": key, "repeat": repeat, **said})
 
     def _write(self, entry: Json) -> None:
         line = json.dumps(entry, allow_nan=False, ensure_ascii=False, separators=(",", ":")) + "\n"

@@ -22,15 +22,13 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
+from softmark.interpreter.study import job
 from softmark.interpreter.study.tasks import failed
 
 Json = dict[str, Any]
 Started = Callable[[str], None]  # told the key of a task as it begins
 
-THREADS = (
-    "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "VECLIB_MAXIMUM_THREADS",
-    "NUMEXPR_NUM_THREADS", "BLIS_NUM_THREADS",
-)  # fmt: skip
+THREADS = (*job.THREADS, "NUMEXPR_NUM_THREADS", "BLIS_NUM_THREADS")
 WORKER = (sys.executable, "-P", "-m", "softmark.interpreter.study.worker")
 TICK = 0.2  # s between looks at the clock
 START = 120.0  # s in which a worker must have started

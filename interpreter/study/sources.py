@@ -18,13 +18,10 @@ NUMERICS = ("numpy", "scipy", "numba")
 @lru_cache(maxsize=1)
 def digest() -> str:
     """SHA-256 over every source that can change a number, and the versions of the numerical libraries."""
-    import softmark
-
     h = hashlib.sha256()
     for name in NUMERICS:
         h.update(f"{name} {_version(name)}\0".encode())
-    root = Path(softmark.__path__[0]).resolve().parent
-    for folder in _folders(root):
+    for folder in _folders():
         for file in sorted(p for p in folder.rglob("*") if p.suffix in (".py", ".lark")):
             inner = file.relative_to(folder)
             if inner.parts[0] not in SILENT:
@@ -33,7 +30,7 @@ def digest() -> str:
     return h.hexdigest()
 
 
-def _folders(root: Path) -> list[Path]:
+def _folders() -> list[Path]:
     """The folders of the parts, as installed or as in a checkout."""
     import importlib
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +35,7 @@ def perform(task: Mapping[str, Any]) -> Json:
     try:
         found = _performed(task)
     except SceneError as error:
-        found = failed(_said(error.diagnostics))
+        found = failed(told(error.diagnostics))
     except Exception as error:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
@@ -54,7 +54,8 @@ def failed(message: str, status: str = "failed") -> Json:
     return {"point": point, "references": {}}
 
 
-def _said(diagnostics: list[Diagnostic]) -> str:
+def told(diagnostics: Sequence[Diagnostic]) -> str:
+    """The first of some diagnostics as a line, and how many more there are."""
     first = diagnostics[0]
     where = f" (line {first.span.line} of {first.source.name})" if first.span and first.source else ""
     more = f" and {len(diagnostics) - 1} more" if len(diagnostics) > 1 else ""

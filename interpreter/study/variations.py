@@ -14,14 +14,15 @@ from pathlib import Path
 from typing import Any
 
 from softmark.grammar import layout, tree
-from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import overrides
 from softmark.interpreter.api import varied
-from softmark.interpreter.names import unknown_models
+from softmark.interpreter.names import at_name, unknown_models
 from softmark.interpreter.overrides import Override
 from softmark.interpreter.scene import Declared, Scene, SceneError
 from softmark.interpreter.study.keys import key_of, key_of_text, needed_models, reached
 from softmark.interpreter.study.reading import said_values
+from softmark.interpreter.study.tasks import told
 from softmark.interpreter.sweeping import chain, override_of, value_in, with_unit
 from softmark.interpreter.vocabulary.studies import Sweep
 
@@ -111,10 +112,8 @@ def read_vary(texts: Sequence[str]) -> tuple[tuple[Vary, ...], tuple[str, ...]]:
     names = [v.name for v in found]
     twice = [n for n in names if names.count(n) > 1]
     if twice:
-        source = Source(f"--vary {twice[0]}", twice[0])
-        span = tree.Span(0, len(twice[0]), 1, 1, 1, 1 + len(twice[0]))
         help = f"give all values at once: `--vary {twice[0]}=VALUE,VALUE`"
-        diagnostics.append(Diagnostic("E220", f"`{twice[0]}` is varied twice", source, span, "again", help))
+        diagnostics.append(at_name("--vary", twice[0], "E220", f"`{twice[0]}` is varied twice", "again", help))
     if diagnostics:
         raise SceneError(diagnostics)
     return tuple(found), tuple(models)
@@ -175,18 +174,25 @@ def _known_names(subject: Subject, asked: Asked) -> None:
     """Raise SceneError for a model, a study, a name or a value of the command line that cannot be meant."""
     problems = unknown_models(subject.scene, asked.models)
     for vary in asked.vary:
-        for override in vary.values:
-            own = [d for d in varied(subject.scene, [override])[1] if d.severity == "error"]
-            problems += [d for d in own if d.source is override.place.source][:1]
+        problems += _wrong_values(subject.scene, vary)
     studies = subject.scene.of_kind("study")
     if asked.study is not None and asked.study not in studies:
         known = f"studies: {', '.join(studies)}" if studies else "it declares no study; `--vary h=10mm,5mm` needs none"
-        source = Source(f"--study {asked.study}", asked.study)
-        span = tree.Span(0, len(asked.study), 1, 1, 1, 1 + len(asked.study))
         message = f"`{asked.study}` is not a study of the scene"
-        problems.append(Diagnostic("E201", message, source, span, "not found", known))
+        problems.append(at_name("--study", asked.study, "E201", message, "not found", known))
     if problems:
         raise SceneError(list(dict.fromkeys(problems)))
+
+
+def _wrong_values(scene: Scene, vary: Vary) -> Iterator[Diagnostic]:
+    """The first error at each value of a variation; one for all values where it is at their name."""
+    for override in vary.values:
+        errors = (d for d in varied(scene, [override])[1] if d.severity == "error")
+        own = next((d for d in errors if d.source is override.place.source), None)
+        if own is not None:
+            yield own
+            if own.span == override.name_span:
+                return
 
 
 def _families(subject: Subject, asked: Asked) -> list[_Family]:
@@ -238,17 +244,12 @@ def _members(subject: Subject, family: _Family) -> Iterator[Configuration]:
         scene, reason = subject.scene, None
         if step:
             scene, diagnostics = varied(subject.scene, step)
-            reason = next((_told(d) for d in diagnostics if d.severity == "error"), None)
+            reason = next((told([d]) for d in diagnostics if d.severity == "error"), None)
         variation = {o.name: o.text.partition("=")[2] for o in step}
         numbers = {} if reason else {n: v for n in variation if (v := value_in(scene, n)) is not None}
         for model in family.models:
             task = task_of(subject, scene, model)
             yield Configuration(str(task["key"]), subject.name, model, family.study, variation, numbers, task, reason)
-
-
-def _told(error: Diagnostic) -> str:
-    where = f" (line {error.span.line} of {error.source.name})" if error.span and error.source else ""
-    return f"{error.code}: {error.message}{where}" + (f"; {error.help}" if error.help else "")
 
 
 def _distinct(members: Iterator[Configuration]) -> list[Configuration]:

@@ -16,8 +16,6 @@ import sys
 import threading
 from typing import Any, BinaryIO
 
-TASK, READY = "task", "ready"
-
 
 def main() -> None:
     """Serve until standard input ends."""
@@ -28,7 +26,7 @@ def main() -> None:
     tasks: queue.Queue[bytes] = queue.Queue()
     threading.Thread(target=_listen, args=(tasks,), daemon=True).start()
     _prepare()
-    _send(out, {READY: os.getpid()})
+    _send(out, {"ready": os.getpid()})
     from softmark.interpreter.study.tasks import perform
 
     while True:

@@ -68,7 +68,7 @@ class Elastic:
 
     def F(self, x: Floats) -> Floats:
         """Deformation gradients (m q, 3, 3)."""
-        F = np.empty((*self.w.shape, 3, 3))
+        F = np.empty((*self.w.shape, 3, 3), dtype=self.w.dtype)
         kernels.deformation_gradient(x.reshape(-1, 3), self.cells, self.dNdX, F)
         return F.reshape(-1, 3, 3)
 

@@ -74,7 +74,11 @@ def _call(
 
 
 class Pardiso:
-    """A factor of K: L L^T of a definite, L D L^T of a symmetric, L U of any other matrix."""
+    """A factor of K (a `linear.Factor`): L L^T of a definite, L D L^T of a symmetric, L U of any other matrix."""
+
+    name = NAME
+    tolerance = 0.0
+    iterations = 0
 
     def __init__(self, K: sparse.csr_matrix, kind: int, single: bool = False) -> None:
         part = K if kind == GENERAL else sparse.triu(K, format="csr")
