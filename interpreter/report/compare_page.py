@@ -9,10 +9,9 @@ from softmark.interpreter.report import compare_asked, compare_cost, compare_tab
 from softmark.interpreter.report.compare_diagram import Diagram, by_frames, key
 from softmark.interpreter.report.compare_view import STATUS, View, apart, views
 from softmark.interpreter.report.document import document, moment
-from softmark.interpreter.report.listing import coloured
 from softmark.interpreter.report.markup import count, listed, plain, prose, section, tag, text
 from softmark.interpreter.report.plate import details
-from softmark.interpreter.report.provenance import WORDS
+from softmark.interpreter.report.provenance import listing, table_of
 from softmark.interpreter.study.reading import SOLVED
 
 OPEN = 40  # configurations beyond which their table is folded
@@ -181,15 +180,12 @@ def _levers(view: View) -> str:
 
 def _provenance(own: Sequence[View], comparison: Mapping[str, Any]) -> str:
     """The command, the environment, the references and the scenes."""
-    facts = [(WORDS.get(k, k), v) for k, v in (comparison.get("environment") or {}).items()]
-    rows = [tag("tr", tag("th", text(n), scope="row"), tag("td", text(v))) for n, v in facts]
-    table = tag("table", tag("caption", "Environment"), tag("tbody", *rows), class_="facts")
     command = comparison.get("command")
     said = " ".join(command) if isinstance(command, list) else str(command or "")
     again = tag("p", "To repeat this comparison:") + tag("pre", tag("code", text(said)), class_="command")
     repeat = again if said else ""
-    box = tag("div", table, class_="scroll") if rows else ""
-    scenes = [_listing(scene) for scene in comparison.get("scenes") or ()]
+    box = table_of(comparison.get("environment") or {})
+    scenes = [listing(scene) for scene in comparison.get("scenes") or ()]
     return section("provenance", "Provenance", repeat, _references(own), _warnings(own), box, *scenes)
 
 
@@ -219,20 +215,6 @@ def _warnings(own: Sequence[View]) -> str:
         for (code, message), n in found.items()
     ]
     return tag("p", "Warnings") + tag("ul", *items, class_="warnings") if items else ""
-
-
-def _listing(scene: Mapping[str, Any]) -> str:
-    lines = [
-        tag("span", coloured(line), "\n", class_="line") for line in str(scene.get("text") or "").splitlines()
-    ]
-    listing = tag(
-        "pre", tag("code", *lines), class_="scene", tabindex=0, role="region", aria_label="Text of the scene"
-    )
-    digest = tag("p", f"SHA-256 {text(scene.get('sha256') or '–')}", class_="quiet digest")
-    title = str(scene.get("file") or scene.get("title") or "scene")
-    return details(
-        f"Scene: {title}", digest, listing if lines else tag("p", "Its text is not known.", class_="quiet")
-    )
 
 
 SECTIONS: tuple[tuple[str, str, Callable[[Sequence[View], Mapping[str, Any]], str]], ...] = (

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping
+from typing import Any
 
 from softmark.grammar import tree
 from softmark.interpreter.report.findings import Findings
+from softmark.interpreter.report.listing import coloured
 from softmark.interpreter.report.markup import section, tag, text
+from softmark.interpreter.report.plate import details
 
 WORDS = {
     "softmark": "softmark", "python": "Python", "numpy": "NumPy", "scipy": "SciPy", "numba": "Numba",
@@ -21,6 +25,29 @@ def section_of(findings: Findings) -> str:
     repeat = tag("pre", tag("code", text(command(findings))), class_="command")
     box = tag("div", table, class_="scroll")
     return section("provenance", "Provenance", tag("p", "To repeat this run:"), repeat, box)
+
+
+def table_of(environment: Mapping[str, Any]) -> str:
+    """The environment as a table; nothing where it is not known."""
+    facts = [(WORDS.get(k, k), v) for k, v in environment.items()]
+    rows = [tag("tr", tag("th", text(n), scope="row"), tag("td", text(v))) for n, v in facts]
+    table = tag("table", tag("caption", "Environment"), tag("tbody", *rows), class_="facts")
+    return tag("div", table, class_="scroll") if rows else ""
+
+
+def listing(scene: Mapping[str, Any]) -> str:
+    """The text of a scene with its digest, folded."""
+    lines = [
+        tag("span", coloured(line), "\n", class_="line") for line in str(scene.get("text") or "").splitlines()
+    ]
+    whole = tag(
+        "pre", tag("code", *lines), class_="scene", tabindex=0, role="region", aria_label="Text of the scene"
+    )
+    digest = tag("p", f"SHA-256 {text(scene.get('sha256') or '–')}", class_="quiet digest")
+    title = str(scene.get("file") or scene.get("title") or "scene")
+    return details(
+        f"Scene: {title}", digest, whole if lines else tag("p", "Its text is not known.", class_="quiet")
+    )
 
 
 def _facts(findings: Findings) -> list[tuple[str, str]]:

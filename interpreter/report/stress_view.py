@@ -1,0 +1,132 @@
+"""What the page of `dsl stress` shows, from a `softmark-stress/1`: classes in words, and where values stand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from softmark.interpreter.report.quantities import quantity, signed
+
+Json = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Class:
+    """How a class of points is said and drawn: a letter, a glyph and a tint, so that no one of them is needed."""
+
+    words: str
+    sign: str
+    meaning: str
+
+
+CLASSES: Mapping[str, Class] = {
+    "right": Class("right", "✓", "as near to the reference as is asked"),
+    "inaccurate": Class("inaccurate as stated", "▲", "further off, and the model says that it may be"),
+    "silent": Class("wrong without a word", "!", "converged, and further off than the model states"),
+    "not_converged": Class("not converged", "×", "no equilibrium was found, and the model says so"),
+    "diverged": Class("diverged", "⤫", "the motion grew without bound, and the model says so"),
+    "refused": Class("refused", "–", "not run: the scene is not one for this model"),
+    "failed": Class("failed", "✗", "the solver stopped with an error, which is told"),
+    "timed_out": Class("out of time", "…", "no answer within the time that a point has"),
+    "unjudged": Class("not judged", "?", "there is no reference to hold it against"),
+}
+
+
+def class_of(name: object) -> Class:
+    """The look of a class; one that is not known here is said as it is called."""
+    return CLASSES.get(str(name)) or Class(str(name).replace("_", " "), "?", "")
+
+
+@dataclass(frozen=True)
+class Ruler:
+    """Where the values of a quantity stand, from 0 to 1: by decades, by decades of the gap to a limit, or in turn."""
+
+    name: str
+    unit: str
+    kind: str  # "log" | "gap" | "linear" | "turn"
+    marks: tuple[Any, ...]  # values in order
+    ends: tuple[float, float]
+
+    def at(self, value: Any) -> float:
+        """0 at the lowest value, 1 at the highest."""
+        low, high = self.ends
+        return (self._place(value) - low) / (high - low) if high > low else 0.5
+
+    def _place(self, value: Any) -> float:
+        return place(self.kind, value, self.marks)
+
+    def said(self, value: Any) -> str:
+        """A value in the unit that fits it."""
+        return shown(value, self.unit)
+
+
+GAP_LIMIT, LEAST_GAP = 0.5, 1e-10  # of Poisson's ratio, the one quantity that is walked by its gap
+
+
+def place(kind: str, value: Any, marks: Sequence[Any]) -> float:
+    """The coordinate of a value on a scale of a kind."""
+    if kind == "turn":
+        return float(list(marks).index(value)) if value in marks else 0.0
+    if kind == "gap":
+        return -math.log10(max(GAP_LIMIT - float(value), LEAST_GAP))
+    return math.log10(float(value)) if kind == "log" else float(value)
+
+
+def ruler(asked: Json, values: Sequence[Any]) -> Ruler:
+    """The scale on which the values of a quantity stand apart."""
+    numbers = all(isinstance(v, int | float) for v in values)
+    marks = tuple(sorted(set(values)) if numbers else dict.fromkeys(values))
+    kind = "turn"
+    if numbers and asked.get("kind") == "gap" and all(v <= GAP_LIMIT for v in marks):
+        kind = "gap"
+    elif numbers and marks:
+        wide = marks[0] > 0 and marks[-1] > 8 * marks[0]
+        mixed = marks[0] <= 0 and len(marks) > 2 and marks[-1] > 100 * min(v for v in marks if v > marks[0])
+        kind = "log" if wide else "turn" if mixed else "linear"
+    places = [place(kind, v, marks) for v in marks]
+    return Ruler(str(asked["name"]), str(asked.get("unit") or "1"), kind, marks, (min(places), max(places)))
+
+
+def shown(value: Any, unit: str) -> str:
+    """A value of a quantity; Poisson's ratios keep all their nines."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return str(value)
+    return quantity(float(value), unit) if unit not in ("1", "") else signed(f"{value:.10g}")
+
+
+def varied(point: Json, study: Json) -> dict[str, Any]:
+    """The quantities of a point that are not at their nominal values."""
+    nominal = {q["name"]: q.get("nominal") for q in study["quantities"]}
+    return {name: v for name, v in point["values"].items() if v != nominal.get(name)}
+
+
+def walked(study: Json, model: str, name: str) -> list[tuple[Any, Json]]:
+    """The points of a model along one quantity, all others nominal; in no order."""
+    own = []
+    asked = next(q for q in study["quantities"] if q["name"] == name)
+    for point in study["points"]:
+        others = varied(point, study)
+        if point["model"] == model and set(others) <= {name}:
+            value = others.get(name, asked.get("nominal"))
+            if value is not None:
+                own.append((value, point))
+    return own
+
+
+def told(point: Json) -> str:
+    """What a pointer over a point shows: `rubber.poisson = 0.4999: right, error 0.3 %, states 2 %`."""
+    where = ", ".join(f"{n} = {t}" for n, t in (point.get("texts") or point["values"]).items()) or "as the scene has it"
+    stated = (point.get("stated") or {}).get("value")
+    pieces = [class_of(point["class"]).words]
+    pieces += [f"error {percent(point['error'])}"] if point.get("error") is not None else []
+    pieces += [f"states {percent(stated)}"] if stated is not None else []
+    pieces += [str(point["code"])] if point.get("code") else []
+    message = f"; {point['message']}" if point.get("message") else ""
+    return f"{where}: {', '.join(pieces)}{message}"
+
+
+def percent(value: float) -> str:
+    """`0.32 %`, `250 %`, `> 1000 %`."""
+    return "> 1000 %" if value > 10 else f"{100 * value:.2g} %" if value < 1 else f"{100 * value:.0f} %"
