@@ -17,6 +17,7 @@ from softmark.solvers.energies import kernels
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic import Elastic, Law, OfInvariants, Together
 from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.energies.pressures import MeanDilatation
 from softmark.solvers.materials.components import (
     add_cross,
     cofactor,
@@ -26,6 +27,7 @@ from softmark.solvers.materials.components import (
     trace,
     write_symmetric,
 )
+from softmark.solvers.materials.constraints import Stretching
 from softmark.solvers.materials.polar import rotation
 
 NEAR = 0.01  # of the volume of a cell: how far apart U' is looked at for U''
@@ -141,6 +143,8 @@ def _slack(energy: Energy) -> Energy:
         return replace(energy, parts=tuple(_slack(part) for part in energy.parts))
     if isinstance(energy, CorotationalTets):
         return Slack(energy)
+    if isinstance(energy, MeanDilatation):
+        return energy.slack()
     if isinstance(energy, MixedPoints):
         return replace(energy, expected=np.zeros(energy.w.size, dtype=energy.w.dtype))
     return energy
@@ -159,15 +163,17 @@ def promised(assembly: Assembly, x: Floats, d: Floats | None) -> Assembly | None
 def _mixed(energy: Energy) -> bool:
     if isinstance(energy, Together):
         return any(_mixed(part) for part in energy.parts)
-    return isinstance(energy, MixedPoints)
+    return isinstance(energy, MixedPoints | MeanDilatation)
 
 
 def _expecting(energy: Energy, x: Floats, d: Floats | None) -> Energy:
     if isinstance(energy, Together):
         return replace(energy, parts=tuple(_expecting(part, x, d) for part in energy.parts))
-    if not isinstance(energy, MixedPoints):
+    if not isinstance(energy, MixedPoints | MeanDilatation):
         return energy
-    return energy.corotated(x) if d is None else energy.expecting(x, d)
+    if d is not None:
+        return energy.expecting(x, d)
+    return energy.under(Stretching(), x) if isinstance(energy, MeanDilatation) else energy.corotated(x)
 
 
 def volumetric(law: Law) -> bool:

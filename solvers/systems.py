@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from scipy import sparse
 
-from softmark.solvers import linear
+from softmark.solvers import linear, saddle
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear import Factor, Modes, Singular, Unsolved, factor
 
@@ -32,7 +32,8 @@ class Linear:
     """A choice: `method` as of `linear.factor`, or conjugate gradients with the diagonal as preconditioner.
 
     `cap` stops these after so many iterations, solved or not. `reuse` keeps a factor of an earlier matrix as the
-    preconditioner as long as that costs less than a new one. `modes` are the body's rigid motions.
+    preconditioner as long as that costs less than a new one. `modes` are the body's rigid motions. `spare` is what
+    systems with pressures need (see `saddle`): those have no cap, no reuse and double precision.
     """
 
     method: Method = "auto"
@@ -40,6 +41,7 @@ class Linear:
     cap: int | None = None
     reuse: bool = False
     modes: Modes = None
+    spare: Floats | None = field(default=None, compare=False)  # of the unknowns, as in `saddle`; None: no pressures
 
     @property
     def iterative(self) -> bool:
@@ -83,6 +85,8 @@ class Systems:
     def _factor(self, K: sparse.csr_matrix, symmetric: bool) -> Factor:
         method: Any = self.choice.method
         self.factorisations += 1
+        if self.choice.spare is not None:
+            return saddle.factor(K, self.choice.spare, lambda K: factor(K, symmetric, method))
         found = factor(K, symmetric, method, self.choice.precision, self.choice.modes)
         if isinstance(found, linear.Refined) and K.dtype == np.float32:
             return Single(found)  # single precision has no residual to refine by
@@ -118,7 +122,7 @@ def warm(choice: Linear, kind: Any) -> None:
     K = sparse.csr_matrix(np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]], dtype=kind))
     method: Method = "cholesky" if choice.method == "auto" else choice.method
     with suppress(Singular):  # it is for the solution to say so
-        systems = Systems(replace(choice, method=method, modes=None))
+        systems = Systems(replace(choice, method=method, modes=None, spare=None))
         systems.factor(K, True, TIGHTEST).solve(np.ones(3, dtype=kind))
 
 

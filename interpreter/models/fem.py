@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import units
 from softmark.interpreter.estimate import bending_angle
-from softmark.interpreter.models import options
+from softmark.interpreter.models import formulations, options
 from softmark.interpreter.vocabulary.analyses import Dynamic
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.scene import Declared, Scene
 
 LARGE_ANGLE = 0.1  # rad: a rotation that small strains misread by 0.5 % strain (1 - cos)
+FORMULATIONS = {"mixed": "with pressures", "mean_dilatation": "mean dilatation"}  # in an outline
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,13 @@ class Fem:
     functions, `lumped` shares each cell's mass by the diagonal of its mass matrix, `uniform` gives every node of the
     mesh the same, which is wrong wherever the mesh is graded.
 
+    `formulation` frees elements from locking near incompressibility. `mixed` has pressures as unknowns beside the
+    displacements, and takes every Poisson's ratio up to and including 0.5: linear and continuous in tet10 (Taylor and
+    Hood), the element of choice there, or one in each hex8 (Q1/P0, whose displacements are good while its pressures
+    may alternate from cell to cell). It is for statics. `mean_dilatation` (hex8) takes the mean of the change of
+    volume over each cell: B-bar where strains are small, the consistent form of F-bar where they are finite; the same
+    displacements as mixed hex8, with no other unknowns, for Poisson's ratios below 0.5 and for motion too.
+
     Levers trade accuracy, or nothing, for speed; `sweep` varies them, and `dsl compare` says what each costs.
     `cap` stops Newton's method after so many linear systems, at rest from the first, in motion in every step: what
     programs do that must keep a frame. Such a state is `capped`, is not solved, and never counts as real time; its
@@ -44,6 +52,9 @@ class Fem:
     `converged` then says that rounding is all that is left, and at most 1e-3 of the residual or in the energy norm.
     `factorisation = reused` keeps a factor as long as conjugate gradients with it cost less than a new one, and solves
     early Newton steps no better than they deserve (Eisenstat and Walker 1996): the same state to the same tolerance.
+    `quality` moves the nodes of the mesh at random, the same way every time, until its worst cell has this mean ratio
+    (Knupp 2001; 1 is a regular cell, 0 a flat one): for studies of what bad meshes do. The shape of the body is kept:
+    nodes of plane faces move within them, those of straight edges along them, others stay.
     `start` names another model of the body whose solution Newton's method starts from, on a coarser mesh or with a
     cheaper strain; what that one takes is part of what this one takes.
     """
@@ -54,6 +65,9 @@ class Fem:
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
     mesh: Annotated[Any | None, "shape", "a mesh from a file in place of one made of the body's shape"] = None
     integration: Annotated[Literal["full", "selective"], "at which points of a hexahedron"] = "full"
+    formulation: Annotated[
+        Literal["displacement", "mixed", "mean_dilatation"], "what the volume is kept by: see above"
+    ] = "displacement"
     rotation: Annotated[Literal["point", "element"], "what turns as one in corotational strain"] = "point"
     mass: Annotated[Literal["consistent", "lumped", "uniform"], "how nodes share the mass"] = "consistent"
     cap: Annotated[
@@ -78,13 +92,19 @@ class Fem:
         Literal["fresh", "reused"], "whether a factor serves one Newton step or several"
     ] = "fresh"
     start: Annotated[str | None, "model", "the model whose solution is started from; rest without"] = None
+    quality: Annotated[
+        float | None,
+        "1 in [1e-9, 1]",
+        "of the worst cell, to which nodes are moved: a mesh made worse on purpose; none: as it is made",
+    ] = None
 
     def mesh_key(self) -> tuple[Any, ...]:
         """What two models of a body must agree in to share a mesh."""
+        moved = () if self.quality is None else (("quality", self.quality),)
         if self.mesh is None:
-            return self.element, self.size
+            return self.element, self.size, *moved
         facts = (getattr(self.mesh, name, None) for name in ("path", "unit", "split"))
-        return self.element, self.size, *facts
+        return self.element, self.size, *facts, *moved
 
     def _own_mesh(self, case: Case) -> bool:
         """Whether the mesh comes from a file, of the model or of the body."""
@@ -98,7 +118,8 @@ class Fem:
             self._locking(declared, case),
             self._rotation(declared, case),
         ]
-        found += [*options.doubts(self, declared, case), self.coarse(declared, case)]
+        found += [*options.doubts(self, declared, case), *formulations.doubts(self, declared, case)]
+        found.append(self.coarse(declared, case))
         return [d for d in found if d is not None]
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -140,16 +161,16 @@ class Fem:
 
     def locks_at(self, poisson: float) -> bool:
         """Whether the element is visibly too stiff at a Poisson's ratio."""
-        return self.integration != "selective" and bool(poisson >= element_class(self.element).locks)
+        free = self.integration == "selective" or self.formulation != "displacement"
+        return not free and bool(poisson >= element_class(self.element).locks)
 
     def _locking(self, declared: Declared, case: Case) -> Diagnostic | None:
         nu = case.material.poisson
-        if not self.locks_at(nu):
+        if not self.locks_at(nu) or case.material.incompressible:
             return None
         at = declared.at("element")
         cells = {"tet4": "linear tetrahedra", "hex8": "linear hexahedra"}.get(self.element, self.element)
-        free = "use tet10, or hex8 with `integration = selective`"
-        cure = "refine and compare" if self.element == "tet10" else free
+        cure = "use `formulation = mixed`" if self.element == "tet10" else formulations.FREE
         return Diagnostic(
             "W301",
             f"{cells} lock at a Poisson's ratio of {nu:g}",
@@ -214,6 +235,7 @@ class Fem:
         """One line for the plan and the report."""
         options = (
             ", selectively integrated" if self.integration == "selective" else "",
+            f", {FORMULATIONS[self.formulation]}" if self.formulation != "displacement" else "",
             ", one rotation for each cell" if self.rotation == "element" else "",
             _capped(self.cap, case) if self.cap is not None else "",
             f", nu = {self.material.poisson:g}" if self.material is not None else "",
@@ -228,6 +250,7 @@ class Fem:
             f" of at most {self.linear_cap} iterations" if self.linear_cap is not None else "",
             ", factors reused" if self.factorisation == "reused" else "",
             f", started from {self.start}" if self.start is not None else "",
+            f", worst cell of quality {self.quality:g}" if self.quality is not None else "",
         )
 
     def load(self) -> None:

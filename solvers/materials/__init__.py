@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from softmark.solvers.materials.constraints import Dilatation, Mixed, Stretching
 from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.isotropic import Isotropic
 from softmark.solvers.materials.law import Law, project
@@ -18,14 +19,16 @@ from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 from softmark.solvers.materials.small_strain import SmallStrain
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
+from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
 
-__all__ = ["MATERIALS", "STRAINS", "Isotropic", "Law", "NoFiniteLaw", "law_for", "parts_for", "project"]
+__all__ = ["MATERIALS", "STRAINS", "Isotropic", "Law", "NoFiniteLaw", "law_for", "mixed_for", "parts_for", "project"]
 
 MATERIALS: dict[str, type[Isotropic]] = {
     "linear_elastic": LinearElastic,
     "neo_hookean": NeoHookean,
     "neo_hookean_isochoric": NeoHookeanIsochoric,
     "st_venant_kirchhoff": StVenantKirchhoff,
+    "stable_neo_hookean": StableNeoHookean,
 }
 
 
@@ -79,3 +82,17 @@ def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
     if strain == "corotational":
         return Corotational(mu, 0.0), Corotational(0.0, lam)
     return material.finite_parts()
+
+
+def mixed_for(material: Isotropic, strain: str) -> Mixed | None:
+    """`law_for` taken apart into a law of shape and a constraint on the volume, for elements with pressures.
+
+    Right for every Poisson's ratio, 0.5 included. None where the law does not come apart.
+    """
+    mu, compliance = material.shear_modulus, material.compliance
+    if strain == "small":
+        return Mixed(SmallStrain(mu, -2.0 / 3.0 * mu), Dilatation(), compliance)
+    if strain == "corotational":
+        return Mixed(Corotational(mu, -2.0 / 3.0 * mu), Stretching(), compliance)
+    parts = material.finite_mixed()
+    return None if parts is None else Mixed(*parts, compliance)

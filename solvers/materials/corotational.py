@@ -90,11 +90,21 @@ class Corotational(Blockwise):
     def _write(self, r: Array, y: Array, H: Array) -> None:
         """H = 2 mu I + lam R (x) R + y_ab T_a (x) T_b, upper triangle; y (3, 3, m) symmetric."""
         rows = r.reshape(9, -1)
-        T = _twists(r)
         set_outer(H, rows, self.lam * rows)
-        for a in range(3):
-            add_outer(H, T[a], y[a, 0] * T[0] + y[a, 1] * T[1] + y[a, 2] * T[2], skip=a)
+        _add_twists(H, r, y)
         add_identity(H, 2.0 * self.mu)
+
+
+def add_turning(H: Array, f: Array, r: Array, factor: Array) -> None:
+    """H += factor dR/dF, upper triangle, of the rotation r nearest to f; `factor` (m,)."""
+    _add_twists(H, r, _inverse(_pair_sums(stretch(r, f))) * factor)
+
+
+def _add_twists(H: Array, r: Array, y: Array) -> None:
+    """H += y_ab T_a (x) T_b, upper triangle; y (3, 3, m) symmetric."""
+    T = _twists(r)
+    for a in range(3):
+        add_outer(H, T[a], y[a, 0] * T[0] + y[a, 1] * T[1] + y[a, 2] * T[2], skip=a)
 
 
 def _twists(r: Array) -> Array:

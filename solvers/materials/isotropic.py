@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
+    from softmark.solvers.materials.constraints import Constraint
     from softmark.solvers.materials.law import Law
 
 
@@ -15,10 +17,12 @@ class Isotropic:
 
     Young's modulus and Poisson's ratio of the undeformed solid fix its two moduli at rest,
     mu = E / (2 (1 + nu)) and lam = E nu / ((1 + nu) (1 - 2 nu)). What it does at finite strain is its own.
+    At nu = 0.5 a solid is incompressible: lam and K are infinite, and only models that have pressures of their own, or
+    no volume to keep, as beams, can take it.
     """
 
     young: Annotated[float, "Pa in (0, inf)", "Young's modulus of the undeformed solid"]
-    poisson: Annotated[float, "1 in (-1, 0.5)", "Poisson's ratio of the undeformed solid"]
+    poisson: Annotated[float, "1 in (-1, 0.5]", "Poisson's ratio of the undeformed solid"]
     density: Annotated[float, "kg/m^3 in (0, inf)", "mass per volume of the undeformed solid"]
     # What of the two moduli a law keeps, 0 in the parts of a law that is taken apart. No fields: scenes do not see them
     shear_share = 1.0
@@ -31,14 +35,32 @@ class Isotropic:
 
     @property
     def lame_lambda(self) -> float:
-        """lam = E nu / ((1 + nu) (1 - 2 nu)), Pa."""
+        """lam = E nu / ((1 + nu) (1 - 2 nu)), Pa; infinite at nu = 0.5."""
+        if self.incompressible:
+            return self._beyond_measure
         lam = self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
         return self.volume_share * lam
 
     @property
     def bulk_modulus(self) -> float:
-        """K = lam + 2 mu / 3 = E / (3 (1 - 2 nu)), Pa."""
+        """K = lam + 2 mu / 3 = E / (3 (1 - 2 nu)), Pa; infinite at nu = 0.5."""
+        if self.incompressible:
+            return self._beyond_measure
         return self.volume_share * (self.young / (3.0 * (1.0 - 2.0 * self.poisson)))
+
+    @property
+    def compliance(self) -> float:
+        """1/K = 3 (1 - 2 nu) / E, 1/Pa; 0 at nu = 0.5."""
+        return 3.0 * (1.0 - 2.0 * self.poisson) / self.young
+
+    @property
+    def incompressible(self) -> bool:
+        """Whether its volume cannot change at all: nu = 0.5, or so near that a double cannot hold 1/K."""
+        return 1.0 - 2.0 * self.poisson <= 0.0
+
+    @property
+    def _beyond_measure(self) -> float:
+        return math.inf if self.volume_share else 0.0
 
     def finite_law(self) -> Law | None:
         """The material's law at finite strain; None where it has none."""
@@ -48,5 +70,12 @@ class Isotropic:
         """Two laws at finite strain that add up to the law: of the shear modulus, and of what holds the volume.
 
         None where there is no such law, or where it does not come apart.
+        """
+        return None
+
+    def finite_mixed(self) -> tuple[Law, Constraint] | None:
+        """The law at finite strain less K/2 g^2, and g, the constraint that measures its change of volume.
+
+        None where there is no such law, or where its part of the volume is no such square.
         """
         return None

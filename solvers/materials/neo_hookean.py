@@ -11,6 +11,7 @@ from softmark.solvers.materials.isotropic import Isotropic
 if TYPE_CHECKING:
     import numpy as np
 
+    from softmark.solvers.materials.constraints import Constraint
     from softmark.solvers.materials.law import Array, Law
 else:
     from softmark.solvers.deferred import np
@@ -31,6 +32,12 @@ class NeoHookean(OfInvariants, Isotropic):
     def finite_parts(self) -> tuple[Law, Law] | None:
         """The energy is linear in its two moduli."""
         return _Shear(**vars(self)), _Volume(**vars(self))
+
+    def finite_mixed(self) -> tuple[Law, Constraint] | None:
+        """lam = K - 2 mu/3: the first part has -2 mu/3 for lam."""
+        from softmark.solvers.materials.constraints import LogarithmicVolume
+
+        return _Shape(**vars(self)), LogarithmicVolume()
 
     def energy(self, stretch: Array, j: Array) -> Array:
         mu, lam = self.shear_modulus, self.lame_lambda
@@ -56,3 +63,12 @@ class _Volume(NeoHookean):
     """The part that belongs to lam."""
 
     shear_share = 0.0
+
+
+class _Shape(NeoHookean):
+    """All but K/2 g^2: no stiffness to a small change of volume."""
+
+    @property
+    def lame_lambda(self) -> float:
+        """-2 mu/3, Pa."""
+        return -2.0 / 3.0 * self.shear_modulus

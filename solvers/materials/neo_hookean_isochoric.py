@@ -11,6 +11,7 @@ from softmark.solvers.materials.isotropic import Isotropic
 if TYPE_CHECKING:
     import numpy as np
 
+    from softmark.solvers.materials.constraints import Constraint
     from softmark.solvers.materials.law import Array, Law
 else:
     from softmark.solvers.deferred import np
@@ -31,6 +32,12 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
     def finite_parts(self) -> tuple[Law, Law] | None:
         """The energy is linear in its two moduli."""
         return _Shear(**vars(self)), _Volume(**vars(self))
+
+    def finite_mixed(self) -> tuple[Law, Constraint] | None:
+        """As it is split already."""
+        from softmark.solvers.materials.constraints import VolumeRatio
+
+        return _Shear(**vars(self)), VolumeRatio()
 
     def energy(self, stretch: Array, j: Array) -> Array:
         mu, K = self.shear_modulus, self.bulk_modulus

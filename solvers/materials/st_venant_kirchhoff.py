@@ -20,6 +20,7 @@ from softmark.solvers.materials.hyperelastic import Hyperelastic
 from softmark.solvers.materials.isotropic import Isotropic
 
 if TYPE_CHECKING:
+    from softmark.solvers.materials.constraints import Constraint
     from softmark.solvers.materials.law import Array, Law
 
 
@@ -37,6 +38,12 @@ class StVenantKirchhoff(Hyperelastic, Isotropic):
     def finite_parts(self) -> tuple[Law, Law] | None:
         """The energy is linear in its two moduli."""
         return _Shear(**vars(self)), _Volume(**vars(self))
+
+    def finite_mixed(self) -> tuple[Law, Constraint] | None:
+        """lam = K - 2 mu/3: the first part has -2 mu/3 for lam."""
+        from softmark.solvers.materials.constraints import GreenDilatation
+
+        return _Shape(**vars(self)), GreenDilatation()
 
     def _psi(self, f: Array) -> Array:
         E = _green_strain(f)
@@ -86,3 +93,12 @@ class _Volume(StVenantKirchhoff):
     """The part that belongs to lam."""
 
     shear_share = 0.0
+
+
+class _Shape(StVenantKirchhoff):
+    """All but K/2 g^2: no stiffness to a small change of volume."""
+
+    @property
+    def lame_lambda(self) -> float:
+        """-2 mu/3, Pa."""
+        return -2.0 / 3.0 * self.shear_modulus

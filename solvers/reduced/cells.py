@@ -14,7 +14,7 @@ import numpy as np
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.loads import FollowerPressure
 
-BY_CELL = ("cells", "dNdX", "w", "G", "K")
+BY_CELL = ("cells", "dNdX", "w", "G", "K", "pressures")
 WEIGHED = ("w", "K")  # what the energy of a cell is proportional to
 
 

@@ -1,0 +1,310 @@
+"""Elastic energies with pressures: unknowns of their own, or one of each cell that is eliminated.
+
+L(u, p) = int psi_shape(F) + p g(F) - p^2 / (2 K) dV. Its stationary point is the equilibrium, of least energy in u and
+of most in p: a saddle. 1/K = 0, the incompressible solid, is no special case.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from softmark.solvers.energies import kernels
+from softmark.solvers.energies.elastic import POINTS, Elastic, Law
+from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.saddle import SLACK
+
+
+class Constraint(Protocol):
+    """What measures a change of volume, over deformation gradients F (n, 3, 3): zero at rest."""
+
+    def value(self, F: Floats) -> Floats:
+        """g (n,), no unit."""
+
+    def gradient(self, F: Floats) -> Floats:
+        """dg/dF (n, 3, 3), no unit."""
+
+    def curvature(self, F: Floats, p: Floats) -> Floats:
+        """p d2g/dF2 (n, 3, 3, 3, 3), Pa, of pressures p (n,)."""
+
+
+@dataclass(frozen=True)
+class Mixed:
+    """Displacements and pressures of a solid: int psi_shape(F) + p g(F) - p^2/(2 K) dV, in J.
+
+    `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m and `w` (m, q) in m^3 are as in `Elastic`, `law` is psi_shape. The
+    state x is the displacements (3 `nodes`,) in m and behind them the pressures, in units of `shear` / `edge`, a shear
+    modulus in Pa over the size of a cell in m, so that all unknowns are lengths and all equations forces. `pressures`
+    (m, b) are their places in x, `Np` (q, b) their shape functions, `compliance` is 1/K in 1/Pa. Continuous linear
+    pressures in ten-node tetrahedra are stable (Taylor and Hood 1973; Boffi, Brezzi and Fortin 2013, section 8.8); one
+    in each hexahedron, Q1/P0, is that of Simo, Taylor and Pister (1985), and is not quite.
+    """
+
+    cells: Ints
+    dNdX: Floats
+    w: Floats
+    law: Law
+    constraint: Constraint
+    compliance: float
+    pressures: Ints
+    Np: Floats
+    nodes: int
+    shear: float
+    edge: float
+    conservative: bool = True
+    saddle: bool = True
+
+    @property
+    def unit(self) -> float:
+        """Of pressures in the state, Pa/m."""
+        return self.shear / self.edge
+
+    @cached_property
+    def dofs(self) -> int:
+        """Unknowns in all."""
+        return int(self.pressures.max()) + 1
+
+    @cached_property
+    def stencils(self) -> Ints:
+        """Three displacements of each node of a cell, and its pressures (m, 3 a + b)."""
+        return np.concatenate([self._shape.stencils, self.pressures], axis=1)
+
+    @cached_property
+    def _shape(self) -> Elastic:
+        return Elastic(self.cells, self.dNdX, self.w, self.law)
+
+    def displacements(self, x: Floats) -> Floats:
+        """Those of a state (3 nodes,), m."""
+        return x[: 3 * self.nodes]
+
+    def F(self, x: Floats) -> Floats:
+        """Deformation gradients (m q, 3, 3)."""
+        return self._shape.F(self.displacements(x))
+
+    def pressure(self, x: Floats) -> Floats:
+        """At every integration point (m, q), Pa; positive in tension."""
+        p: Floats = self.unit * (x[self.pressures] @ self.Np.T)
+        return p
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N: of strains, and of volumes."""
+        volumes = self.unit * float(np.linalg.norm(self.w.sum(axis=1)))
+        return self._shape.rounding(self.displacements(x)) + float(np.finfo(np.float64).eps) * volumes
+
+    def value(self, x: Floats) -> float:
+        """L(u, p), J; infinite outside the domain of the law."""
+        p, g = self.pressure(x), self._constraint(x)
+        shape = self._shape.value(self.displacements(x))
+        total = shape + float(np.sum(self.w * (p * g - 0.5 * self.compliance * p**2)))
+        return total if np.isfinite(total) else np.inf
+
+    def _constraint(self, x: Floats) -> Floats:
+        return self.constraint.value(self.F(x)).reshape(self.w.shape)
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Nodal forces, N, and what the volume lacks, in N as well."""
+        u, p = self.displacements(x), self.pressure(x)
+        self._shape.add_gradient(u, g[: u.size], scale)
+        F = self.F(x)
+        stress = self.constraint.gradient(F).reshape(*self.w.shape, 3, 3) * p[:, :, None, None]
+        kernels.add_forces(stress, self.cells, self.dNdX, self.w, scale, g[: u.size].reshape(-1, 3))
+        lacking = self.constraint.value(F).reshape(self.w.shape) - self.compliance * p
+        np.add.at(g, self.pressures, (scale * self.unit) * ((self.w * lacking) @ self.Np))
+
+    def add_hessian(
+        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
+    ) -> None:
+        """The saddle's matrix, N/m. Projected: the block of displacements is made definite, without its pressures."""
+        p, width = self.pressure(x), 3 * self.cells.shape[1]
+        F = self.F(x).reshape(*self.w.shape, 3, 3)
+        tangent = self.law.dPdF_projected if projected else self.law.dPdF
+        for some in self._shape._some():
+            flat = F[some].reshape(-1, 3, 3)
+            A = tangent(flat)
+            if not projected:
+                A = A + self.constraint.curvature(flat, p[some].ravel())
+            A = np.ascontiguousarray(A).reshape(*F[some].shape, 3, 3)
+            own = np.ascontiguousarray(slots[some, :width, :width])
+            kernels.add_stiffness(A, self.dNdX[some], self.w[some], scale, own, data)
+        self._add_coupling(x, data, slots, scale * self.unit, width)
+
+    def _add_coupling(self, x: Floats, data: Floats, slots: Ints, scale: float, width: int) -> None:
+        """int N_b dg/du, on both sides of the diagonal, and -int N_a N_b / K."""
+        m, a = self.cells.shape
+        G = self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3)
+        rows = np.einsum("mqiJ,mqaJ->mqai", G, self.dNdX, optimize=True).reshape(m, -1, 3 * a)
+        B = rows.transpose(0, 2, 1) @ (self.w[:, :, None] * self.Np)  # (m, 3a, b)
+        C = np.einsum("mq,qb,qc->mbc", self.w, self.Np, self.Np, optimize=True)
+        add_blocks(scale * B, slots[:, :width, width:], data)
+        add_blocks(scale * B.transpose(0, 2, 1), slots[:, width:, :width], data)
+        add_blocks((-scale * self.unit * self.compliance) * C, slots[:, width:, width:], data)
+
+    @cached_property
+    def spare(self) -> Floats:
+        """What a compliance of SLACK / mu takes from the diagonal of the matrix (dofs,), N/m (see `saddle`)."""
+        spare = np.zeros(self.dofs)
+        np.add.at(spare, self.pressures, (SLACK / self.shear * self.unit**2) * (self.w @ self.Np))
+        return spare
+
+
+@dataclass(frozen=True)
+class MeanDilatation:
+    """int psi_shape(F) dV + sum over cells of V K/2 (mean of g)^2: one pressure in each cell, K times the mean of g.
+
+    With g = tr eps this is B-bar with the mean dilatation (Hughes 1980, "Generalization of selective integration
+    procedures"), and with g = J - 1 the three-field element Q1/P0 of Simo, Taylor and Pister (1985): the consistent
+    form of F-bar, with an energy and a symmetric tangent. `bulk` is K in Pa; `expected` (m,) are pressures in Pa that
+    the tangent takes in place of K times the mean, as `solvers.mixed` explains.
+    """
+
+    cells: Ints
+    dNdX: Floats
+    w: Floats
+    law: Law
+    constraint: Constraint
+    bulk: float
+    expected: Floats | None = None
+    conservative: bool = True
+
+    @cached_property
+    def _shape(self) -> Elastic:
+        return Elastic(self.cells, self.dNdX, self.w, self.law)
+
+    @property
+    def stencils(self) -> Ints:
+        """Three degrees of freedom per node of each cell (m, 3 a)."""
+        return self._shape.stencils
+
+    def F(self, x: Floats) -> Floats:
+        """Deformation gradients (m q, 3, 3)."""
+        return self._shape.F(x)
+
+    @cached_property
+    def _noise(self) -> float:
+        share = np.zeros(int(self.cells.max()) + 1)
+        np.add.at(share, self.cells, np.einsum("mq,mqa->ma", self.w, np.linalg.norm(self.dNdX, axis=3)))
+        return float(np.finfo(np.float64).eps * 3.0 * self.bulk * np.linalg.norm(share))
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N."""
+        return self._shape.rounding(x) + self._noise
+
+    @cached_property
+    def _volumes(self) -> Floats:
+        V: Floats = self.w.sum(axis=1)
+        return V
+
+    def expecting(self, x: Floats, d: Floats) -> MeanDilatation:
+        """The same energy with the pressures that a step d from x promises: K (g + dg/du . d)."""
+        F = self.F(x)
+        H = (self.F(d) - np.eye(3)).reshape(*self.w.shape, 3, 3)
+        G = self.constraint.gradient(F).reshape(H.shape)
+        grown = np.einsum("mq,mqiJ,mqiJ->m", self.w, G, H, optimize=True) / self._volumes
+        return replace(self, expected=self.bulk * (self._means(F) + grown))
+
+    def under(self, constraint: Constraint, x: Floats) -> MeanDilatation:
+        """The same energy with the pressures of another measure of volume in x."""
+        return replace(self, expected=self.bulk * replace(self, constraint=constraint)._means(self.F(x)))
+
+    def slack(self) -> MeanDilatation:
+        """The same energy with no pressures in its tangent."""
+        return replace(self, expected=np.zeros(len(self.w)))
+
+    def _means(self, F: Floats) -> Floats:
+        """Mean of g over each cell (m,)."""
+        means: Floats = (self.w * self.constraint.value(F).reshape(self.w.shape)).sum(axis=1) / self._volumes
+        return means
+
+    def value(self, x: Floats) -> float:
+        """Strain energy, J."""
+        g = self._means(self.F(x))
+        total = self._shape.value(x) + 0.5 * self.bulk * float(self._volumes @ g**2)
+        return total if np.isfinite(total) else np.inf
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Nodal elastic forces, N."""
+        self._shape.add_gradient(x, g, scale)
+        F = self.F(x)
+        p = self.bulk * self._means(F)
+        stress = self.constraint.gradient(F).reshape(*self.w.shape, 3, 3) * p[:, None, None, None]
+        kernels.add_forces(stress, self.cells, self.dNdX, self.w, scale, g.reshape(-1, 3))
+
+    def add_hessian(
+        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
+    ) -> None:
+        """Tangent stiffness, N/m. Projected: that of the shape made definite, and the mean without its curvature."""
+        F = self.F(x).reshape(*self.w.shape, 3, 3)
+        each = self.expected
+        if each is None:
+            each = self.bulk * self._means(F.reshape(-1, 3, 3))
+        p: Floats = np.repeat(each, self.w.shape[1]).reshape(self.w.shape)
+        tangent = self.law.dPdF_projected if projected else self.law.dPdF
+        for some in self._shape._some():
+            flat = F[some].reshape(-1, 3, 3)
+            A = tangent(flat)
+            if not projected:
+                A = A + self.constraint.curvature(flat, p[some].ravel())
+            A = np.ascontiguousarray(A).reshape(*F[some].shape, 3, 3)
+            kernels.add_stiffness(A, self.dNdX[some], self.w[some], scale, slots[some], data)
+        for some in _thousands(len(self.w)):
+            b = self._grown(F[some], some)
+            block = (scale * self.bulk / self._volumes[some])[:, None, None] * b[:, :, None] * b[:, None, :]
+            add_blocks(block, slots[some], data)
+
+    def _grown(self, F: Floats, some: slice) -> Floats:
+        """int dg/du of each cell (c, 3a), m^2."""
+        G = self.constraint.gradient(F.reshape(-1, 3, 3)).reshape(F.shape)
+        b = np.einsum("mq,mqiJ,mqaJ->mai", self.w[some], G, self.dNdX[some], optimize=True)
+        return np.ascontiguousarray(b.reshape(len(F), -1))
+
+
+@dataclass(frozen=True)
+class OfDisplacements:
+    """An energy of displacements alone (`dofs` of them), where the state has other unknowns behind them."""
+
+    energy: Energy
+    dofs: int
+
+    @property
+    def conservative(self) -> bool:
+        """As the energy is."""
+        return self.energy.conservative
+
+    @property
+    def stencils(self) -> Ints:
+        """Those of the energy."""
+        return self.energy.stencils
+
+    def value(self, x: Floats) -> float:
+        """Energy, J."""
+        return self.energy.value(x[: self.dofs])
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Forces, N; none on the others."""
+        self.energy.add_gradient(x[: self.dofs], g[: self.dofs], scale)
+
+    def add_hessian(
+        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
+    ) -> None:
+        """Tangent, N/m."""
+        self.energy.add_hessian(x[: self.dofs], data, slots, scale, projected)
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N."""
+        return self.energy.rounding(x[: self.dofs])
+
+
+def add_blocks(blocks: Floats, slots: Ints, data: Floats) -> None:
+    """data[slots] += blocks, both (m, k, l), skipping negative slots."""
+    keep = slots >= 0
+    data += np.bincount(slots[keep], blocks[keep], minlength=len(data))
+
+
+def _thousands(cells: int) -> Iterator[slice]:
+    """Cells whose blocks fit in memory without a thought."""
+    each = 4 * POINTS
+    return (slice(at, min(at + each, cells)) for at in range(0, cells, each))

@@ -1,0 +1,175 @@
+"""What measures a change of volume in each kind of strain, as a constraint g(F) = 0 that a pressure upholds.
+
+A law whose part of the volume is K/2 g(F)^2 has the same states as p g(F) - p^2 / (2 K) with a pressure p of its own,
+and the latter stays finite where K does not: 1/K = 0 is the incompressible solid, with g = 0. p is in tension positive.
+Sources: Herrmann (1965), "Elasticity equations for incompressible and nearly incompressible materials by a variational
+theorem"; Simo, Taylor and Pister (1985), Comput. Methods Appl. Mech. Eng. 51:177; Bonet and Wood (2008), section 8.5.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from softmark.solvers.materials.components import (
+    add_cross,
+    add_diagonal,
+    add_identity,
+    add_outer,
+    cofactor,
+    components,
+    displacement_gradient,
+    inner,
+    trace,
+    volume_change,
+    write_symmetric,
+)
+from softmark.solvers.materials.corotational import add_turning
+from softmark.solvers.materials.polar import rotation
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.law import Array, Law
+else:
+    from softmark.solvers.deferred import np
+
+
+class Constraint(ABC):
+    """g and its derivatives over F (m, 3, 3), zero at rest; NaN outside its domain.
+
+    A subclass writes `_value`, `_gradient` and `_add_curvature` on components f (3, 3, m) (see components.py).
+    """
+
+    @abstractmethod
+    def _value(self, f: Array) -> Array:
+        """g (m,), no unit."""
+
+    @abstractmethod
+    def _gradient(self, f: Array) -> Array:
+        """dg/dF (3, 3, m)."""
+
+    @abstractmethod
+    def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
+        """H (9, 9, m) += p d2g/dF2, on and above the diagonal; p (m,), Pa."""
+
+    def value(self, F: Array) -> Array:
+        """g (m,), no unit."""
+        with np.errstate(all="ignore"):
+            return self._value(components(F))
+
+    def gradient(self, F: Array) -> Array:
+        """dg/dF (m, 3, 3), no unit."""
+        with np.errstate(all="ignore"):
+            return np.ascontiguousarray(self._gradient(components(F)).transpose(2, 0, 1))
+
+    def curvature(self, F: Array, p: Array) -> Array:
+        """p d2g/dF2 (m, 3, 3, 3, 3), Pa, of pressures p (m,)."""
+        f = components(F)
+        H, A = np.zeros((9, 9, len(F)), dtype=f.dtype), np.empty((len(F), 3, 3, 3, 3), dtype=f.dtype)
+        with np.errstate(all="ignore"):
+            self._add_curvature(f, p, H)
+        write_symmetric(H, A)
+        return A
+
+
+@dataclass(frozen=True)
+class Mixed:
+    """A law taken apart: `shape`, a law without stiffness to volume, and K/2 g^2 of the constraint g.
+
+    `compliance` is 1/K in 1/Pa, K the bulk modulus at rest: 0 where the solid is incompressible.
+    """
+
+    shape: Law
+    constraint: Constraint
+    compliance: float
+
+
+class Dilatation(Constraint):
+    """g = tr eps, of small strains."""
+
+    def _value(self, f: Array) -> Array:
+        """tr (F - I)."""
+        return trace(displacement_gradient(f))
+
+    def _gradient(self, f: Array) -> Array:
+        """I."""
+        return add_diagonal(np.zeros_like(f), 1.0)
+
+    def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
+        """None: g is linear."""
+
+
+class Stretching(Constraint):
+    """g = tr (R^T F - I), R the rotation nearest to F: of small strains in a frame that turns."""
+
+    def _value(self, f: Array) -> Array:
+        """R : (F - R)."""
+        r = rotation(f)
+        return inner(r, f - r)
+
+    def _gradient(self, f: Array) -> Array:
+        """R: what it turns by does not change its product with F."""
+        return rotation(f)
+
+    def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
+        """p dR/dF."""
+        add_turning(H, f, rotation(f), p)
+
+
+class VolumeRatio(Constraint):
+    """g = J - 1."""
+
+    def _value(self, f: Array) -> Array:
+        """det F - 1, accurate near rest."""
+        return volume_change(displacement_gradient(f))
+
+    def _gradient(self, f: Array) -> Array:
+        """cof F."""
+        return cofactor(f)
+
+    def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
+        """p d(cof F)/dF."""
+        add_cross(H, p * f)
+
+
+class LogarithmicVolume(Constraint):
+    """g = ln J, for J > 0."""
+
+    def _value(self, f: Array) -> Array:
+        """ln det F, accurate near rest; NaN where J <= 0."""
+        j = volume_change(displacement_gradient(f))
+        return np.log1p(np.where(j > -1.0, j, np.nan))
+
+    def _gradient(self, f: Array) -> Array:
+        """F^-T = cof F / J."""
+        return cofactor(f) / self._ratio(f)
+
+    def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
+        """p (d(cof F)/dF / J - F^-T (x) F^-T)."""
+        J = self._ratio(f)
+        turned = (cofactor(f) / J).reshape(9, -1)
+        add_cross(H, (p / J) * f)
+        add_outer(H, -p * turned, turned)
+
+    @staticmethod
+    def _ratio(f: Array) -> Array:
+        return 1.0 + volume_change(displacement_gradient(f))
+
+
+class GreenDilatation(Constraint):
+    """g = tr E, E = (F^T F - I)/2: what the St Venant-Kirchhoff law takes for a change of volume."""
+
+    def _value(self, f: Array) -> Array:
+        """tr h + h : h / 2, h = F - I."""
+        h = displacement_gradient(f)
+        return trace(h) + 0.5 * inner(h, h)
+
+    def _gradient(self, f: Array) -> Array:
+        """F."""
+        return f
+
+    def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
+        """p times the identity."""
+        add_identity(H, p)

@@ -1,0 +1,103 @@
+"""The stable neo-Hookean solid of graphics: finite energy and forces for every F, flat and inside out included."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from softmark.solvers.materials.components import (
+    add_cross,
+    add_identity,
+    add_outer,
+    cofactor,
+    displacement_gradient,
+    inner,
+    set_outer,
+    trace,
+    volume_change,
+)
+from softmark.solvers.materials.hyperelastic import Hyperelastic
+from softmark.solvers.materials.isotropic import Isotropic
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.constraints import Constraint
+    from softmark.solvers.materials.law import Array, Law
+else:
+    from softmark.solvers.deferred import np
+
+
+@dataclass(frozen=True)
+class StableNeoHookean(Hyperelastic, Isotropic):
+    """Stable neo-Hookean: rubber for simulators that must survive every state, inside out as well.
+
+    psi = m/2 (I1 - 3) + l/2 (J - a)^2 - m/2 ln((I1 + 1)/4) - l/2 (1 - a)^2, I1 = tr F^T F, J = det F
+    P = m (1 - 1/(I1 + 1)) F + l (J - a) cof F
+    with m = 4 mu/3, l = lam + 5 mu/6 and a = 1 + 3m/4l, mu and lam those of small strain: rest is free of stress and
+    has the stiffness of Hooke's law. Defined for every F, without the barrier of ln J: under load cells can turn inside
+    out, and they come back when it is gone.
+    Source: Smith, De Goes, Kim (2018), "Stable Neo-Hookean Flesh Simulation", ACM Trans. Graph. 37(2):12, section 3.
+    """
+
+    def finite_parts(self) -> tuple[Law, Law] | None:
+        """The energy is linear in its two moduli; that of lam is lam/2 (J - 1)^2."""
+        return _Shear(**vars(self)), _Volume(**vars(self))
+
+    def finite_mixed(self) -> tuple[Law, Constraint] | None:
+        """lam = K - 2 mu/3: the first part has -2 mu/3 for lam."""
+        from softmark.solvers.materials.constraints import VolumeRatio
+
+        return _Shape(**vars(self)), VolumeRatio()
+
+    @property
+    def _moduli(self) -> tuple[float, float]:
+        """m and l, Pa; l (J - a) = l (J - 1) - 3m/4."""
+        return 4.0 / 3.0 * self.shear_modulus, self.lame_lambda + 5.0 / 6.0 * self.shear_modulus
+
+    def _psi(self, f: Array) -> Array:
+        m, l = self._moduli
+        h = displacement_gradient(f)
+        stretch, j = 2.0 * trace(h) + inner(h, h), volume_change(h)  # I1 - 3 and J - 1
+        return 0.5 * m * (stretch - np.log1p(0.25 * stretch)) + j * (0.5 * l * j - 0.75 * m)
+
+    def _P(self, f: Array) -> Array:
+        m, l = self._moduli
+        h = displacement_gradient(f)
+        stretch, j = 2.0 * trace(h) + inner(h, h), volume_change(h)
+        # 3/4 m (F - cof F), zero at rest, is kept apart from terms of higher order
+        P = (l * j) * cofactor(f)
+        P += 0.75 * m * (f - cofactor(f))
+        P += (0.25 * m * stretch / (stretch + 4.0)) * f
+        return P
+
+    def _dPdF(self, f: Array, H: Array) -> None:
+        """m (1 - 1/(I1 + 1)) 1 + 2m/(I1 + 1)^2 F (x) F + l C (x) C + l (J - a) dC/dF, C = cof F."""
+        m, l = self._moduli
+        rows, C = f.reshape(9, -1), cofactor(f).reshape(9, -1)
+        more = inner(f, f) + 1.0
+        set_outer(H, C, l * C)
+        add_outer(H, rows, 2.0 * m / more**2 * rows)
+        add_cross(H, (l * volume_change(displacement_gradient(f)) - 0.75 * m) * f)
+        add_identity(H, m * (1.0 - 1.0 / more))
+
+
+class _Shear(StableNeoHookean):
+    """The part that belongs to mu."""
+
+    volume_share = 0.0
+
+
+class _Volume(StableNeoHookean):
+    """The part that belongs to lam."""
+
+    shear_share = 0.0
+
+
+class _Shape(StableNeoHookean):
+    """All but K/2 g^2: no stiffness to a small change of volume."""
+
+    @property
+    def lame_lambda(self) -> float:
+        """-2 mu/3, Pa."""
+        return -2.0 / 3.0 * self.shear_modulus
