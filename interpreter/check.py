@@ -15,6 +15,8 @@ from softmark.interpreter.cantilever import cantilever_of
 from softmark.interpreter.case import Case, Fault, body_of, case_for, reach
 from softmark.interpreter.comparisons import comparisons
 from softmark.interpreter.conditions import Point
+from softmark.interpreter.ledger import shortened
+from softmark.interpreter.models.disturbing import doubts as disturbed
 from softmark.interpreter.scene import Declared, Location, Scene
 from softmark.interpreter.selfconverged import doubts as doubts_of_refined
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -29,7 +31,7 @@ def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
     found: list[Diagnostic] = []
     for test in LOCAL + (WHOLE if complete else ()):
         found += test(scene, found)
-    return list(dict.fromkeys(found))
+    return shortened(list(dict.fromkeys(found)))
 
 
 Found = list[Diagnostic]  # by the checks before
@@ -101,10 +103,9 @@ def _points(declared: Declared) -> list[tuple[str, Point]]:
     """The fields that give points, and those of the points that decide for all, since bodies are convex."""
     if isinstance(declared.thing, PointForce):
         return [("at", declared.thing.at)]
-    stations: tuple[Point, ...] = getattr(declared.thing, "stations", ())
-    if len(stations) < 2:
-        return [("at", point) for point in stations]
-    return [("from", stations[0]), ("to", stations[-1])]
+    if hasattr(declared.thing, "ends"):
+        return list(zip(("from", "to"), declared.thing.ends, strict=True))
+    return [("at", point) for point in getattr(declared.thing, "stations", ())]
 
 
 def _meshes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -161,7 +162,17 @@ def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _driven(case: Case) -> bool:
     moved = any(isinstance(support.thing, Displaced | Follows) for support in case.supports)
-    return moved or isinstance(case.analysis, Dynamic)  # which may start with a velocity
+    away = getattr(case.analysis, "disturbed", "none") != "none"
+    return moved or away or isinstance(case.analysis, Dynamic)  # which may start with a velocity
+
+
+def _paths(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Paths of equilibria lead to motions that a reduced model does not know."""
+    for model, case in _cases(scene, "model"):
+        if getattr(case.analysis, "path", "load") == "arc_length" and hasattr(model.thing, "of"):
+            problem = f"`{model.name}` is reduced to motions that it knows, and a path leads to others"
+            yield _diagnostic("E541", model.at(), problem, "not along a path",
+                              f"follow the path of `{model.thing.of}`, or use `path = load`")  # fmt: skip
 
 
 def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -169,7 +180,7 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     first: dict[tuple[object, ...], tuple[Diagnostic, list[str]]] = {}
     for model, case in _cases(scene, "model"):
         blamed = [d for d in (*case.supports, *case.loads) if _blamed(d, found)]
-        for doubt in (*model.thing.doubts(model, case), *_in_scene(scene, model, case)):
+        for doubt in (*model.thing.doubts(model, case), *disturbed(scene, model, case), *_in_scene(scene, model, case)):
             if any(_inside(doubt, d) for d in blamed):
                 continue
             key = (doubt.code, doubt.source, doubt.span, doubt.label, doubt.help)
@@ -296,6 +307,6 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (
-    _bodies, _held, _loaded, _models, _references, _refined, _metrics, _comparisons, _courses, _published,
+    _bodies, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses, _published,
     _expectations, _use,
 )  # fmt: skip

@@ -385,6 +385,48 @@ def _pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision) -> Par
     raise Singular(str(reason)) from reason
 
 
+def condition(K: sparse.csr_matrix, factor: Factor) -> float:
+    """Estimate, from below, of the condition number of a matrix in the 1-norm, from its factor.
+
+    |S K S| |(S K S)^-1|, S = diag(|K_ii|^-1/2): factorisation does not notice such a scaling (van der Sluis 1969), and
+    units drop out. The norm of the inverse by Hager's method (Hager 1984; Higham 1988, algorithm 4.1), within a
+    factor of three in practice, at four or five solutions. For a matrix that is not symmetric, whose factor does not
+    solve with the transposed, it is a lower bound still. Infinite where a solution is not finite; raises Unsolved.
+    """
+    n = K.shape[0]
+    if n == 0:
+        return 1.0
+    diagonal = np.abs(K.diagonal()).astype(np.float64)
+    s = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    size = float((s * (abs(K).T @ s)).max())
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        inverse = _inverse_norm(lambda b: factor.solve((b / s).astype(K.dtype)) / s, n)
+    return size * inverse if np.isfinite(inverse) else float("inf")
+
+
+def _inverse_norm(solve: Callable[[Floats], Floats], n: int) -> float:
+    """Norm of what `solve` applies to vectors (n,) in the 1-norm, from below (Higham 1988, algorithm 4.1)."""
+    x, found, before = np.full(n, 1.0 / n), 0.0, np.zeros(n)
+    for number in range(5):
+        y = solve(x)
+        size = float(np.abs(y).sum())
+        if not np.isfinite(size):
+            return size
+        signs = np.where(y >= 0.0, 1.0, -1.0)
+        done = number > 0 and (size <= found or np.array_equal(signs, before))
+        found, before = max(found, size), signs
+        if done:
+            break
+        z = solve(signs)
+        most = int(np.argmax(np.abs(z)))
+        if number and abs(z[most]) <= float(z @ x):
+            break
+        x = np.zeros(n)
+        x[most] = 1.0
+    slopes = (1.0 + np.arange(n) / max(1, n - 1)) * np.where(np.arange(n) % 2, -1.0, 1.0)
+    return max(found, 2.0 * float(np.abs(solve(slopes)).sum()) / (3.0 * n))
+
+
 def warm(entries: int) -> None:
     """Load what a system of so many entries will need, outside any clock."""
     if entries < LARGE:

@@ -16,6 +16,7 @@ from softmark.solvers.systems import TIGHTEST, Systems
 
 MEMORY = 10  # energies back that a step must stay below: bends are long curved valleys
 RIGID = 1e-6  # least scale of a residual, of the force if the body stayed behind while its supports move
+VALLEY = 200  # steps aside at least: a square column buckles into any direction, and some cost a little less
 TINY = 1e-4  # of the motion so far: what a Newton step must stay below where rounding limits the residual
 
 BLIND = ("conjugate_gradients", "multigrid")  # linear solvers that know nothing of pivots
@@ -35,6 +36,8 @@ class Newton:
         self.systems = systems
         self.phase = phase
         self.last: Factor | None = None
+        self.matrix: Any = None  # of the last factorisation
+        self.left: Floats | None = None  # the unstable equilibrium that `stable` went aside from
         self.criterion: Criterion = "residual"
         self.eps = float(np.finfo(problem.rest.dtype).eps)
         self.moved = 0.0  # length of all steps so far
@@ -87,21 +90,26 @@ class Newton:
             return x
         raise NotConverged(f"whole Newton steps stopped at a residual of {residual:.1e}", tuple(self.history))
 
-    def steps(self, x: Floats, most: int) -> tuple[Floats, bool, float]:
+    def steps(self, x: Floats, most: int, load: float = 1.0) -> tuple[Floats, bool, float]:
         """At most so many whole steps: the state, whether it is an equilibrium, and the residual."""
         self._close = self._tiny = False
         self._last_residual = np.inf
         for number in range(most + 1):
-            g, residual = self.residual(x, 1.0)
+            g, residual = self.residual(x, load)
             done = self._done(x, g, residual)
             if done or number == most or not np.isfinite(residual):
                 break
             self._aim(residual)
-            d = self._direction(g, x, 1.0, projected=False)
+            d = self._direction(g, x, load, projected=False)
             self._judge(x, g, d)
             x, length = self._inside(x, d)
-            self._record(1.0, number, residual, length)
+            self._record(load, number, residual, length)
         return x, done, residual
+
+    @property
+    def minimal(self) -> bool:
+        """Whether stable states are those of least energy: not with follower loads, nor with pressures as unknowns."""
+        return self.assembly.conservative and not self.assembly.saddle
 
     @property
     def cellular(self) -> bool:
@@ -150,20 +158,23 @@ class Newton:
             self._strain = x, sum(e.value(x) for e in self.assembly.internal)
         return self._strain[1]
 
-    def descend(self, x: Floats, load: float) -> Floats:
-        """Newton steps that decrease the energy (or, for follower loads, the residual) within MEMORY."""
-        merit = self._energy if self.assembly.conservative else self._imbalance
+    def descend(self, x: Floats, load: float, patience: int = 0) -> Floats:
+        """Newton steps that decrease the energy (or, for follower loads, the residual) within MEMORY.
+
+        At most the problem's iterations, or `patience` where that is more.
+        """
+        merit = self._energy if self.minimal else self._imbalance
         value = merit(x, load)
         if not np.isfinite(value):
             raise NotConverged("the supports' motion turns cells inside out", tuple(self.history))
         self._close = self._tiny = False
         self._promised, self._last_residual = None, np.inf
-        recent = deque([value], MEMORY)
-        for number in range(self.problem.max_iterations + 1):
+        recent, most = deque([value], MEMORY), max(self.problem.max_iterations, patience)
+        for number in range(most + 1):
             g, residual = self.residual(x, load)
             if self._done(x, g, residual):
                 return x
-            if number == self.problem.max_iterations or not np.isfinite(residual):
+            if number == most or not np.isfinite(residual):
                 break
             self._aim(residual)
             x, value, length = self._decrease(x, load, g, max(recent), merit)
@@ -186,7 +197,7 @@ class Newton:
 
     def _judge(self, x: Floats, g: Floats, d: Floats, projected: bool = False) -> None:
         """Whether the error in the energy norm, sqrt(-g . d), is small, and whether the Newton step d is."""
-        close = bool(0.0 <= -(g @ d) <= 2.0 * self.strain(x) * self.problem.tolerance**2)
+        close = not self.assembly.saddle and bool(0.0 <= -(g @ d) <= 2.0 * self.strain(x) * self.problem.tolerance**2)
         tiny = bool(np.linalg.norm(d / self.problem.weights) <= TINY * self.moved)
         definite = (close or tiny) and not projected and not self._indefinite()
         self._close, self._tiny = close and definite, tiny and definite
@@ -225,7 +236,7 @@ class Newton:
             if self._close or self._tiny:  # differences of energy are noise now
                 y = self._moved(x, d, 1.0)
                 return y, merit(y, load), 1.0
-            slope = float(g @ d) if self.assembly.conservative else -2.0 * merit(x, load)
+            slope = float(g @ d) if self.minimal else -2.0 * merit(x, load)
             length = self._armijo(x, load, d, value, slope, merit)
             if projected and length == 1.0:
                 length = self._lengthen(x, load, d, merit)
@@ -264,8 +275,9 @@ class Newton:
             return True
         exact = self.problem.exact
         K = self.assembly.tangent(x, 1.0) if exact is None else exact.tangent(x.astype(np.float64), 1.0)
+        K = K if conservative else (0.5 * (K + K.T)).tocsr()
         try:
-            self.last = self.systems.direct(K if conservative else (0.5 * (K + K.T)).tocsr())
+            self.last, self.matrix = self.systems.direct(K), K
         except Singular:
             return False
         pivots = self.last.negative_pivots
@@ -277,9 +289,17 @@ class Newton:
             definite = self.definite(x)
             if definite is not False:
                 return x, definite
+            if self.assembly.saddle:  # its energy leads no way down
+                raise NotConverged("the equilibrium that was found is unstable", tuple(self.history))
+            if self.left is None:
+                self.left = x
             self.phase = "aside"
-            x = self.descend(self._aside(x), 1.0)
-        raise NotConverged("every equilibrium found is unstable", tuple(self.history))
+            try:
+                x = self.descend(self._aside(x), 1.0, VALLEY)
+            except NotConverged as failure:
+                failure.unstable = self.left
+                raise
+        raise NotConverged("every equilibrium found is unstable", tuple(self.history), unstable=self.left)
 
     def _aside(self, x: Floats) -> Floats:
         """A state of less energy along the most unstable direction. Raises NotConverged where there is none.
@@ -316,6 +336,7 @@ class Newton:
         K = assembly.tangent(x, load, projected)
         try:
             self.last = self.systems.factor(K, projected or self.assembly.conservative, self._goal)
+            self.matrix = K
         except Singular as error:
             raise self._failed(f"the tangent is singular ({error})") from error
         return self.last

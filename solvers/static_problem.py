@@ -29,15 +29,26 @@ class Iteration:
 
 
 class NotConverged(Exception):
-    """No equilibrium was found; `history` says how far each attempt came, `facts` what the linear systems took."""
+    """No equilibrium was found; `history` says how far each attempt came, `facts` what the linear systems took.
+
+    `unstable` is an unstable equilibrium of full load, where that is all that was found; `loose` (dofs,) a motion that
+    nothing resists at rest, where there is one.
+    """
 
     def __init__(
-        self, reason: str, history: tuple[Iteration, ...] = (), facts: dict[str, Any] | None = None
+        self,
+        reason: str,
+        history: tuple[Iteration, ...] = (),
+        facts: dict[str, Any] | None = None,
+        unstable: Floats | None = None,
+        loose: Floats | None = None,
     ) -> None:
         super().__init__(reason)
         self.reason = reason
         self.history = history
         self.facts = facts or {}
+        self.unstable = unstable
+        self.loose = loose
 
 
 @dataclass(frozen=True)
@@ -59,6 +70,10 @@ class Equilibrium:
     sound: bool = True  # no cell is inside out: always so but where the cap decided
     started: bool = False  # from the state that was given, not from rest
     follower: bool = False  # some load follows the body and has no potential
+    unstable: Floats | None = None  # an equilibrium of full load that was left for this one
+    critical: float | None = None  # load factor from which the path that was left is unstable
+    condition: float | None = None  # of the scaled tangent, estimated from below; None: no direct factor
+    rounding: float | None = None  # relative error that rounding may leave in the state, as far as that is known
 
     @property
     def iterations(self) -> int:
@@ -75,6 +90,7 @@ class Equilibrium:
 class Statics:
     """A static problem: `rest` moves by `space` until `assembly` balances, with `target` imposed on `fixed`.
 
+    `path` says how: by raising the load, or along the path of equilibria by its length (`arc_length`).
     `twin` is the assembly of the corotational law with the same moduli, or None; `sound` says whether a state
     is admissible (no inverted cell). `bold` tries whole steps first; rods, whose space already follows their
     rotation, need no such start. `convex` says that the energy is a positive quadratic form, whose one
@@ -110,6 +126,7 @@ class Statics:
     weights: Floats = field(default_factory=lambda: np.ones(1))  # (dofs,) or (1,)
     watch: Watch = field(default=lambda iteration: None)
     linear: Linear = field(default_factory=Linear)
+    path: Literal["load", "arc_length"] = "load"
     start: Floats | None = None
     cap: int | None = None
     exact: Assembly | None = None

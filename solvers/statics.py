@@ -9,7 +9,8 @@ careful one then starts again: every step leads to less energy than one of the M
 comes in steps that shrink and grow. Where it ends on an unstable equilibrium, as a straight column above its
 buckling load does, it steps aside and goes on to a stable one.
 
-With a cap there is only the free way, cut after so many linear systems.
+With a cap there is only the free way, cut after so many linear systems. Along `arc_length` there is only the path of
+equilibria from rest (`arc_length.py`). An answer whose digits rounding has taken is refused (`condition`).
 """
 
 from __future__ import annotations
@@ -18,11 +19,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from softmark.solvers import linear
+from softmark.solvers.arc_length import Follower
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear import Singular, factor
 from softmark.solvers.static_newton import MEMORY, RIGID, TINY, Newton
 from softmark.solvers.static_problem import Criterion, Equilibrium, Iteration, NotConverged, Statics, Watch
+from softmark.solvers.static_stability import critical_load, direct, loose_motion, rounding_error, softness
 from softmark.solvers.systems import Linear, Systems
 
 __all__ = [
@@ -30,6 +34,9 @@ __all__ = [
     "equilibrium",
 ]  # fmt: skip
 
+DOUBTED = 1e-4  # condition number times eps from which the error of rounding is measured
+HOPELESS = 1e-3  # of an answer that rounding may take: fewer than three digits are no answer
+SOFT = 0.3  # of the stiffness against the load at rest: less looks like a limit point
 BOLD, ROUGH = 20, 12  # whole steps at most: under the law itself; under its corotational twin, or from a given state
 
 
@@ -40,17 +47,38 @@ def equilibrium(problem: Statics) -> Equilibrium:
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         if problem.cap is not None or problem.linear.cap is not None:
             return _capped(problem, history, systems)
-        if problem.start is not None:
-            try:
-                return _started(problem, history, systems)
-            except NotConverged:
-                pass  # what it tried is in the history
-        if problem.bold:
-            try:
-                return _free(problem, history, systems)
-            except NotConverged:
-                pass  # the careful way starts again from rest
-        return _careful(problem, history, systems)
+        try:
+            found = (_raised if problem.path == "load" else _followed)(problem, history, systems)
+        except NotConverged as failure:
+            raise _explained(problem, history, failure) from failure
+        if found.unstable is None or found.critical is not None:
+            return found
+        critical = critical_load(problem, history, found.unstable)
+    return replace(found, critical=critical, history=tuple(history))
+
+
+def _explained(problem: Statics, history: list[Iteration], failure: NotConverged) -> NotConverged:
+    """With the load at which the body buckles, or the motion that nothing resists, where either is why."""
+    left, facts, reason = failure.unstable, failure.facts, failure.reason
+    critical = None if left is None else critical_load(problem, history, left)
+    if critical is not None:
+        reason = f"it buckles at {100 * critical:.3g} % of the load, and of the states beyond: {reason}"
+        facts = {**facts, "critical_load": critical}
+    loose = loose_motion(problem) if left is None else None
+    return NotConverged(reason, tuple(history), facts, left, loose)
+
+
+def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+    """The equilibrium at full load: boldly, then carefully."""
+    ways = [_started] if problem.start is not None else []
+    unstable = None
+    for way in [*ways, _free] if problem.bold else ways:
+        try:
+            return way(problem, history, systems)
+        except NotConverged as failure:  # what it tried is in the history; the careful way starts again from rest
+            unstable = failure.unstable if unstable is None else unstable
+    found = _careful(problem, history, systems)
+    return found if found.unstable is not None else replace(found, unstable=unstable)
 
 
 # ------------------------------------------------------------------ whole steps at full load
@@ -104,7 +132,7 @@ def _settled(newton: Newton, x: Floats) -> Equilibrium:
     """What whole steps have found, if it is stable. Raises NotConverged."""
     stable = True if newton.problem.convex else newton.definite(x)
     if stable is False and newton.assembly.conservative:
-        raise NotConverged("the equilibrium is unstable", tuple(newton.history))
+        raise NotConverged("the equilibrium is unstable", tuple(newton.history), unstable=x)
     return _kept(newton, x, 1, stable or None)
 
 
@@ -138,18 +166,55 @@ def _careful(problem: Statics, history: list[Iteration], systems: Systems) -> Eq
     while load < 1.0:
         target = min(1.0, load + step)
         try:
-            x = newton.descend(newton.impose(x, target - load, target), target)
-            load, steps = target, steps + 1
+            there = newton.descend(newton.impose(x, target - load, target), target)
+            if not problem.sound(there):
+                raise NotConverged("the equilibrium has inverted cells", tuple(history))
+            x, load, steps = there, target, steps + 1
             step *= 2.0
         except NotConverged as failure:
             step = 0.5 * (target - load)
             if step < 1e-3:
                 reached = f"the load could be raised to {100 * load:.4g} % only: {failure.reason}"
-                raise NotConverged(reached, tuple(history), systems.facts) from failure
+                raise NotConverged(
+                    f"{reached}{_why(problem, history, x, load)}", tuple(history), systems.facts
+                ) from failure
     if problem.assembly.conservative:
         x, stable = newton.stable(x)
-        return _kept(newton, x, steps, stable)
+        return replace(_kept(newton, x, steps, stable), unstable=newton.left)
     return _kept(newton, x, steps, newton.definite(x) or None)
+
+
+def _why(problem: Statics, history: list[Iteration], x: Floats, load: float) -> str:
+    """What it looks like where a load cannot be raised: a limit point, paths that meet, or nothing known."""
+    known = softness(problem, history, x, load) if load > 0.0 else None
+    if known is None or (known[0] > SOFT and not known[1]):
+        return ""
+    soft, negative = known
+    what = (
+        "paths of equilibria seem to meet there (bifurcation)"
+        if negative
+        else f"this looks like a limit point, the stiffness against the load has fallen to {100 * soft:.2g} %"
+    )
+    return f"; {what}: `path = arc_length` of the analysis follows it"
+
+
+# ------------------------------------------------------------------ along the path
+
+
+def _followed(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+    """The first equilibrium under full load along the path from rest. Raises NotConverged."""
+    newton = direct(problem, history, "path")
+    newton.systems = systems
+    follower = Follower(newton)
+    x = follower.to_full_load()
+    stable: bool | None = newton.definite(x) or None
+    if problem.assembly.conservative:
+        x, stable = newton.stable(x)
+    found = _kept(newton, x, len(follower.path.points), stable)
+    facts = found.facts | follower.path.facts
+    meetings = [s.load for s in follower.path.limits if s.kind == "bifurcation"]
+    critical = meetings[0] if meetings and newton.left is not None else None
+    return replace(found, facts=facts, unstable=newton.left, critical=critical)
 
 
 def _kept(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equilibrium:
@@ -167,7 +232,34 @@ def _kept(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equilib
                 reason = f"single precision leaves a residual of {residual:.1e}, above {problem.rounded:.0e}"
                 raise NotConverged(f"{reason}, and an error of {error:.1e} in the energy norm", history, facts)
     found = Equilibrium(x, residual, history, steps, criterion, stable, newton.systems.name, facts)
-    return replace(found, follower=not problem.assembly.conservative)
+    # beside an equilibrium that was left, the direction is arbitrary, or nearly so: no matter of rounding
+    known = _condition(newton, x) if newton.left is None else None
+    condition, rounding = (None, None) if known is None else known
+    follower = not problem.assembly.conservative
+    return replace(found, follower=follower, condition=condition, rounding=rounding)
+
+
+def _condition(newton: Newton, x: Floats) -> tuple[float, float] | None:
+    """Of the last tangent, and the relative error that rounding may leave; None without a direct factor.
+
+    The condition number times eps is a bound that slender bodies stay far below (a rod of 1 : 50 000 in 1000
+    segments has 2e-2 and is right to 1e-8), so where it is large the error is measured. None with pressures as
+    unknowns as well. Raises NotConverged where fewer than three digits are left.
+    """
+    last, K = newton.last, newton.matrix
+    if last is None or K is None or last.tolerance or K.dtype != np.float64 or newton.assembly.saddle:
+        return None
+    try:
+        found = linear.condition(K, last)
+    except Singular:
+        return None
+    lost = found * float(np.finfo(np.float64).eps)
+    if not lost <= DOUBTED:
+        lost = min(lost, rounding_error(newton, x, last))
+    if not lost <= HOPELESS:
+        reason = f"the stiffness matrix is nearly singular ({found:.0e}): rounding takes {lost:.1g} of the answer"
+        raise NotConverged(reason, tuple(newton.history), newton.systems.facts)
+    return found, lost
 
 
 def _energy_error(exact: Assembly, x: Floats) -> float:

@@ -11,9 +11,10 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.case import Case, coverage, fault
 from softmark.interpreter.models import outcome
 from softmark.interpreter.models.beam6dof import Beam6Dof, station
+from softmark.interpreter.models.disturbing import Disturbance, disturbance_of, of_rod
 from softmark.interpreter.models.holding import Held, moved_by
 from softmark.interpreter.models.prepared import Solution
-from softmark.interpreter.models.rigid import point_rows
+from softmark.interpreter.models.rigid import AXES, point_rows
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
 from softmark.solvers.assembly import Assembly
@@ -38,6 +39,7 @@ class PreparedBeam:
     problem: Statics
     size: dict[str, int]
     notes: tuple[Diagnostic, ...] = ()
+    disturbance: Disturbance | None = None
 
     def warm(self) -> None:
         """Nothing to compile: beams are numpy."""
@@ -52,14 +54,16 @@ class PreparedBeam:
 
     def _equilibrium(self, problem: Statics) -> Equilibrium:
         """The equilibrium; modes that are switched off lose their last strain in a second solution from the first."""
-        found = equilibrium(problem)
+        put = self.disturbance
+        found = equilibrium(problem) if put is None else of_rod(put, problem, self.rest)
         if not self.elastic.stiffness.rigid:
             return found
         stiff = problem.assembly.with_internal([self.elastic.tightened(found.x)])
-        again = equilibrium(
-            replace(problem, assembly=stiff, rest=found.x, target=np.zeros_like(problem.target))
-        )
-        return replace(again, history=found.history + again.history)
+        still = np.zeros_like(problem.target)
+        again = equilibrium(replace(problem, assembly=stiff, rest=found.x, target=still, path="load"))
+        known = {**found.facts, **again.facts}
+        history = found.history + again.history
+        return replace(again, history=history, facts=known, critical=found.critical or again.critical)
 
     def _finish(self, found: Equilibrium) -> Solution:
         solution = outcome.found(found, lambda X: displacement_at(found.x, self.rest, X))
@@ -89,9 +93,10 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
         bold=False,
         extent=shape.length,
         weights=np.tile([1.0, 1.0, 1.0, *[1.0 / shape.length] * 3], nodes),
+        path=getattr(case.analysis, "path", "load"),
     )
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
-    return PreparedBeam(declared, rest, elastic, problem, size)
+    return PreparedBeam(declared, rest, elastic, problem, size, disturbance=disturbance_of(case))
 
 
 def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
@@ -108,19 +113,19 @@ def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
 
 def _supports(case: Case, stations: Floats, points: Floats) -> tuple[Ints, Floats]:
     """Held degrees of freedom of the rod (c,) and their values (c,), m or rad. Raises Fault."""
-    held = Held(case, case.shape.length)
+    held = Held(case, case.shape.length, points.mean(axis=0))
     for support in case.supports:
         components = support.thing.components
         turns = _held_turns(case.shape.axis, components)
         for node, s in enumerate(stations.tolist()):
             if coverage(support.thing.where, case.shape, s) != "all":
                 continue
-            held.rows.append(point_rows(points[node : node + 1] - points.mean(axis=0), components))
+            held.rows.append(point_rows(points[node : node + 1] - held.centre, components))
             held.rows.append(np.eye(6)[[3 + t for t in turns]] * case.shape.length)
             for c in components:
-                held.impose(6 * node + c, moved_by(support)[c], support)
+                held.impose(6 * node + c, moved_by(support)[c], support, points[node], AXES[c])
             for turn in _body_axes(case.shape.axis, turns):
-                held.impose(6 * node + 3 + turn, 0.0, support)
+                held.impose(6 * node + 3 + turn, 0.0, support, points[node], AXES[turn])
     return held.finished()
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softmark.interpreter import units
 from softmark.interpreter.case import Case, Fault, fault, reach
-from softmark.interpreter.models.rigid import free_motions, point_rows
+from softmark.interpreter.models.rigid import AXES, free_motions, point_rows
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.supports import Displaced, Follows
@@ -17,6 +18,9 @@ from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
+
+
+SAME = 1e-12  # relative difference of imposed values that rounding may make
 
 
 def selected(case: Case, owner: Declared, points: Floats, what: str) -> np.ndarray:
@@ -46,24 +50,24 @@ def selected(case: Case, owner: Declared, points: Floats, what: str) -> np.ndarr
 
 @dataclass
 class Held:
-    """Values that supports impose on degrees of freedom, and what they do to rigid motions."""
+    """Values that supports impose on degrees of freedom, and what they do to rigid motions about a centre."""
 
     case: Case
     extent: float  # m, of the body: makes rotations comparable with displacements
+    centre: Floats = field(default_factory=lambda: np.zeros(3))
     values: dict[int, tuple[float, Declared]] = field(default_factory=dict)
     rows: list[Floats] = field(default_factory=lambda: [np.zeros((0, 6))])
 
-    def impose(self, dof: int, value: float, support: Declared) -> None:
-        """Hold a degree of freedom. Raises Fault where another support holds it to another value."""
+    def impose(self, dof: int, value: float, support: Declared, place: Floats, along: str) -> None:
+        """Hold a degree of freedom of a point. Raises Fault where another support holds it to another value."""
         known, owner = self.values.setdefault(dof, (value, support))
-        if known != value:
-            raise conflict(owner, support)
+        if abs(known - value) > SAME * max(abs(known), abs(value)):
+            raise conflict((owner, known), (support, value), place, along)
 
     def finished(self) -> tuple[Ints, Floats]:
         """The degrees of freedom in order, and their values. Raises Fault where a body at rest is free to move."""
         if not isinstance(self.case.analysis, Dynamic):
-            rows = np.concatenate(self.rows) / self.extent ** np.array([0, 0, 0, 1, 1, 1])
-            must_be_held(self.case, rows)
+            must_be_held(self.case, np.concatenate(self.rows), self.centre, self.extent)
         fixed = sorted(self.values)
         return np.array(fixed, dtype=np.int64), np.array([self.values[dof][0] for dof in fixed])
 
@@ -78,15 +82,25 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
 
     `measured` has the tracked points that supports may follow, by the name of their reference.
     """
-    held = Held(case, mesh.extent)
+    held = Held(case, mesh.extent, mesh.points.mean(axis=0))
     for support in case.supports:
         nodes = np.nonzero(selected(case, support, mesh.points, "point"))[0]
-        held.rows.append(point_rows(mesh.points[nodes] - mesh.points.mean(axis=0), support.thing.components))
+        held.rows.append(point_rows(mesh.points[nodes] - held.centre, support.thing.components))
         moved = displacements(support, mesh.points[nodes], measured)
         for c in support.thing.components:
             for node, value in zip(nodes.tolist(), moved[:, c].tolist(), strict=True):
-                held.impose(3 * node + c, value, support)
+                held.impose(3 * node + c, value, support, mesh.points[node], AXES[c])
     return held.finished()
+
+
+def _listed(words: list[str]) -> str:
+    return " and to ".join((", to ".join(words[:-1]), words[-1])) if len(words) > 1 else words[0]
+
+
+def _scaled(rows: Floats, extent: float) -> Floats:
+    """Rows with turns in units of 1 / extent."""
+    scaled: Floats = rows / extent ** np.array([0, 0, 0, 1, 1, 1])
+    return scaled
 
 
 def displacements(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floats:
@@ -135,29 +149,38 @@ def _followed(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floa
     return u
 
 
-def conflict(first: Declared, second: Declared) -> Fault:
-    """Two supports that impose different values on one degree of freedom."""
-    problem = f"`{first.name}` and `{second.name}` hold the same points to different values"
-    return fault(
+def conflict(first: tuple[Declared, float], second: tuple[Declared, float], place: Floats, along: str) -> Fault:
+    """Two supports that move one point in one direction by different amounts, m."""
+    (one, known), (other, value) = first, second
+    at = units.show_all(place.tolist(), units.LENGTH) if np.any(place) else "(0, 0, 0) mm"
+    by = [f"{units.show(v, units.LENGTH)} along {along}" if v else f"0 along {along}" for v in (known, value)]
+    found = fault(
         "E305",
-        second.at("where"),
-        problem,
+        other.at("where"),
+        f"`{one.name}` and `{other.name}` hold the same points to different values",
         "contradicts the other",
-        "select different points or different components",
+        f"select other points, or leave {along} out of one of them: `components = ({_others(along)})`",
     )
+    span = one.at("where").span
+    line = f" (line {span.line})" if span is not None else ""
+    note = f"at {at} `{one.name}`{line} wants {by[0]}, `{other.name}` {by[1]}"
+    return Fault(replace(found.diagnostic, notes=(note,)))
 
 
-def must_be_held(case: Case, rows: Floats) -> None:
+def _others(along: str) -> str:
+    return ", ".join(axis for axis in AXES if axis != along)
+
+
+def must_be_held(case: Case, rows: Floats, centre: Floats, extent: float) -> None:
     """Raise a Fault where the supports leave a rigid motion."""
-    motions = free_motions(rows)
+    motions = free_motions(_scaled(rows, extent), centre, extent)
     if not motions:
         return
     at = case.supports[0].at() if case.supports else case.body.at()
-    free = " and to ".join((", ".join(motions[:-1]), motions[-1])) if len(motions) > 1 else motions[0]
     raise fault(
         "E306",
         at,
-        f"the supports of `{case.body.name}` leave it free to {free}",
+        f"the supports of `{case.body.name}` leave it free to {_listed(motions)}",
         "not held enough",
         "hold more components, or more of the body",
     )

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter import units
 from softmark.interpreter.models.prepared import Solution
 from softmark.interpreter.scene import Declared
 from softmark.solvers import linear
@@ -22,11 +25,23 @@ CRITERIA = {
 def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
     """Warnings about an equilibrium that may not be the only one."""
     at = declared.at()
-    if any(i.phase == "aside" for i in found.history):
+    if found.facts.get("recovery", {}).get("elsewhere"):
         return (
             Diagnostic(
                 "W314",
-                f"`{declared.name}` buckled: the straight equilibrium is unstable",
+                f"`{declared.name}` found back to another state than without the disturbance, of the same energy",
+                at.source,
+                at.span,
+                "one of several states",
+                "which one is found is arbitrary; an imperfection decides it",
+            ),
+        )
+    if found.critical is not None or any(i.phase == "aside" for i in found.history):
+        part = "" if found.critical is None else f" at {found.critical:.3g} of the load"
+        return (
+            Diagnostic(
+                "W314",
+                f"`{declared.name}` buckled{part}: the straight equilibrium is unstable",
                 at.source,
                 at.span,
                 "one of several states",
@@ -48,15 +63,31 @@ def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
 
 
 def solution(
-    find: Callable[[], Equilibrium], remedy: str, finish: Callable[[Equilibrium], Solution]
+    find: Callable[[], Equilibrium],
+    remedy: str,
+    finish: Callable[[Equilibrium], Solution],
+    words: Callable[[Floats], str] | None = None,
 ) -> Solution:
-    """What `find` comes to; not converged, with its history, where it finds no equilibrium."""
+    """What `find` comes to; not converged, with its history, where it finds no equilibrium.
+
+    `words` says in words which motion (dofs,) is one that nothing resists.
+    """
     try:
         found = find()
     except NotConverged as failure:
         known = facts(failure.history, None, 0) | failure.facts
-        return Solution("not_converged", f"{failure.reason}; {remedy}", known)
+        loose = "" if failure.loose is None or words is None else f"; {words(failure.loose)}"
+        return Solution("not_converged", f"{failure.reason}{loose}; {remedy}", known)
     return finish(found)
+
+
+def unresisted(X: Floats, d: Floats) -> str:
+    """A motion d (n, 3) of points X (n, 3), m, that nothing resists, in words."""
+    size = np.linalg.norm(d, axis=1)
+    moving = np.flatnonzero(size > 0.5 * size.max())
+    first = ", ".join(units.show_all(X[n].tolist(), units.LENGTH) for n in moving[:3])
+    more = ", ..." if len(moving) > 3 else ""
+    return f"nothing resists a motion of {len(moving)} of its {len(X)} nodes, at {first}{more}"
 
 
 def facts(history: tuple[Iteration, ...], residual: float | None, steps: int) -> dict[str, object]:
@@ -85,6 +116,9 @@ def found(state: Equilibrium, displacement: Callable[[Floats], Floats]) -> Solut
     known["stable"] = state.stable
     known["linear_solver"] = state.linear_solver
     known["started"] = state.started
+    known |= {"critical_load": state.critical} if state.critical is not None else {}
+    if state.condition is not None:
+        known |= {"condition": _number(state.condition), "rounding": state.rounding}
     known |= state.facts
     if state.solved:
         return Solution("converged", None, known, displacement)

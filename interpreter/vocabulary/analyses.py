@@ -18,10 +18,39 @@ class Static:
 
     Converged means that the out-of-balance force is below `tolerance` times the larger of load and reactions.
     Anything else is reported as not converged, with its history.
+
+    `path = load` raises the load, in one step where that will do. It cannot follow a load that has a maximum, as that
+    of a shallow arch before it snaps or of a balloon; the report then says which part of the load was reached and what
+    it looks like. `path = arc_length` follows the path of equilibria from rest by its length, load factor and
+    displacements together (Keller 1977; Riks 1979; Crisfield 1981), and the result is the first state on it under full
+    load. The path and its limit points and bifurcations are in the report, `solve.path` and `solve.limits`. It takes
+    many more steps, and direct linear solvers in double precision.
+
+    Where a state without buckling turns out unstable, the report has `solve.critical_load`, the part of the load at
+    which the path from rest is unstable first. `solve.condition` estimates, from below, the condition number of the
+    scaled stiffness matrix, and `solve.rounding` what rounding may take of the answer: above 1e-3 there is none.
+
+    `disturbed` puts the body far from rest first, and Newton's method goes on from there (Irving, Teran and Fedkiw
+    2004; Smith, de Goes and Kim 2018). The result is the equilibrium under the loads, as without it; a model that does
+    not find back, or to a state only that is folded or has another energy, is not converged and says so. `scrambled`:
+    every node anywhere in the bounding box, times `amount`. `flattened`: onto a plane of random direction. `collapsed`:
+    into a point, or for as many seeds onto a line. `inverted`: reflected, all cells inside out. `spun`: every cell
+    turned at random and the whole twisted by 3 turns, times `amount`; sections of a beam likewise. `amount` also
+    stretches what is flat, collapsed or inverted. The same `seed` disturbs in the same way. See `solve.recovery` of
+    the report.
     """
 
     tolerance: Annotated[float, "1 in [1e-12, 1e-2]", "largest relative out-of-balance force"] = 1e-8
     max_iterations: Annotated[int, "1 in [1, 1000]", "Newton iterations for each load step"] = 50
+    path: Annotated[
+        Literal["load", "arc_length"], "raise the load, or follow the path of equilibria by its length"
+    ] = "load"
+    disturbed: Annotated[
+        Literal["none", "scrambled", "flattened", "collapsed", "inverted", "spun"],
+        "the state that Newton's method starts from: rest, or far from it",
+    ] = "none"
+    amount: Annotated[float, "1 in (0, 1000]", "how far it is disturbed"] = 1.0
+    seed: Annotated[int, "1 in [0, 1000000000]", "of the random disturbance"] = 1
 
 
 @dataclass(frozen=True)
@@ -31,7 +60,11 @@ class Dynamic:
     Every implicit step is solved to `tolerance`; one that is not is halved, and the report says so. Damping is
     Rayleigh's, C = a M + b K with the tangent K at the start of the step: a mode of circular frequency w has the
     damping ratio a / 2w + b w / 2. Central differences are explicit: their step must stay below the critical one, which
-    is computed.
+    is computed at rest and followed on the way; a longer one is refused, or halved.
+
+    Energy is accounted for: numerical damping is a loss, which is said where it is large, and a gain, which no body has,
+    ends the motion as `diverged`. The report says how many steps there are to a period of the slowest vibration that
+    loads excite, and warns where it is not resolved.
     """
 
     duration: Annotated[float, "s in (0, inf)", "how long the motion is followed"]

@@ -142,8 +142,8 @@ def test_a_beam_refuses_what_it_cannot_represent(rest: str, code: str) -> None:
 @pytest.mark.parametrize(
     ("support", "motion"),
     [
-        ("fixed(bar, where = x <= 0 mm, components = x)", "turn about x"),
-        ("fixed(bar, where = x <= 0 mm, components = (y, z))", "move along x"),
+        ("fixed(bar, where = x <= 0 mm, components = x)", "turn about the axis through (200, 0, 0) mm along x"),
+        ("fixed(bar, where = x <= 0 mm, components = (y, z))", "slide along x"),
     ],
 )
 def test_a_body_left_free_is_named_with_its_motion(support: str, motion: str) -> None:
@@ -166,9 +166,28 @@ def test_contradicting_supports_are_named() -> None:
 
 def test_rigid_motions_of_points() -> None:
     corner = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    assert free_motions(point_rows(corner, (0, 1, 2))) == []
-    assert free_motions(point_rows(corner[:1], (0, 1, 2))) == ["turn about x", "turn about y", "turn about z"]
-    assert free_motions(point_rows(corner[:2], (0, 1, 2))) == ["turn about x"]
+    axes = [f"turn about the axis through (0, 0, 0) mm along {axis}" for axis in "xyz"]
+    assert motions(point_rows(corner, (0, 1, 2))) == []
+    assert motions(point_rows(corner[:1], (0, 1, 2))) == axes
+    assert motions(point_rows(corner[:2], (0, 1, 2))) == axes[:1]
+    assert motions(point_rows(corner, (2,))) == ["slide along x", "slide along y", axes[2]]
+    assert motions(np.zeros((0, 6))) == ["move and turn as a whole"]
+
+
+def test_an_axis_of_free_turns_is_found_where_it_lies() -> None:
+    # held in two points (0, 1, 0) and (1, 2, 0): the line through both, nearest to the centre at (-1/2, 1/2, 0)
+    hinge = np.array([[0.0, 1, 0], [1, 2, 0]])
+    (named,) = motions(point_rows(hinge, (0, 1, 2)))
+    assert named == "turn about the axis through (-500, 500, 0) mm along (0.707, 0.707, 0)"
+    # a nut on a thread: what is held is v - w / 10 along x, and all else but turning about x
+    thread = np.eye(6)[[1, 2, 4, 5]]
+    rows = np.concatenate([thread, [[1.0, 0, 0, -0.1, 0, 0]]])
+    assert motions(rows) == ["screw about the axis through (0, 0, 0) mm along x"]
+
+
+def motions(rows: np.ndarray) -> list[str]:
+    """What is free about the origin, in a body of 1 m."""
+    return free_motions(rows, np.zeros(3), 1.0)
 
 
 @pytest.mark.parametrize("segments", [3, 9, 41])
