@@ -276,6 +276,7 @@ def test_which_laws_know_of_the_volume_alone() -> None:
         "neo_hookean": True,
         "neo_hookean_isochoric": True,
         "st_venant_kirchhoff": False,
+        "stable_neo_hookean": True,
     }
 
 

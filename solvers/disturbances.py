@@ -1,0 +1,134 @@
+"""States far from rest, from which a model is to find back: scrambled, flattened, collapsed, inverted, spun.
+
+To add one: a function of a body and a generator of random numbers, and one line in DISTURBANCES.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from softmark.solvers.energies.energy import Floats, Ints
+
+TURNS = 3.0  # of the whole when it is spun
+
+
+@dataclass(frozen=True)
+class Body:
+    """Nodes at rest `points` (n, 3) in m, `cells` (m, a) whose nodes belong together, and how far to disturb them."""
+
+    points: Floats
+    cells: Ints
+    amount: float = 1.0
+
+    @property
+    def low(self) -> Floats:
+        """The lower corner of the bounding box (3,), m."""
+        corner: Floats = self.points.min(axis=0)
+        return corner
+
+    @property
+    def size(self) -> Floats:
+        """The edges of the bounding box (3,), m."""
+        edges: Floats = np.ptp(self.points, axis=0)
+        return edges
+
+    @property
+    def middle(self) -> Floats:
+        """Of the bounding box (3,), m."""
+        return self.low + 0.5 * self.size
+
+
+Random = np.random.Generator
+
+
+def scrambled(body: Body, random: Random) -> Floats:
+    """Every node anywhere in the bounding box, times the amount in each direction (n, 3)."""
+    # a straight line of nodes has no box: it is given one as thick as a tenth of its length
+    size = np.maximum(body.size, 0.1 * body.size.max())
+    places: Floats = body.middle + body.amount * size * random.uniform(-0.5, 0.5, body.points.shape)
+    return places
+
+
+def flattened(body: Body, random: Random) -> Floats:
+    """Projected onto a plane through the middle with a random normal, and there times the amount (n, 3)."""
+    n = _direction(random)
+    away = body.points - body.middle
+    places: Floats = body.middle + body.amount * (away - np.outer(away @ n, n))
+    return places
+
+
+def collapsed(body: Body, random: Random) -> Floats:
+    """All nodes in one random point of the box or, as often, on a random line through it, there times the amount."""
+    n, line = _direction(random), random.random() < 0.5
+    point = body.low + random.random(3) * body.size
+    along = (body.points - body.middle) @ n
+    places: Floats = point + (body.amount * np.outer(along, n) if line else np.zeros_like(body.points))
+    return places
+
+
+def inverted(body: Body, random: Random) -> Floats:
+    """Reflected by a random plane through the middle, and times the amount: every cell is inside out (n, 3)."""
+    n = _direction(random)
+    away = body.points - body.middle
+    places: Floats = body.middle + body.amount * (away - 2.0 * np.outer(away @ n, n))
+    return places
+
+
+def spun(body: Body, random: Random) -> Floats:
+    """Every cell turned at random about its middle, nodes where cells put them on average, and the whole twisted.
+
+    (n, 3). The twist is TURNS times the amount, in either sense, from one end of the longest direction to the other.
+    """
+    corners = body.points[body.cells]
+    middles = corners.mean(axis=1, keepdims=True)
+    turned = middles + (corners - middles) @ turns(len(corners), random)
+    places = np.zeros_like(body.points)
+    np.add.at(places, body.cells, turned)
+    count = np.bincount(body.cells.ravel(), minlength=len(places))
+    return _twisted(body, places / np.maximum(count, 1)[:, None], random)
+
+
+def _twisted(body: Body, places: Floats, random: Random) -> Floats:
+    axis = int(np.argmax(body.size))
+    b, c = (axis + 1) % 3, (axis + 2) % 3
+    sense = TURNS * body.amount * random.choice([-1.0, 1.0])
+    angle = 2.0 * np.pi * sense * (body.points[:, axis] - body.low[axis]) / body.size[axis]
+    p, q = (places - body.middle)[:, [b, c]].T
+    places[:, b] = body.middle[b] + np.cos(angle) * p - np.sin(angle) * q
+    places[:, c] = body.middle[c] + np.sin(angle) * p + np.cos(angle) * q
+    return places
+
+
+def turns(count: int, random: Random) -> Floats:
+    """Random rotations (count, 3, 3), all equally likely: of normal unit quaternions (Shoemake 1992)."""
+    q = random.standard_normal((count, 4))
+    w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.ascontiguousarray(np.array(rows).transpose(2, 0, 1))
+
+
+def _direction(random: Random) -> Floats:
+    n = random.standard_normal(3)
+    unit: Floats = n / np.linalg.norm(n)
+    return unit
+
+
+DISTURBANCES: dict[str, Callable[[Body, Random], Floats]] = {
+    "scrambled": scrambled,
+    "flattened": flattened,
+    "collapsed": collapsed,
+    "inverted": inverted,
+    "spun": spun,
+}
+
+
+def disturbed(kind: str, body: Body, seed: int) -> Floats:
+    """Where the nodes are then (n, 3), m: the same for the same seed. Raises KeyError for an unknown kind."""
+    return DISTURBANCES[kind](body, np.random.default_rng(seed))
