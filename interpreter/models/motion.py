@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,16 +12,19 @@ import numpy as np
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import units
 from softmark.interpreter.case import Case, fault
+from softmark.interpreter.models.meshing import mesh_facts
 from softmark.interpreter.models.prepared import History, Solution, Status
 from softmark.interpreter.picking import picked
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS, Integrator
+from softmark.solvers.dynamics.balance import LOSS
 from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Course, Dynamics, Rayleigh, constant
+from softmark.solvers.dynamics.resolution import FEW, WRONG, Resolution, resolution, resolved
 from softmark.solvers.dynamics.scheme import Motion, StepTooLong
-from softmark.solvers.dynamics.trajectory import NotConverged, Trajectory
+from softmark.solvers.dynamics.trajectory import Diverged, NotConverged, Trajectory
 from softmark.solvers.elements.interpolation import locate
 from softmark.solvers.energies.energy import Energy, Floats
 
@@ -34,7 +37,6 @@ if TYPE_CHECKING:
 KEPT = 2000  # states of a march; of more steps, every second, third ... is kept
 FRAMES = 40  # of the mesh that are kept for other programs
 MOMENTS = 200  # of the energies that a report keeps
-UNACCOUNTED = 0.1  # of the largest energy of a motion: what an integrator may add before it is said
 REMEDY = "try a smaller step, another integrator or more damping"
 
 
@@ -78,10 +80,26 @@ class PreparedMotion:
         try:
             track = march(self.problem, self.analysis.duration, self.analysis.step, keep)
         except StepTooLong as refused:
-            return Solution("failed", f"{refused}; take a smaller step or an implicit integrator", {})
+            message = f"{refused}; take a smaller step or an implicit integrator"
+            return Solution("failed", message, {"critical_step_s": refused.critical})
+        except Diverged as gained:
+            return Solution("diverged", f"{gained.reason}; {REMEDY}", _facts(gained.trajectory))
         except NotConverged as failure:
             return Solution("not_converged", f"{failure.reason}; {REMEDY}", _facts(failure.trajectory))
         return self._finish(track, every)
+
+    def _resolution(self) -> Resolution | None:
+        """How the step resolves the slowest vibration, or a spin where it does so worse; explicit steps resolve all."""
+        problem, times = self.problem, (self.analysis.duration, self.analysis.step)
+        if problem.integrator.explicit:
+            return None
+        with np.errstate(all="ignore"):
+            found = resolution(problem, self.mesh.points, *times)
+        spin = float(np.linalg.norm(self.analysis.spin))
+        turn = resolved(problem.integrator, Rayleigh(problem.damping.alpha), spin, *times) if spin else None
+        if turn is not None and (found is None or turn.error > found.error):
+            return replace(turn, motion="turn")
+        return found
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
         step, last = self.analysis.step, len(track.observed) - 1
@@ -105,15 +123,19 @@ class PreparedMotion:
         )
         missed = int((~track.solved).sum())
         message = f"{missed} of {len(track.solved)} steps were accepted unsolved" if missed else None
-        notes = (*_events(self.declared, track), *_unbalanced(self.declared, track))
+        found = self._resolution()
+        notes = (
+            *_events(self.declared, track),
+            *_unbalanced(self.declared, track),
+            *_unresolved(self.declared, self.analysis, found),
+        )
+        facts = _facts(track) | mesh_facts(self.mesh) | ({} if found is None else {"resolution": found.facts})
         status: Status = "capped" if missed else "converged"
         from softmark.interpreter.models.solid import Deformed, displacement_of
 
         some = picked(len(kept), FRAMES)
         mesh = Deformed(self.mesh, nodes[-1], track.times[kept][some], nodes[some])
-        return Solution(
-            status, message, _facts(track), displacement_of(self.mesh, nodes[-1]), notes, history, mesh
-        )
+        return Solution(status, message, facts, displacement_of(self.mesh, nodes[-1]), notes, history, mesh)
 
 
 def _whole(track: Trajectory, values: NDArray[Any], step: float) -> Floats:
@@ -162,29 +184,69 @@ def _facts(track: Trajectory) -> dict[str, Any]:
         some = picked(len(track.times), MOMENTS)
         facts["times"] = track.times[some].tolist()
         facts["energies"] = {name: values[some].tolist() for name, values in track.energies.items()}
+        facts["energy"] = track.balance.facts
         facts["drift_J"] = float(track.energies["drift"][-1])
     return facts
 
 
 def _unbalanced(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
-    """A warning where the step is too long for what happens in it: energy appears that nothing has brought."""
-    E = track.energies
-    most = float((E["kinetic"] + E["strain"]).max(initial=0.0))
-    gained = float(E["drift"].max(initial=0.0))
-    if gained <= UNACCOUNTED * most:
+    """A warning where energy appears that nothing has brought, or where the integrator has taken most of it."""
+    found, at = track.balance, declared.at()
+    if found.gained:
+        problem = f"{100 * found.gain:.0f} % of the largest came from nowhere"
+        return (
+            Diagnostic(
+                "W318",
+                f"the energies of `{declared.name}` do not balance: {problem}",
+                at.source,
+                at.span,
+                "the step is too long",
+                "try a smaller step, or give loads and supports that act at once a `course`",
+            ),
+        )
+    if found.loss <= LOSS:
         return ()
-    at = declared.at()
     return (
         Diagnostic(
-            "W318",
-            f"the energies of `{declared.name}` do not balance: {100 * gained / most:.0f} % of the largest came from "
-            "nowhere",
+            "W361",
+            f"the integrator has taken {100 * found.loss:.0f} % of the energy of `{declared.name}`",
             at.source,
             at.span,
-            "the step is too long",
-            "try a smaller step, or give loads and supports that act at once a `course`",
+            "numerical damping",
+            "where it comes to rest is right, how it gets there is not: try a smaller step, or `trapezoidal`",
         ),
     )
+
+
+def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None) -> tuple[Diagnostic, ...]:
+    """A warning where the step is too long for the slowest vibration that loads excite."""
+    if found is None or not found.doubtful:
+        return ()
+    at = declared.at()
+    moves = "slowest vibration" if found.motion == "vibration" else "turning"
+    period = units.show(float(f"{found.period:.3g}"), units.TIME)
+    problem = (
+        f"{found.steps:.2g} steps to a period of {period}"
+        if found.steps < FEW
+        else f"at the end it is off by {100 * min(found.error, 1.0):.0f} % of its swing (period {period})"
+    )
+    return (
+        Diagnostic(
+            "W362",
+            f"the {moves} of `{declared.name}` is not resolved: {problem}",
+            at.source,
+            at.span,
+            f"a step of {units.show(analysis.step, units.TIME)}",
+            f"what has come to rest is right, and what moves is not: try a step of {_better(found, analysis)} or less",
+        ),
+    )
+
+
+def _better(found: Resolution, analysis: Dynamic) -> str:
+    """A step that resolves it, at one or two digits: errors fall with the step, or with its square."""
+    order = 1.0 if analysis.integrator == "implicit_euler" else 0.5
+    step = min(found.period / (2.0 * FEW), analysis.step * (0.5 * WRONG / max(found.error, 1e-9)) ** order)
+    return units.show(float(f"{step:.1g}"), units.TIME)
 
 
 def _events(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:

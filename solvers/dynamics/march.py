@@ -9,12 +9,17 @@ from typing import Any
 
 import numpy as np
 
+from softmark.solvers.dynamics.balance import Account
 from softmark.solvers.dynamics.ledger import NAMES, Entry, finite, next_entry, open_entry
 from softmark.solvers.dynamics.newton import Outcome
 from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.dynamics.scheme import Motion, Past, StepFailed
 from softmark.solvers.dynamics.system import System
-from softmark.solvers.dynamics.trajectory import Event, NotConverged, Trajectory
+from softmark.solvers.dynamics.trajectory import Diverged, Event, NotConverged, Trajectory
+
+NOISE = 1e4  # times the rounding of forces
+
+NOISE = 1e4  # times the rounding of forces
 
 Observer = Callable[[Motion], Any]
 
@@ -29,8 +34,9 @@ def march(problem: Dynamics, duration: float, step: float, observe: Observer = w
 
     `observe` is called at time 0 and after every accepted step, outside the clock; what it gives back is kept.
     A step that fails is halved and later ones grow back. Raises NotConverged, with the trajectory so far, where a
-    step fails at `problem.shortest` of its length, StepTooLong where an explicit integrator cannot take the
-    step, ValueError for a duration or step that is not positive.
+    step fails at `problem.shortest` of its length, Diverged where the motion has gained energy that nothing has
+    brought (balance.py), StepTooLong where an explicit integrator cannot take the step, ValueError for a duration
+    or step that is not positive.
     """
     if not (0.0 < step < math.inf and 0.0 < duration < math.inf):
         raise ValueError("duration and step must be positive")
@@ -50,6 +56,7 @@ class _March:
         self.costs: list[tuple[float, float]] = []  # wall, cpu
         self.outcomes: list[Outcome] = []
         self.events: list[Event] = []
+        self.account = Account()
         self.ticks = 2 ** max(0, round(-math.log2(problem.shortest)))  # of the shortest step in a whole one
 
     def run(self) -> Trajectory:
@@ -66,6 +73,8 @@ class _March:
         past, ticks = Past(start), self.ticks
         for number in range(math.ceil(self.duration / self.step - 1e-9)):
             past, entry, ticks = self._whole_step(number, past, entry, ticks)
+        if self.account.over:
+            raise self._diverged(past.now.time)
         return self._trajectory(complete=True)
 
     def _whole_step(self, number: int, past: Past, entry: Entry, ticks: int) -> tuple[Past, Entry, int]:
@@ -85,11 +94,16 @@ class _March:
             self.costs.append(spent)
             self.outcomes.append(self.system.outcome)
             self._keep(entry)
+            if self.account.diverged:
+                raise self._diverged(motion.time)
             past, done = Past(motion, past.now), done + ticks
-            if ticks < self.ticks and done % (2 * ticks) == 0:
+            if ticks < self.ticks and done % (2 * ticks) == 0 and self._may_grow(length, ticks):
                 ticks *= 2
             wall, cpu = time.perf_counter(), time.process_time()
         return past, entry, ticks
+
+    def _may_grow(self, length: float, ticks: int) -> bool:
+        return bool(length * (2 * ticks / self.ticks) <= self.system.longest)
 
     def _attempt(self, past: Past, end: float) -> Motion:
         self.system.damping.begin(past.now.x)
@@ -116,8 +130,25 @@ class _March:
 
     def _keep(self, entry: Entry) -> None:
         self.times.append(entry.motion.time)
+        energies = dict(zip(NAMES, entry.values, strict=True))
+        self.account.add(entry.motion.time, energies, self._noise(entry.motion), self.system.swing)
         self.entries.append(entry.values)
         self.observed.append(self.observe(entry.motion))
+
+    def _noise(self, motion: Motion) -> float:
+        """What rounding of forces may do in work, J, ten thousandfold: a body at rest gains no energy from it."""
+        way = max(
+            float(np.abs(motion.x).max(initial=0.0)), self.step * float(np.abs(motion.v).max(initial=0.0))
+        )
+        return NOISE * self.system.forces.rounding(motion.x) * way
+
+    def _diverged(self, now: float) -> Diverged:
+        gain = self.account.balance.gain
+        return Diverged(
+            f"at {now:.6g} s the motion has gained {_times(gain)} the energy that start, loads and supports brought",
+            self._trajectory(complete=False),
+            tuple(self.system.newton.history),
+        )
 
     def _stopped(self, reason: str) -> NotConverged:
         return NotConverged(reason, self._trajectory(complete=False), tuple(self.system.newton.history))
@@ -141,4 +172,10 @@ class _March:
             np.array([o.solved for o in outcomes], dtype=bool),
             np.array([o.lagged for o in outcomes], dtype=bool),
             lagged.failures if lagged else 0,
+            self.account.balance,
         )
+
+
+def _times(share: float) -> str:
+    """`60 % of` or `3.2 times`."""
+    return f"{100 * share:.0f} % of" if share < 1.0 else f"{share:.3g} times"

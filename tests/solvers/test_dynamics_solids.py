@@ -339,4 +339,4 @@ def test_critical_step_of_a_solid(law: Maker, elastic: Energies) -> None:
     critical = 2 / np.sqrt(eigh(K, np.diag(problem.mass[free]), eigvals_only=True)[-1])
     with pytest.raises(StepTooLong) as refused:
         march(problem, 1.0, critical)
-    assert refused.value.critical == pytest.approx(0.9 * critical, rel=1e-3)
+    assert refused.value.critical == pytest.approx(0.96 * critical, rel=1e-3)  # its safety

@@ -1,0 +1,90 @@
+"""Whether the energy of a motion balances: what an integrator has added or lost, against what there was.
+
+With E = kinetic + strain energy, W the work of loads and of moving supports and D what damping has taken, all since
+the start, the balance is B(t) = E(t) - E(0) - W(t) + D(t) (Belytschko, Liu, Moran and Elkhodary 2014, section 6.2).
+Numerical damping makes it negative, which integrators are made for: it counts as a loss. Nothing physical makes it
+grow: a gain is an error of the integrator, whose step is too long for what happens in it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.solvers.energies.energy import Floats
+
+GAIN = 0.5  # of the energy that start, loads and supports have brought: a motion that keeps more has diverged
+PATIENCE = 16  # steps: generalized_alpha overshoots in the first ones where they are long, and comes back
+SAID = 0.1  # of it: beyond this a gain is said
+LOSS = 0.25  # of it: beyond this a loss is said; under a load that acts at once all there is to lose is half
+
+
+@dataclass(frozen=True)
+class Balance:
+    """The balance of a motion, as parts of its scale, and the energy itself, J."""
+
+    drift: float  # max |B| / scale
+    gain: float  # the largest rise of B above its lowest value before / scale
+    loss: float  # max(-B) / scale
+    scale: float  # J, what start, loads and supports have brought at most
+    time: float  # s, when the gain was largest
+
+    @property
+    def gained(self) -> bool:
+        """Whether energy has come from nowhere, beyond the bound SAID."""
+        return self.gain > SAID
+
+    @property
+    def facts(self) -> dict[str, float | bool]:
+        """The `energy` part of what a report says of a solution."""
+        return {
+            "drift": self.drift, "gained": self.gained, "gain": self.gain, "loss": self.loss, "scale_J": self.scale,
+        }  # fmt: skip
+
+
+class Account:
+    """Follows the balance of a motion from entry to entry."""
+
+    def __init__(self) -> None:
+        self.first = self.scale = 0.0
+        self.lowest = self.gain = self.loss = self.drift = 0.0
+        self.time, self.over = 0.0, 0  # over: for how many steps the gain is beyond GAIN
+        self.started = self.record = False
+
+    def add(self, time: float, energies: dict[str, float], noise: float = 0.0, swing: float = 0.0) -> None:
+        """Take in the energies (J) at a time (s).
+
+        `noise` is what rounding leaves in them; `swing` the part of the energy that comes and goes in stable steps.
+        """
+        if not self.started:
+            self.first, self.started = abs(energies["kinetic"]) + abs(energies["strain"]), True
+        brought = self.first + abs(energies["load_work"]) + abs(energies["support_work"])
+        self.scale = max(self.scale, brought, noise)
+        B = energies["drift"]
+        self.lowest = min(self.lowest, B)
+        self.loss, self.drift = max(self.loss, -B), max(self.drift, abs(B))
+        self.record = B - self.lowest > self.gain
+        if self.record:
+            self.gain, self.time = B - self.lowest, time
+        self.over = self.over + 1 if B - self.lowest > (GAIN + swing) * self.scale else 0
+
+    @property
+    def diverged(self) -> bool:
+        """Whether the gain has been beyond GAIN for PATIENCE steps, and is larger than ever."""
+        return self.over >= PATIENCE and self.record
+
+    @property
+    def balance(self) -> Balance:
+        """Up to now."""
+        share = 1.0 / self.scale if self.scale > 0.0 else 0.0
+        return Balance(share * self.drift, share * self.gain, share * self.loss, self.scale, self.time)
+
+
+def balance_of(times: NDArray[np.float64], energies: dict[str, Floats], noise: float = 0.0) -> Balance:
+    """The balance of a whole motion from its energies (t,), J, at times (t,), s (see Trajectory)."""
+    account = Account()
+    for i, time in enumerate(times.tolist()):
+        account.add(time, {name: float(values[i]) for name, values in energies.items()}, noise)
+    return account.balance

@@ -1,0 +1,143 @@
+"""Distorted meshes for studies of stability: a made mesh whose worst cell has a given quality.
+
+The quality of a cell is its mean ratio: of a tetrahedron 12 (3 V)^(2/3) over the sum of its squared edges, which is
+3 det(S)^(2/3) / |S|^2 for the map S from the regular one (Liu and Joe 1994; Knupp 2001, SIAM J. Sci. Comput. 23(1));
+of a hexahedron the least of 3 det(J)^(2/3) / |J|^2 over its corners, J their three edges. 1 is a regular tetrahedron
+or a cube, 0 is flat. Ten-node tetrahedra count as their corners.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.solvers.mesh.mesh import Floats, Mesh, jacobians
+
+SEED = 20  # of the directions
+FLAT = 1e-9  # sine between facets that are taken for one plane
+HALVINGS = 120  # of the bracket of the amplitude: to its last digit
+
+# of each corner of a hexahedron the three others that it shares edges with, right-handed, in the order of VTK
+CORNERS = np.array([[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]])
+
+
+class TooPoor(Exception):
+    """The mesh has a cell of less quality than was asked for already; the message has the quality that it has."""
+
+
+def qualities(mesh: Mesh) -> Floats:
+    """Mean ratio of every cell (m,), 1 at best; 0 or below where a cell is flat or inside out."""
+    if mesh.kind == "hex8":
+        corners = mesh.points[mesh.cells]  # (m, 8, 3)
+        J = corners[:, CORNERS] - corners[:, :, None]  # (m, 8, 3, 3)
+        found: Floats = _ratio(J).min(axis=1)
+        folded = (jacobians(mesh, mesh.element.quadrature()[0]) <= 0.0).any(axis=1)
+        return np.where(folded, np.minimum(found, 0.0), found)
+    corners = mesh.points[mesh.cells[:, :4]]
+    J = corners[:, 1:] - corners[:, :1]
+    i, j = np.triu_indices(4, 1)
+    squares = np.sum((corners[:, i] - corners[:, j]) ** 2, axis=(1, 2))
+    volume = _determinants(J) / 6.0
+    signed: Floats = 12.0 * np.cbrt(3.0 * volume) * np.abs(np.cbrt(3.0 * volume)) / squares
+    return signed
+
+
+def _determinants(J: Floats) -> Floats:
+    """Triple products of three rows (..., 3, 3): to the last digit where they are small, as an LU's are not."""
+    det: Floats = np.einsum("...i,...i->...", np.cross(J[..., 0, :], J[..., 1, :]), J[..., 2, :])
+    return det
+
+
+def _ratio(J: Floats) -> Floats:
+    """3 det^(2/3) / |J|^2, with the sign of the determinant."""
+    root = np.cbrt(_determinants(J))
+    ratio: Floats = 3.0 * root * np.abs(root) / np.sum(J**2, axis=(-2, -1))
+    return ratio
+
+
+def worst(mesh: Mesh) -> tuple[float, int]:
+    """The least quality and the cell that has it."""
+    found = qualities(mesh)
+    cell = int(np.argmin(found))
+    return float(found[cell]), cell
+
+
+def distorted(mesh: Mesh, quality: float) -> Mesh:
+    """The mesh with its nodes moved at random, reproducibly, until its worst cell has a quality in (0, 1).
+
+    Inner nodes move freely, nodes of plane parts of the boundary in that plane, nodes of straight edges along them,
+    others stay: the body and its volume remain what they were. Mid-edge nodes move by the mean of the ends. All move
+    in proportion to one amplitude, which is bisected; no cell is inside out below it. Raises TooPoor.
+    """
+    before = worst(mesh)[0]
+    if before < quality:
+        raise TooPoor(f"{before:.3g}")
+    ways = _ways(mesh)
+    low, high = 0.0, 1e-3
+    while worst(moved(mesh, ways, high))[0] > quality and high < 1e6:
+        low, high = high, 1.25 * high
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if worst(moved(mesh, ways, middle))[0] >= quality:
+            low = middle
+        else:
+            high = middle
+    return moved(mesh, ways, low)
+
+
+def moved(mesh: Mesh, ways: Floats, amplitude: float) -> Mesh:
+    """Nodes moved by an amplitude times their ways (n, 3), m."""
+    return Mesh(mesh.points + amplitude * ways, mesh.cells, mesh.kind, mesh.skin)
+
+
+def _ways(mesh: Mesh) -> Floats:
+    """Directions at random (n, 3), m, no longer than the edges around a node; along the boundary on it."""
+    rng = np.random.default_rng(SEED)
+    ways = rng.uniform(-1.0, 1.0, mesh.points.shape) * _reach(mesh)[:, None]
+    normals = _normals(mesh)
+    for node, found in normals.items():
+        ways[node] = _along(ways[node], found)
+    if mesh.kind == "tet10":
+        from softmark.solvers.elements.tet10 import EDGES
+
+        middles, ends = mesh.cells[:, 4:], mesh.cells[:, np.array(EDGES)]
+        ways[middles] = 0.5 * (ways[ends[..., 0]] + ways[ends[..., 1]])
+    return ways
+
+
+def _reach(mesh: Mesh) -> Floats:
+    """The shortest distance from a node to another corner of its cells (n,), m."""
+    corners = 8 if mesh.kind == "hex8" else 4
+    reach = np.full(len(mesh.points), np.inf)
+    i, j = np.triu_indices(corners, 1)
+    a, b = mesh.cells[:, i].ravel(), mesh.cells[:, j].ravel()
+    length = np.linalg.norm(mesh.points[a] - mesh.points[b], axis=1)
+    np.minimum.at(reach, a, length)
+    np.minimum.at(reach, b, length)
+    return np.where(np.isfinite(reach), reach, 0.0)
+
+
+def _normals(mesh: Mesh) -> dict[int, list[Floats]]:
+    """The different normals of the facets around each corner of the boundary; a facet that is not plane has several."""
+    found: dict[int, list[Floats]] = {}
+    triangles = mesh.facets[:, :3] if mesh.kind == "tet10" else mesh.faces
+    a, b, c = (mesh.points[triangles[:, k]] for k in range(3))
+    n = np.cross(b - a, c - a)
+    n /= np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-300)
+    for triangle, normal in zip(triangles.tolist(), n, strict=True):
+        for node in triangle:
+            known = found.setdefault(node, [])
+            if all(np.linalg.norm(np.cross(normal, other)) > FLAT for other in known):
+                known.append(normal)
+    return found
+
+
+def _along(way: Floats, normals: list[Floats]) -> Floats:
+    """What of a way stays in one plane, or on the edge of two; nothing in a corner."""
+    if len(normals) == 1:
+        return way - (way @ normals[0]) * normals[0]
+    if len(normals) > 2:
+        return np.zeros(3)
+    edge = np.cross(normals[0], normals[1])
+    edge /= np.linalg.norm(edge)
+    along: Floats = (way @ edge) * edge
+    return along
