@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from softmark.references.data import find, source_of
 from softmark.references.measured import Frame, MeasuredSurface, Unreadable, Vector
+from softmark.references.rationing import rationed, reason_of
 from softmark.references.registration import Registration, face_to_face, icp
 from softmark.references.surfaces import (
     Target,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 else:
     from softmark.references.deferred import np
 
+ABSURD = 1e50  # m: areas of larger triangles leave the range of numbers
 TRIMESH = frozenset({".stl", ".obj", ".ply", ".off"})
 UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
 
@@ -149,8 +151,7 @@ def tidied(
 
     Raises Unreadable where nothing is left or a coordinate is not finite.
     """
-    if not np.isfinite(points).all():
-        raise Unreadable(name, "some of its coordinates are not finite numbers", "repair the file")
+    _sound(name, points)
     points, triangles, merged = _merged(points, triangles)
     if not len(triangles):
         raise Unreadable(name, "none of its triangles has an area", "repair the file")
@@ -164,6 +165,17 @@ def tidied(
         if keep == "largest":
             points, triangles = used(points, triangles[largest])
     return points, *_outward(points, triangles, notes)
+
+
+def _sound(name: str, points: Array) -> None:
+    """Refuse coordinates with which no distance can be computed. Raises Unreadable."""
+    bad = ~(np.abs(points) < ABSURD).all(axis=1)
+    if bad.any():
+        first = int(np.argmax(bad))
+        what = "absurdly large" if np.isfinite(points[first]).all() else "not finite numbers"
+        told = ", ".join(f"{x:g}" for x in points[first])
+        raise Unreadable(name, f"some of its coordinates are {what}: point {first} lies at ({told}) m, and "
+                         f"{int(bad.sum())} of {len(points)} points are so", "repair the file")  # fmt: skip
 
 
 def _merged(points: Array, triangles: Ints) -> tuple[Array, Ints, int]:
@@ -190,12 +202,34 @@ def read_surface(file: Path) -> tuple[Array, Ints]:
     """Points (n, 3) and triangles (t, 3) of a file, in its own units and frame. Raises Unreadable."""
     if file.is_dir():
         raise Unreadable(str(file), "it is a folder", "name a file")
+    _complete(file)
     points, triangles = (_by_trimesh if file.suffix.lower() in TRIMESH else _by_meshio)(file)
     if not len(triangles):
         raise Unreadable(file.name, "it has no triangles", "write the surface as triangles")
-    if triangles.min() < 0 or triangles.max() >= len(points):
-        raise Unreadable(file.name, "a triangle names a point that does not exist", "write the file again")
+    wrong = ((triangles < 0) | (triangles >= len(points))).any(axis=1)
+    if wrong.any():
+        first = int(np.argmax(wrong))
+        raise Unreadable(file.name, f"a triangle names a point that does not exist: triangle {first} names points "
+                         f"{', '.join(map(str, triangles[first]))}, and the file has {len(points)} "
+                         f"({int(wrong.sum())} of {len(triangles)} do so)", "write the file again")  # fmt: skip
     return np.asarray(points, dtype=float)[:, :3], np.asarray(triangles, dtype=np.int64)
+
+
+def _complete(file: Path) -> None:
+    """Refuse an empty file, and a binary STL that is shorter than its header says. Raises Unreadable."""
+    try:
+        size = file.stat().st_size
+        with file.open("rb") as data:
+            head = data.read(84)
+    except OSError as error:
+        raise Unreadable(file.name, f"it cannot be read ({error.strerror})", "see that it can be opened") from None
+    if size == 0:
+        raise Unreadable(file.name, "it is empty", "write the file again")
+    if file.suffix.lower() == ".stl" and len(head) == 84 and not head.lstrip().startswith(b"solid"):
+        count = int.from_bytes(head[80:], "little")
+        if size < 84 + 50 * count:
+            raise Unreadable(file.name, f"it promises {count} triangles and breaks off after {(size - 84) // 50}",
+                             "write the file again")  # fmt: skip
 
 
 def _by_trimesh(file: Path) -> tuple[Any, Any]:
@@ -207,10 +241,11 @@ def _by_trimesh(file: Path) -> tuple[Any, Any]:
     level = log.level
     log.setLevel("CRITICAL")  # a missing texture is nobody's concern here
     try:
-        mesh = trimesh.load_mesh(str(file), process=False)
+        with rationed(file), file.open("rb") as data:  # a stream: materials that the file names elsewhere stay unread
+            mesh = trimesh.load_mesh(data, file_type=file.suffix.lower()[1:], process=False)
     except Exception as error:  # its readers raise what they like
-        raise Unreadable(file.name, f"trimesh cannot read it ({error or type(error).__name__})",
-                         "write the file again") from None  # fmt: skip
+        reason = f"trimesh cannot read it ({reason_of(error)})"
+        raise Unreadable(file.name, reason, "write the file again") from None
     finally:
         log.setLevel(level)
     return getattr(mesh, "vertices", np.zeros((0, 3))), getattr(mesh, "faces", np.zeros((0, 3), dtype=int))
@@ -234,17 +269,20 @@ _TRIANGLES = {
 
 def _meshio(file: Path) -> Any:
     """What meshio makes of the file in one of the formats of its name. Raises Unreadable."""
+    if file.suffix.lower() in (".xdmf", ".xmf") and b"hdf" in file.read_bytes().lower():
+        raise Unreadable(file.name, "its numbers lie in another file, which the scene does not name",
+                         "write it as STL, OBJ, PLY or VTK")  # fmt: skip
     meshio = importlib.import_module("meshio")
     kinds = meshio.extension_to_filetypes.get(file.suffix.lower(), [None])  # None: let meshio say it
     reasons = []
     for kind in (k for k in kinds if k not in UNENDING):
         said = StringIO()  # meshio prints why it fails, and exits
         try:
-            with redirect_stdout(said), redirect_stderr(said):
+            with redirect_stdout(said), redirect_stderr(said), rationed(file):
                 return meshio.read(file, kind)
         except SystemExit:
             reasons.append(" ".join(said.getvalue().split()) or f"it is no {kind} file")
         except Exception as error:  # its readers raise what they like
-            reasons.append(str(error) or type(error).__name__)
+            reasons.append(reason_of(error))
     why = "; ".join(reasons) or "in this format it may never finish"
     raise Unreadable(file.name, f"meshio cannot read it ({why})", "write it as STL, OBJ, PLY or VTK")

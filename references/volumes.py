@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Iterable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softmark.references.measured import Unreadable, Vector
+from softmark.references.rationing import rationed, reason_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -57,11 +59,12 @@ def read_volume(file: Path, spacing: Vector | None = None, unit: float | None = 
     """
     read = _reader(file)
     try:
-        volume = read(file, spacing, unit)
-    except (Unreadable, MemoryError):
+        with nullcontext() if read is _dicom else rationed(file):  # a series is many files
+            volume = read(file, spacing, unit)
+    except Unreadable:
         raise
     except Exception as error:  # readers raise what they like
-        reason = f"it cannot be read ({error or type(error).__name__})"
+        reason = f"it cannot be read ({reason_of(error)})"
         raise Unreadable(file.name, reason, "write the file again") from None
     if spacing is not None:
         volume = _spaced(volume, spacing)
@@ -93,6 +96,7 @@ def _numpy(file: Path, spacing: Vector | None, unit: float | None) -> Volume:
 
 
 def _nrrd(file: Path, spacing: Vector | None, unit: float | None) -> Volume:
+    _alone(file)
     values, header = imported("nrrd", file.name).read(str(file))
     if "space directions" in header:
         axes = np.asarray(header["space directions"], dtype=float).T
@@ -106,6 +110,18 @@ def _nrrd(file: Path, spacing: Vector | None, unit: float | None) -> Volume:
     origin = np.asarray(header.get("space origin", np.zeros(3)), dtype=float)
     length = unit or _length(file.name, said)
     return Volume(values, length * axes, length * origin)
+
+
+def _alone(file: Path) -> None:
+    """Refuse a header whose voxels lie in a file outside its own folder. Raises Unreadable."""
+    with file.open("rb") as lines:
+        head = lines.read(1 << 16).split(b"\n\n", 1)[0].decode("ascii", errors="replace")
+    for line in head.splitlines():
+        key, _, value = line.partition(":")
+        place = Path(value.strip())
+        if key.strip().lower().replace(" ", "") == "datafile" and place.name != str(place):
+            reason = f"its voxels lie in {place}, outside its own folder"
+            raise Unreadable(file.name, reason, "put the two files side by side")
 
 
 def _nifti(file: Path, spacing: Vector | None, unit: float | None) -> Volume:

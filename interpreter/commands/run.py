@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--junit FILE] [--vtu] [--repeat N]"""
+    """FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--junit FILE] [--vtu] [--stated]"""
     scene_options(parser)
     parser.add_argument(
         "--out", metavar="DIR", help="folder for report.html and report.json (default: NAME-report)"
@@ -25,6 +25,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", metavar="FILE", help="write the JSON report to FILE; - is standard output")
     parser.add_argument("--junit", metavar="FILE", help="write models and expectations as a JUnit file")
     parser.add_argument("--vtu", action="store_true", help="write meshes and surfaces for ParaView as well")
+    stated = "say what error each model states itself, from a coarser mesh and its own state"
+    parser.add_argument("--stated", action="store_true", help=stated)
     parser.add_argument("--repeat", type=_count, default=1, metavar="N", help="time each solution N times")
 
 
@@ -60,6 +62,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _run(scene: Scene, found: list[Diagnostic], parsed: argparse.Namespace, progress: Progress) -> int:
+    from softmark.interpreter import leaving
     from softmark.interpreter import run as runner
     from softmark.interpreter.commands.scenes import show
     from softmark.interpreter.commands.shelf import Shelf
@@ -71,11 +74,13 @@ def _run(scene: Scene, found: list[Diagnostic], parsed: argparse.Namespace, prog
         show(later)
 
     shelf = Shelf(parsed, scene)
+    leaving.saying(lambda: shelf.kept)
     if problem := shelf.unusable():
         progress.clear()
         print(problem, file=sys.stderr)
         return 2
-    options = runner.Options(tuple(parsed.model), parsed.repeat, progress.say, shelf.keep, warn)
+    stated = () if parsed.stated else None
+    options = runner.Options(tuple(parsed.model), parsed.repeat, progress.say, shelf.keep, warn, stated=stated)
     try:
         report = runner.run(scene, found, options)
     except SceneError as error:

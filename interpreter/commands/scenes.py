@@ -25,11 +25,12 @@ class Unread(Exception):
 
 def read_scene(name: str) -> tuple[Source, Path, Path | None]:
     """Text, folder and file of a scene: a path, a standard scene, or `-` for standard input. Raises Unread."""
-    from softmark.interpreter.modules import Missing, locate, read
+    from softmark.interpreter.modules import Missing, beginning, locate, read
 
-    if name == "-":
-        return Source("<stdin>", sys.stdin.buffer.read().decode("utf-8", errors="replace")), Path(), None
     try:
+        if name == "-":
+            data = beginning(sys.stdin.buffer, "standard input")
+            return Source("<stdin>", data.decode("utf-8", errors="replace")), Path(), None
         path = locate(name)
         return read(path), path.parent, path
     except Missing as missing:

@@ -6,6 +6,7 @@ import os
 import tempfile
 from pathlib import Path
 
+from softmark.interpreter import leaving
 from softmark.interpreter.results import Report
 
 
@@ -35,6 +36,7 @@ def replace(path: Path, content: str) -> Path:
         path.write_text(content, encoding="utf-8", errors="replace")
         return path
     handle, temporary = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
+    leaving.writing(temporary)
     try:
         with os.fdopen(handle, "w", encoding="utf-8", errors="replace", newline="\n") as file:
             file.write(content)
@@ -43,6 +45,8 @@ def replace(path: Path, content: str) -> Path:
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise
+    finally:
+        leaving.written(temporary)
     return path
 
 

@@ -11,18 +11,23 @@
     found = softmark.compare("beam.scene", vary={"h": ["10 mm", "5 mm"]})
     found.points, found.analysis                       # plain dicts: errors and times, and what they tell
 
+    found = softmark.stress("beam.scene")
+    found.silent                                       # points that look right and are wrong: there should be none
+
 Nothing is imported before it is used: importing this package costs about a millisecond.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # as in `typing`, which takes longer to import than all of this
 if TYPE_CHECKING:
+    from typing import Any
+
     from softmark.interpreter.api import LoadedScene as LoadedScene
     from softmark.interpreter.api import compare as compare
     from softmark.interpreter.api import load as load
     from softmark.interpreter.api import loads as loads
+    from softmark.interpreter.api import stress as stress
     from softmark.interpreter.results import MetricResult as MetricResult
     from softmark.interpreter.results import ModelResult as ModelResult
     from softmark.interpreter.results import ProbeResult as ProbeResult
@@ -30,6 +35,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.results import Report as Report
     from softmark.interpreter.scene import SceneError as SceneError
     from softmark.interpreter.study.compare import Comparison as Comparison
+    from softmark.interpreter.study.stress.engine import Stress as Stress
 
 __version__ = "0.1.0"
 
@@ -38,6 +44,7 @@ _PUBLIC = {
     "load": "softmark.interpreter.api",
     "loads": "softmark.interpreter.api",
     "compare": "softmark.interpreter.api",
+    "stress": "softmark.interpreter.api",
     "LoadedScene": "softmark.interpreter.api",
     "SceneError": "softmark.interpreter.scene",
     "Report": "softmark.interpreter.results",
@@ -46,6 +53,7 @@ _PUBLIC = {
     "ProbeResult": "softmark.interpreter.results",
     "MetricResult": "softmark.interpreter.results",
     "Comparison": "softmark.interpreter.study.compare",
+    "Stress": "softmark.interpreter.study.stress.engine",
 }
 
 

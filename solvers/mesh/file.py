@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.mesh import gmsh1
-from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, jacobians, surface
+from softmark.solvers.mesh import ended, gmsh1
+from softmark.solvers.mesh.flaws import Unreadable, checked, used
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
+from softmark.solvers.mesh.rationing import rationed
 from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, quadratic
 
 UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
@@ -21,31 +22,38 @@ KINDS = {"tetra": "tet4", "tetra10": "tet10", "hexahedron": "hex8"}  # meshio's 
 NAMES = {"tet4": "four-node tetrahedra", "tet10": "ten-node tetrahedra", "hex8": "hexahedra"}
 OTHERS = frozenset({"wedge", "pyramid", "hexahedron20", "hexahedron27"})
 OTHERS |= {"wedge15", "wedge18", "pyramid13", "pyramid14"}
+AGAIN = "write it again as .vtu, .vtk, .msh, .inp or .mesh: it may be cut off, or its name may not say its format"
 FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
 
 
-class Unreadable(Exception):
-    """A mesh file cannot be used; the message says what is wrong with it."""
+__all__ = ["Unreadable", "converted", "read", "read_points", "read_surface"]
 
 
-def read(path: str, unit: float) -> Mesh:
-    """The solid cells of `path`, all of one kind, in m and turned to positive volume. Raises Unreadable."""
+def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
+    """The solid cells of `path`, all of one kind, in m and turned to positive volume.
+
+    Nodes that lie at one place are refused, merged or kept. Raises Unreadable.
+    """
     data = _parsed(Path(path))
     there = {block.type for block in data.cells}
     solids = sorted(there & KINDS.keys())
     if not solids:
         kinds = ", ".join(sorted(there)) or "none"
-        raise Unreadable(f"it has no tetrahedra and no hexahedra (its cells: {kinds})")
+        raise Unreadable(
+            f"it has no tetrahedra and no hexahedra (its cells: {kinds})",
+            remedy="fill the surface with tetrahedra first, such as by `gmsh -3`" if there & FACETS.keys() else None,
+        )
     others = (there & OTHERS) | set(solids[1:])
     if others:
         raise Unreadable(
             f"it has other solid cells beside its {solids[0]} cells ({', '.join(sorted(others))})"
         )
     cells = [block.data for block in data.cells if block.type == solids[0]]
-    return _checked(_points(data, unit), np.concatenate(cells).astype(np.int64), KINDS[solids[0]])
+    whole = np.concatenate(cells).astype(np.int64)
+    return checked(_points(data, unit), whole, KINDS[solids[0]], coincident)
 
 
-def read_surface(path: str, unit: float) -> tuple[Floats, Ints]:
+def read_surface(path: str, unit: float, coincident: str = "refuse") -> tuple[Floats, Ints]:
     """Points (n, 3) in m and triangles (t, 3): the boundary of a solid, or the facets of a file that has no solid.
 
     Facets of a surface file keep the sense in which the file turns them. Raises Unreadable.
@@ -53,11 +61,10 @@ def read_surface(path: str, unit: float) -> tuple[Floats, Ints]:
     data = _parsed(Path(path))
     there = {block.type for block in data.cells}
     if there & KINDS.keys() or not there & FACETS.keys():
-        return surface(read(path, unit))
+        return surface(read(path, unit, coincident))
     found = [block.data[:, FACETS[block.type]].reshape(-1, 3) for block in data.cells if block.type in FACETS]
     triangles, points = np.concatenate(found).astype(np.int64), _points(data, unit)
-    used, triangles = _used(points, triangles)
-    return used, triangles
+    return used(points, triangles)[:2]
 
 
 def read_points(path: str, unit: float) -> Floats:
@@ -65,8 +72,8 @@ def read_points(path: str, unit: float) -> Floats:
     data = _parsed(Path(path))
     cells = [block.data.ravel() for block in data.cells if block.type != "vertex"]
     points = _points(data, unit)
-    chosen = np.unique(np.concatenate(cells)) if cells else np.arange(len(points))
-    return points[chosen]
+    named = np.concatenate(cells) if cells else np.arange(len(points))
+    return used(points, named[:, None].astype(np.int64))[0]
 
 
 def converted(mesh: Mesh, kind: str, split: str) -> Mesh:
@@ -85,12 +92,25 @@ def converted(mesh: Mesh, kind: str, split: str) -> Mesh:
     if (mesh.kind, kind) == ("tet4", "tet10"):
         return quadratic(mesh)
     if (mesh.kind, kind) == ("tet10", "tet4"):
-        return Mesh(*_used(mesh.points, mesh.cells[:, :4]))
+        return Mesh(*used(mesh.points, mesh.cells[:, :4])[:2])
     raise Unreadable(f"it has {NAMES[mesh.kind]}, and the model wants {NAMES[kind]}")
 
 
+def _reason(error: Exception) -> str:
+    """What a reader's exception says, in words for whoever has the file."""
+    if isinstance(error, MemoryError):
+        return "it asks for more memory than its size can need: it is cut off, or its header is wrong"
+    if isinstance(error, ModuleNotFoundError):
+        return f"this format needs the package {error.name}, which is not installed"
+    return " ".join(str(error).split())[:200] or type(error).__name__
+
+
 def _points(data: Any, unit: float) -> Floats:
-    points: Floats = unit * np.asarray(data.points, dtype=np.float64)[:, :3]
+    read = np.asarray(data.points, dtype=np.float64)
+    if read.ndim != 2 or not len(read):
+        raise Unreadable("it has no points", remedy=AGAIN)
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused with its place
+        points: Floats = unit * read[:, :3]
     if points.shape[1] < 3:  # a plane format
         points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
     return points
@@ -98,13 +118,20 @@ def _points(data: Any, unit: float) -> Floats:
 
 def _parsed(path: Path) -> Any:
     """What meshio makes of the file in one of the formats of its name. Raises Unreadable."""
-    if not path.is_file():
-        raise Unreadable(f"there is no file {path}")
+    try:
+        if not path.is_file():
+            raise Unreadable(f"there is no file {path}", remedy="the path is relative to the folder of the scene")
+        if path.stat().st_size == 0:
+            raise Unreadable("it is empty", remedy=AGAIN)
+    except OSError as error:
+        raise Unreadable(f"it cannot be read ({error.strerror})") from error
     if path.suffix.lower() == ".msh" and gmsh1.recognised(path):
         try:
             return gmsh1.read(path)
         except gmsh1.Malformed as error:
-            raise Unreadable(f"it is no complete Gmsh file of format 1 ({error})") from error
+            raise Unreadable(f"it is no complete Gmsh file of format 1 ({error})", remedy=AGAIN) from error
+    if path.suffix.lower() in (".xdmf", ".xmf") and b"hdf" in path.read_bytes().lower():
+        raise Unreadable("its numbers lie in another file, which the scene does not name", remedy=AGAIN)
     import meshio
 
     kinds = meshio.extension_to_filetypes.get(path.suffix.lower(), [None])  # None: let meshio say it
@@ -114,71 +141,18 @@ def _parsed(path: Path) -> Any:
 def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
     import meshio
 
+    ended.everywhere("meshio")
     reasons = []
     for kind in kinds:
         said = StringIO()  # meshio prints why it fails, and exits
         try:
-            with redirect_stdout(said), redirect_stderr(said):
+            with redirect_stdout(said), redirect_stderr(said), rationed(path):
                 return meshio.read(path, kind)
         except SystemExit:
             reasons.append(
                 " ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file"
             )
         except Exception as error:  # its readers raise what they like
-            reasons.append(str(error) or type(error).__name__)
-    raise Unreadable(f"meshio cannot read it ({'; '.join(reasons) or 'in this format it may never finish'})")
-
-
-def _used(points: Floats, cells: Ints) -> tuple[Floats, Ints]:
-    """The points that cells use, and the cells renumbered. Raises Unreadable."""
-    if cells.min() < 0 or cells.max() >= len(points):
-        raise Unreadable("a cell names a point that does not exist")
-    used, renumbered = np.unique(cells, return_inverse=True)
-    points, cells = np.ascontiguousarray(points[used]), renumbered.reshape(cells.shape)
-    if not np.all(np.isfinite(points)):
-        raise Unreadable("a coordinate is not a finite number")
-    return points, cells
-
-
-def _checked(points: Floats, cells: Ints, kind: str) -> Mesh:
-    points, cells = _used(points, cells)
-    if len(np.unique(np.sort(cells, axis=1), axis=0)) < len(cells):
-        raise Unreadable("some of its cells are given twice")
-    if (parts := _parts(len(points), cells)) > 1:
-        raise Unreadable(f"it falls into {parts} parts that share no points")
-    family = ELEMENTS[kind].family
-    volumes = Mesh(points, cells, kind).volumes
-    flat = np.abs(volumes) <= 1e-14 * np.ptp(points, axis=0).max() ** 3
-    if np.any(flat):
-        which = f"{int(flat.sum())} of its {len(cells)} {family} are flat"
-        raise Unreadable(f"{which}, the first is cell {int(np.argmax(flat))}")
-    turned = volumes < 0
-    cells[turned] = cells[turned][:, _TURNED[kind]]
-    return _unfolded(Mesh(points, cells, kind))
-
-
-# Nodes of a cell that is inside out, in an order that is not: tetrahedra swap two corners, hexahedra their ends.
-_TURNED = {
-    "tet4": [0, 1, 3, 2],
-    "tet10": [0, 1, 3, 2, 4, 8, 7, 6, 5, 9],
-    "hex8": [4, 5, 6, 7, 0, 1, 2, 3],
-}
-
-
-def _unfolded(mesh: Mesh) -> Mesh:
-    """The mesh, unless a cell folds over itself where it is integrated. Raises Unreadable."""
-    folded: Any = (jacobians(mesh, mesh.element.quadrature()[0]) <= 0).any(axis=1)
-    if folded.any():
-        which = f"{int(folded.sum())} of its {len(folded)} {mesh.element.family} fold over themselves"
-        raise Unreadable(f"{which}, the first is cell {int(np.argmax(folded))}")
-    return mesh
-
-
-def _parts(points: int, cells: Ints) -> int:
-    """How many parts of a mesh are not connected by cells."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    edges = (np.repeat(cells[:, 0], cells.shape[1] - 1), cells[:, 1:].ravel())
-    links = coo_matrix((np.ones(len(edges[0])), edges), shape=(points, points))
-    return int(connected_components(links, directed=False)[0])
+            reasons.append(_reason(error))
+    why = "; ".join(dict.fromkeys(reasons)) or "in this format it may never finish"
+    raise Unreadable(f"meshio cannot read it ({why})", remedy=AGAIN)

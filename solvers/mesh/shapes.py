@@ -279,7 +279,11 @@ class MeshFile:
     hexahedron; `alternating` are six, mirrored by the hexahedron's number, as SOFA split meshes in 2008; `kuhn` are six
     around one diagonal. The faces of these three need not match: there cells may pass through each other when they
     deform, and the three serve to repeat what others computed.
-    Points that no cell uses are dropped; cells that are inside out are turned, flat cells are an error.
+    Points that no cell uses are dropped; cells that are inside out are turned, flat cells are an error. Nodes that lie
+    at one place without being one (nearer than 1e-6 of the extent and a hundredth of the shortest edge) make a mesh
+    fall apart that looks whole: they are an error, unless `coincident = merge` joins them or `keep` says that a slit
+    is meant.
+    Parts that share no face, faces of three cells and a mesh that passes through itself are errors.
     """
 
     path: Annotated[str, "file", "the file, relative to the scene"]
@@ -287,19 +291,22 @@ class MeshFile:
     split: Annotated[
         Literal["five", "repeated", "alternating", "kuhn"], "how hexahedra are split into tetrahedra"
     ] = "five"
+    coincident: Annotated[
+        Literal["refuse", "merge", "keep"], "what is done with nodes that lie at one place without being one"
+    ] = "refuse"
     prebuilt: ClassVar[bool] = True
 
     def mesh(self, kind: str, size: float | None = None) -> Mesh:
         """The cells of the file as a kind (tet4, tet10 or hex8); `size` is ignored. Raises Unreadable."""
         from softmark.solvers.mesh.file import converted, read
 
-        return converted(read(self.path, self.unit), kind, self.split)
+        return converted(read(self.path, self.unit, self.coincident), kind, self.split)
 
     def surface(self, size: float | None = None) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of its boundary, or of a file of triangles. Raises Unreadable."""
         from softmark.solvers.mesh.file import read_surface
 
-        return read_surface(self.path, self.unit)
+        return read_surface(self.path, self.unit, self.coincident)
 
     def points(self) -> Floats:
         """The points of the file that its cells use (n, 3), m, in the order of the file. Raises Unreadable."""

@@ -90,6 +90,94 @@ def test_without_a_home_nothing_is_written_where_one_happens_to_be(package: Path
     assert sorted(package.parent.iterdir()) == before
 
 
+def kept(folder: Path) -> list[Path]:
+    """The files of the cache."""
+    return sorted(p for p in (folder.parent / "cache").rglob("*") if p.is_file())
+
+
+def spoilt(data: bytes, how: str) -> bytes:
+    """What a crash, a bad disk or somebody else leaves of a file."""
+    middle = len(data) // 2
+    return {
+        "cut off": data[:middle],
+        "empty": b"",
+        "one bit": data[:middle] + bytes([data[middle] ^ 1]) + data[middle + 1 :],
+        "longer": data + b"x",
+    }[how]
+
+
+@pytest.mark.parametrize("how", ["cut off", "empty", "one bit", "longer"])
+def test_a_kernel_that_was_spoilt_is_compiled_anew(package: Path, how: str) -> None:
+    """numba alone ends with an error of pickle at some of these, and runs what is left at others."""
+    assert ask(package) == ["6.0", "False", "True", "0"]
+    files = kept(package)
+    assert len(files) == 2
+    for file in files:
+        file.write_bytes(spoilt(file.read_bytes(), how))
+    assert ask(package) == ["6.0", "True", "True", "0"]
+    assert all(spoilt(file.read_bytes(), how) != file.read_bytes() for file in files)  # kept again, whole
+
+
+def test_a_kernel_under_the_name_of_another_is_not_taken(package: Path) -> None:
+    ask(package)
+    one, other = kept(package)
+    data = one.read_bytes()
+    one.write_bytes(other.read_bytes())
+    other.write_bytes(data)
+    assert ask(package) == ["6.0", "True", "True", "0"]
+
+
+def test_a_folder_in_the_place_of_a_kernel_is_done_without(package: Path) -> None:
+    ask(package)
+    for file in kept(package):
+        file.unlink()
+        file.mkdir()
+    assert ask(package)[0] == "6.0"
+    assert not list((package.parent / "cache").rglob(".part-*"))
+
+
+def test_two_versions_share_a_cache(package: Path) -> None:
+    """As two environments of one person; the second has one more line in a source that kernels call."""
+    other = package.parent / "other" / "package"
+    shutil.copytree(package, other)
+    (other / "callee.py").write_text(CALLEE.format(factor=5.0), encoding="utf-8")
+    cache = str(package.parent / "cache")
+    assert ask(package)[0] == "6.0"
+    assert ask(other, XDG_CACHE_HOME=cache)[0] == "10.0"
+    assert [ask(p, XDG_CACHE_HOME=cache)[3] for p in (package, other)] == ["1", "1"]  # both from disk
+
+
+def test_types_that_are_compiled_at_once_do_not_take_each_others_place(package: Path) -> None:
+    """Six processes, three types, an empty cache: numba's own index would give two of them one file."""
+    arguments = ["1.0", "1", "1j"]
+    text = "import numpy as np\nfrom package import caller\nprint(complex(caller.twice({})))"
+    environment = {**os.environ, "XDG_CACHE_HOME": str(package.parent / "cache")}
+    for _ in range(2):  # compiled, then from disk
+        running = [
+            subprocess.Popen(
+                [sys.executable, "-c", text.format(a)], cwd=package.parent, env=environment,
+                stdout=subprocess.PIPE, text=True,
+            )
+            for a in arguments * 2
+        ]
+        assert [p.communicate()[0].strip() for p in running] == ["(6+0j)", "(6+0j)", "6j"] * 2
+    assert len(kept(package)) == 2 * len(arguments)
+
+
+def test_a_disk_that_is_full_keeps_no_kernel_and_stops_nothing(package: Path) -> None:
+    """A limit on the size of files fails where a full disk does."""
+    limited = "import resource, signal\nsignal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+    limited += "resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))\n"
+    limited += "from package import caller\nprint(caller.twice(1.0))"
+    environment = {**os.environ, "XDG_CACHE_HOME": str(package.parent / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+    run = subprocess.run(
+        [sys.executable, "-c", limited], cwd=package.parent, env=environment,
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (run.stdout, run.stderr) == ("6.0\n", "")
+    assert kept(package) == []
+
+
 def copied(tmp_path: Path) -> list[Path]:
     """All solver sources elsewhere, so that they may be edited."""
     root = Path(jit.__file__).parent

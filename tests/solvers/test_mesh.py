@@ -285,14 +285,15 @@ def test_flat_cells_are_refused(tmp_path: Path, beam: Mesh) -> None:
     cells = beam.cells.copy()
     cells[7, 3] = cells[7, 2]
     text = refusal(written(tmp_path / "flat.vtu", beam.points, cells))
-    assert text == f"1 of its {len(cells)} tetrahedra are flat, the first is cell 7"
+    assert text.startswith(f"1 of its {len(cells)} tetrahedra are flat, the first is cell 7 at (")
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_coordinates_that_are_not_numbers_are_refused(tmp_path: Path, beam: Mesh, bad: float) -> None:
     points = beam.points.copy()
     points[3, 1] = bad
-    assert refusal(written(tmp_path / "nan.vtu", points, beam.cells)) == "a coordinate is not a finite number"
+    text = refusal(written(tmp_path / "nan.vtu", points, beam.cells))
+    assert text.startswith("a coordinate is not a finite number: node 3 lies at (")
 
 
 def test_a_file_without_tetrahedra_is_refused_and_says_what_it_has(tmp_path: Path, beam: Mesh) -> None:
@@ -304,7 +305,7 @@ def test_a_cell_that_names_a_missing_point_is_refused(tmp_path: Path, beam: Mesh
     cells = beam.cells.copy()
     cells[0, 0] = len(beam.points)
     text = refusal(written(tmp_path / "dangling.vtk", beam.points, cells))
-    assert text == "a cell names a point that does not exist"
+    assert text.startswith("a cell names a point that does not exist: cell 0 names node ")
 
 
 @FORMATS
