@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -33,6 +34,8 @@ def judge(
         return ExpectationResult(text, line, None, None, reason=str(nothing))
     except Bad as bad:
         return ExpectationResult(text, line, None, None, reason=str(bad))
+    if first is not None and not math.isfinite(first.value):
+        return ExpectationResult(text, line, None, None, reason="its value is not a finite number")
     return ExpectationResult(
         text, line, passed, first.value if first else None, units.si(first.dimension) if first else ""
     )

@@ -13,7 +13,7 @@ from softmark.interpreter.case import Case, fault
 from softmark.interpreter.datasets import located
 from softmark.interpreter.measuring import View
 from softmark.interpreter.picking import picked
-from softmark.interpreter.results import Shape
+from softmark.interpreter.results import ProbeResult, Shape
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.skin import skin_of
 from softmark.interpreter.vocabulary.probes import Markers, Nodes, Surface, Volume
@@ -50,7 +50,8 @@ def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> P
     except Unreadable as error:
         at, owner = (probe.at("mesh"), probe) if own else (case.body.at("shape"), case.body)
         problem = f"the mesh of `{owner.name}` cannot be used: {error}"
-        raise fault("E403", at, problem, help="the file must hold cells of positive volume") from error
+        help_ = error.remedy or "the file must hold cells of positive volume"
+        raise fault(error.code, at, problem, help=help_) from error
 
 
 def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Place:
@@ -156,4 +157,34 @@ def surface_of(view: View, place: Place, error: Floats | None, measured_from: st
         chosen = picked(len(view.history.times), FRAMES)
         times, frames = view.history.times[chosen], place.X + view.history.displacement(place.X)[chosen]
     position = place.X + view.displacement(place.X)
+    if not (np.all(np.isfinite(position)) and (frames is None or np.all(np.isfinite(frames)))):
+        return None
+    if error is not None and not np.all(np.isfinite(error)):
+        error = measured_from = None
     return Shape(position, place.triangles, times, frames, error, measured_from)
+
+
+def seen_finite(probe: ProbeResult) -> bool:
+    """Whether a probe has seen numbers only."""
+    course = probe.displacement if probe.course is None else probe.course
+    return bool(np.all(np.isfinite(probe.displacement)) and np.all(np.isfinite(course)))
+
+
+def above(u: Floats, error: float) -> Floats:
+    """Displacements (n, 3), zero where they are below the reference's own error: such numbers say nothing."""
+    small: Floats = np.where(np.linalg.norm(u, axis=1, keepdims=True) <= error, 0.0, u)  # what is no number stays none
+    return small
+
+
+def facts_of(data: Any) -> dict[str, Any]:
+    """What a report says of a measurement."""
+    found: dict[str, Any] = {"uncertainty": data.uncertainty, "notes": list(data.notes)}
+    residual = getattr(data, "residual", None)
+    if residual is not None:
+        found["registration"] = {
+            "mean": residual.mean,
+            "rms": residual.rms,
+            "max": residual.max,
+            "points": residual.points,
+        }
+    return found

@@ -14,7 +14,7 @@ from softmark.interpreter.case import Case
 from softmark.interpreter.metrics.seen import Known, Measurement, Seen
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.prepared import History
-from softmark.interpreter.results import MetricResult, ProbeResult, Timing
+from softmark.interpreter.results import MetricResult, ProbeResult, Timing, clean
 from softmark.interpreter.scene import Declared, Scene
 
 Floats = NDArray[np.float64]
@@ -81,16 +81,17 @@ def _metric(
         return MetricResult(None, thing.unit, "the value is not a finite number", published=published), None
     against = views.get(getattr(thing, "against", None) or "")
     uncertainty = against.uncertainty if against and getattr(thing, "uncertain", False) else 0.0
-    samples = () if measured.samples is None else _some(measured.samples)
+    samples = () if measured.samples is None else _some(measured.samples[np.isfinite(measured.samples)])
     result = MetricResult(
         measured.value,
         thing.unit,
-        details=measured.details,
+        details=clean(measured.details),
         samples=samples,
-        uncertainty=uncertainty or None,
+        uncertainty=uncertainty if uncertainty and math.isfinite(uncertainty) else None,
         published=published,
     )
-    return result, measured.at_points
+    at_points = measured.at_points
+    return result, at_points if at_points is None or np.all(np.isfinite(at_points)) else None
 
 
 def _some(samples: Floats) -> tuple[float, ...]:

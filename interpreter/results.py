@@ -1,12 +1,13 @@
 """What a run gives: one report, whose parts are plain values and numpy arrays.
 
 `Report.to_json` is the form of the contract `softmark-report/1`: SI numbers, and null with a reason beside it where
-there is no value. Not-a-number never gets in: whoever makes a part refuses it.
+there is no value. Not-a-number never gets in: whoever makes a part refuses it, and the last door makes null of it.
 """
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 SCHEMA = "softmark-report/1"
+
+
+def clean(value: Any) -> Any:
+    """The same as plain values, with None for every number that is not finite."""
+    if isinstance(value, Mapping):
+        return {k: clean(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [clean(v) for v in value]
+    if hasattr(value, "tolist"):  # of numpy, which is not imported for it
+        return clean(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 @dataclass(frozen=True)
@@ -126,10 +138,11 @@ class ModelResult:
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
     shape: Shape | None = None
     mesh: Any = None  # the mesh and its nodal displacements, for files that other programs read
+    stated: Mapping[str, Any] = field(default_factory=dict)  # the error that it states itself, where it was asked
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""
-        return {
+        own = {
             "status": self.status,
             "message": self.message,
             "outline": self.outline,
@@ -139,6 +152,7 @@ class ModelResult:
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": {n: m.to_json() for n, m in self.metrics.items()},
         }
+        return own | {"stated": dict(self.stated)} if self.stated else own
 
 
 def _timing(name: str, timing: Timing | None) -> dict[str, Any]:
@@ -242,7 +256,7 @@ class Report:
 
     def to_json(self) -> dict[str, Any]:
         """The report as the contract has it: only JSON's own types, no NaN, no infinity."""
-        return {
+        own = {
             "schema": SCHEMA,
             "partial": self.partial,
             "scene": dict(self.scene),
@@ -252,7 +266,9 @@ class Report:
             "expectations": [e.to_json() for e in self.expectations],
             "warnings": [{"code": w.code, "message": w.message, "line": w.line} for w in self.warnings],
         }
+        plain: dict[str, Any] = clean(own)
+        return plain
 
     def dumps(self) -> str:
-        """The JSON text. Raises ValueError if a number is not finite: that would be a defect."""
+        """The JSON text."""
         return json.dumps(self.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"

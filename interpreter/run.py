@@ -18,7 +18,16 @@ from softmark.interpreter.cantilever import cantilever_of
 from softmark.interpreter.case import Case, Fault, case_for, case_of, fault
 from softmark.interpreter.environment import describe, environment
 from softmark.interpreter.judging import judge
-from softmark.interpreter.looking import Place, drawn, place_of, scanned, surface_of
+from softmark.interpreter.looking import (
+    Place,
+    above,
+    drawn,
+    facts_of,
+    place_of,
+    scanned,
+    seen_finite,
+    surface_of,
+)
 from softmark.interpreter.measuring import View, metrics_of
 from softmark.interpreter.models.prepared import History, Prepared, Solution, Workshop
 from softmark.interpreter.plan import Plan, plan_of
@@ -31,8 +40,10 @@ from softmark.interpreter.results import (
     Shape,
     Timing,
     Warned,
+    clean,
 )
 from softmark.interpreter.scene import Declared, Scene, SceneError
+from softmark.interpreter.watchdog import loose, watched
 
 if TYPE_CHECKING:
     from softmark.solvers.statics import Iteration
@@ -50,6 +61,7 @@ class Options:
     keep: Callable[[Report], None] = lambda report: None
     warn: Callable[[Sequence[Diagnostic]], None] = lambda found: None
     draw: bool = True  # find the surfaces that a report shows
+    stated: tuple[str, ...] | None = None  # which models are asked what error they state themselves; (): all
     # how a reference is had: made, or known from another run of the same
     recall: Callable[[Scene, Declared, Callable[[], Any]], Any] = lambda scene, reference, make: make()
 
@@ -104,6 +116,8 @@ def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
         if from_a_model(scene.declared[name]):
             options.say("scan", name)
             _virtual(work, scene.declared[name])
+    if options.stated is not None:
+        _state(work, options.stated or tuple(work.models))
     return _report(work, partial=False)
 
 
@@ -173,6 +187,7 @@ def _model(work: _Run, name: str) -> None:
     case = work.case(declared)
     prepared, setup, setup_cpu = work.prepared[name]
     solution, wall, cpu = _timed(work, name, prepared)
+    solution = watched(work.scene, declared, case, prepared, solution)
     history = solution.history
     clock = {
         "setup_s": Timing((setup,)),
@@ -184,11 +199,10 @@ def _model(work: _Run, name: str) -> None:
     probes = {}
     if solution.displacement is not None:
         probes = _look(work, case.body.name, solution.displacement, history)
-        if not all(np.all(np.isfinite(p.displacement)) for p in probes.values()):
-            solution, probes = (
-                Solution("failed", "the displacements are not finite numbers", solution.facts),
-                {},
-            )
+        if not all(map(seen_finite, probes.values())):
+            reason, probes = "the displacements are not finite numbers", {}
+            solution = Solution("failed", reason, solution.facts, notes=solution.notes)
+    history = solution.history
     _warn(work, solution.notes)
     message = solution.message if solution.displacement is None else None
     work.views[name] = View(
@@ -214,6 +228,17 @@ def _model(work: _Run, name: str) -> None:
         probes,
         mesh=solution.mesh,
     )
+
+
+def _state(work: _Run, names: Sequence[str]) -> None:
+    """Ask models that have an answer what error they state of it."""
+    from softmark.interpreter.stated import stated
+
+    for name, result in ((n, m) for n, m in list(work.models.items()) if n in names):
+        work.options.say("state", f"the error of {name}")
+        declared, prepared = work.scene.declared[name], work.prepared[name][0]
+        said = stated(work.scene, declared, work.views[name], prepared, result, work.measured, work.warnings)
+        work.models[name] = replace(result, stated=said)
 
 
 def _timed(work: _Run, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
@@ -298,7 +323,7 @@ def _reference(work: _Run, declared: Declared) -> None:
             work.scene, declared, lambda: declared.thing.solve(cantilever_of(declared, work.case(declared)))
         )
         error = float(line.estimated_error)
-        _keep_reference(work, declared, lambda X: _above(line.displacement(X), error), error)
+        _keep_reference(work, declared, lambda X: above(line.displacement(X), error), error)
     except Fault as refused:
         raise SceneError([refused.diagnostic]) from refused
     except Exception as failure:
@@ -329,12 +354,15 @@ def _keep_reference(
     """A reference that has a field of displacements."""
     cls, case = type(declared.thing), work.case(declared)
     probes = _look(work, case.body.name, displacement)
+    if not (np.isfinite(error) and all(map(seen_finite, probes.values()))):
+        _failed(work, declared, "its displacements are not finite numbers")
+        return
     weights = _weights(work, case.body.name)
     work.views[declared.name] = View(
         declared.name, case.body.name, case, None, displacement, probes, weights, uncertainty=error
     )
     work.references[declared.name] = ReferenceResult(
-        declared.name, "converged", None, cls.kind, cls.source, error, probes, facts=facts or {}
+        declared.name, "converged", None, cls.kind, cls.source, error, probes, facts=clean(facts or {})
     )
 
 
@@ -354,6 +382,9 @@ def _keep_measured(work: _Run, declared: Declared, data: Any) -> None:
             if getattr(probe.thing, "of", None) == declared.name:
                 X = work.place(probe).X
                 probes[probe.name] = ProbeResult(X, data.displacement(X))
+    if not (np.isfinite(resolution) and all(map(seen_finite, probes.values()))):
+        _failed(work, declared, "what was measured is not finite numbers")
+        return
     work.views[declared.name] = View(
         declared.name, case.body.name, case, None, None, probes, surface=surface, uncertainty=resolution
     )
@@ -366,22 +397,8 @@ def _keep_measured(work: _Run, declared: Declared, data: Any) -> None:
         resolution,
         probes,
         shape=Shape(data.points, data.triangles) if hasattr(data, "triangles") else None,
-        facts=_facts(data),
+        facts=clean(facts_of(data)),
     )
-
-
-def _facts(data: Any) -> dict[str, Any]:
-    """What a report says of a measurement."""
-    found: dict[str, Any] = {"uncertainty": data.uncertainty, "notes": list(data.notes)}
-    residual = getattr(data, "residual", None)
-    if residual is not None:
-        found["registration"] = {
-            "mean": residual.mean,
-            "rms": residual.rms,
-            "max": residual.max,
-            "points": residual.points,
-        }
-    return found
 
 
 def _virtual(work: _Run, declared: Declared) -> None:
@@ -399,11 +416,6 @@ def _virtual(work: _Run, declared: Declared) -> None:
         _failed(work, declared, str(failure))
         return
     _keep_measured(work, declared, data)
-
-
-def _above(u: np.ndarray, error: float) -> np.ndarray:
-    """Displacements (n, 3), zero where they are below the reference's own error: such numbers say nothing."""
-    return np.where(np.linalg.norm(u, axis=1, keepdims=True) > error, u, 0.0)
 
 
 # ------------------------------------------------------------------ looking and judging
@@ -466,6 +478,8 @@ def _shape(work: _Run, name: str, errors: dict[str, np.ndarray]) -> Shape | None
 
 def _report(work: _Run, partial: bool) -> Report:
     _measure(work, partial)
+    if not partial:
+        _warn(work, loose(work.scene, work.models))
     warnings = tuple(
         Warned(d.code, d.message, d.span.line if d.span and d.source is work.scene.source else None, d.help)
         for d in dict.fromkeys(work.warnings)

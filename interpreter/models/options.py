@@ -32,6 +32,7 @@ def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
         *_of_motion(model, case),
         *_of_levers(model, case),
         *_of_forces(model, case),
+        *_of_path(model, case),
     )
     return [_refused(declared, *clash) for clash in (*clashes, *_not_installed(model))]
 
@@ -105,6 +106,20 @@ def _of_levers(model: Fem, case: Case) -> Iterator[Clash]:
             f"not with {model.linear}",
             help,
         )
+
+
+def _of_path(model: Fem, case: Case) -> Iterator[Clash]:
+    """Levers that a path followed by its length does without."""
+    if getattr(case.analysis, "path", "load") != "arc_length":
+        return
+    usual = {"cap": None, "precision": "double", "factorisation": "fresh", "start": None}
+    for field, value in usual.items():
+        if getattr(model, field) != value:
+            problem = f"`path = arc_length` goes from rest to full load with fresh factors: `{field}` has no part in it"
+            yield field, problem, "not along a path", "leave it out, or use `path = load`"
+    if model.linear in ("conjugate_gradients", "multigrid"):
+        problem = f"`path = arc_length` passes states that are unstable, which linear = {model.linear} cannot solve"
+        yield "linear", problem, "not along a path", "use `linear = auto`, or `path = load`"
 
 
 def _of_forces(model: Fem, case: Case) -> Iterator[Clash]:

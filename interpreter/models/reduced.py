@@ -207,6 +207,10 @@ def _not_reducible(scene: Scene, declared: Declared, case: Case) -> Diagnostic |
         word = full.constructor.name
         problem = f"`{declared.name}` cannot reduce `{full.name}`"
         return _refused(declared, "of", problem, f"a {word}", "name a model made by `fem(...)`")
+    if full.thing.formulation == "mixed":
+        at, problem = declared.at("of"), f"`{declared.name}` cannot reduce `{full.name}`, which has pressures"
+        help = "reduce `hex8` with `formulation = mean_dilatation`"
+        return Diagnostic("E554", problem, at.source, at.span, "a saddle, not an energy", help)
     if (body := elsewhere(scene, full, case)) is None:
         return None
     problem = f"`{declared.name}` is about `{case.body.name}`, and `{full.name}` is not"

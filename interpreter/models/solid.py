@@ -13,10 +13,13 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import units
 from softmark.interpreter.case import Case, fault
 from softmark.interpreter.datasets import located
-from softmark.interpreter.models import outcome
+from softmark.interpreter.models import formulations, outcome
+from softmark.interpreter.models.disturbing import Disturbance, disturbance_of, of_solid
 from softmark.interpreter.models.fem import LARGE_ANGLE, Fem
+from softmark.interpreter.models.formulations import Unknowns
 from softmark.interpreter.models.holding import solid_supports
 from softmark.interpreter.models.loading import mass_matrix, single_loads, solid_loads
+from softmark.interpreter.models.meshing import mesh_facts, sliver_note, with_quality
 from softmark.interpreter.models.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.models.starting import Start, start_of
 from softmark.interpreter.scene import Declared
@@ -62,6 +65,7 @@ class PreparedSolid:
     size: dict[str, int]
     notes: tuple[Diagnostic, ...]
     first: Start | None = None  # the model whose solution is started from
+    disturbance: Disturbance | None = None
 
     def warm(self) -> None:
         """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
@@ -75,7 +79,7 @@ class PreparedSolid:
             small.value(rest, 1.0)
             small.gradient(rest, 1.0)
             small.tangent(rest, 1.0)
-        _one_cell(self.elastic).F(np.zeros(self.problem.assembly.dofs))
+        _one_cell(self.elastic).F(np.zeros(self.mesh.points.size))
         entries = len(self.problem.assembly.pattern.indices)
         linear.warm(entries)
         if entries >= linear.LARGE or self.problem.linear != Linear(modes=self.problem.linear.modes):
@@ -92,18 +96,34 @@ class PreparedSolid:
         remedy = "try a smaller load, a finer mesh or another strain measure"
         problem = replace(self.problem, watch=watch)
         if self.first is None:
-            return outcome.solution(lambda: equilibrium(problem), remedy, self._finish)
+            return outcome.solution(lambda: self._found(problem), remedy, self._finish, self._loose)
         begun = self.first.begin(self.mesh.points, watch)
-        problem = replace(problem, start=begun.x)
-        found = outcome.solution(lambda: equilibrium(problem), remedy, self._finish)
+        problem = replace(problem, start=self.unknowns.begun(begun.x))
+        found = outcome.solution(lambda: equilibrium(problem), remedy, self._finish, self._loose)
         notes = begun.notes(self.declared, found)
         return replace(found, facts=found.facts | {"start": begun.facts(found)}, notes=(*notes, *found.notes))
 
+    @property
+    def unknowns(self) -> Unknowns:
+        """What a state holds."""
+        return Unknowns.of(self.problem.assembly.internal[0], self.mesh)
+
+    def _found(self, problem: Statics) -> Equilibrium:
+        """From rest, or from a disturbed state. Raises NotConverged."""
+        if self.disturbance is None:
+            return equilibrium(problem)
+        return of_solid(self.disturbance, problem, self.mesh.points, self.elastic)
+
+    def _loose(self, d: Floats) -> str:
+        return outcome.unresisted(self.mesh.points, self.unknowns.moved(d).reshape(-1, 3))
+
     def _finish(self, found: Equilibrium) -> Solution:
-        u = found.x.reshape(-1, 3)
+        x = self.unknowns.moved(found.x)
+        u = x.reshape(-1, 3)
         solution = outcome.found(found, displacement_of(self.mesh, u))
-        notes = (*self._misread_rotation(found.x), *outcome.doubts(self.declared, found))
-        return replace(solution, notes=notes, mesh=Deformed(self.mesh, u))
+        notes = (*self._misread_rotation(x), *outcome.doubts(self.declared, found))
+        facts = solution.facts | mesh_facts(self.mesh)
+        return replace(solution, facts=facts, notes=notes, mesh=Deformed(self.mesh, u))
 
     def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
         if self.model.strain != "small":
@@ -185,7 +205,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
     """Everything that solving needs, for rest or for motion. Raises Fault."""
     static, parts = at_rest(model, declared, case, workshop)
     if not isinstance(case.analysis, Dynamic):
-        return levered(static, workshop)
+        return levered(static, workshop, disturbance_of(case))
     from softmark.interpreter.models.motion import in_motion
 
     mesh, problem = static.mesh, static.problem
@@ -201,11 +221,17 @@ def at_rest(
     mesh = mesh_of(model, declared, case, workshop)
     parts = integration(mesh)
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, model.strain))
-    energy, twin = energies(model, case, mesh, elastic)
+    energy, twin = (
+        energies(model, case, mesh, elastic)
+        if model.formulation == "displacement"
+        else formulations.energies(model, case, mesh, parts)
+    )
     fixed, target = solid_supports(case, mesh, workshop.measured)
     loads = solid_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
-    dofs = mesh.points.size
-    assembly = Assembly(dofs, fixed, [energy], loads, mesh.points)
+    unknowns = Unknowns.of(energy, mesh)
+    dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
+    assembly = Assembly(dofs, fixed, [energy], unknowns.loads(loads), points)
+    formulations.must_breathe(declared, case, assembly)
     problem = Statics(
         assembly,
         VectorSpace(dofs),
@@ -215,21 +241,25 @@ def at_rest(
         case.analysis.tolerance,
         case.analysis.max_iterations,
         None if twin is None else assembly.with_internal([twin]),
-        soundness(model, elastic),
+        unknowns.of_displacements(soundness(model, elastic)),
         convex=model.strain == "small" and assembly.conservative,
         extent=mesh.extent,
+        path=getattr(case.analysis, "path", "load"),
     )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
-    notes = volume_note(declared, case, mesh)
+    notes = (*volume_note(declared, case, mesh), *sliver_note(declared, model.mesh or case.shape, mesh))
     static = PreparedSolid(model, declared, model.mesh or case.shape, mesh, elastic, problem, size, notes)
     return static, parts
 
 
-def levered(static: PreparedSolid, workshop: Workshop) -> PreparedSolid:
+def levered(
+    static: PreparedSolid, workshop: Workshop, disturbance: Disturbance | None = None
+) -> PreparedSolid:
     """With what the model trades for speed: precision, caps, linear solver, start. Raises Fault."""
     model, problem = static.model, static.problem
     reuse, modes = model.factorisation == "reused", problem.assembly.modes
     choice = Linear(model.linear, model.precision, model.linear_cap, reuse, modes)
+    choice = formulations.spared(choice, problem.assembly)
     problem = replace(problem, cap=model.cap, linear=choice)
     if model.precision == "single":
         twin = None if problem.twin is None else SingleAssembly.of(problem.twin)
@@ -237,7 +267,7 @@ def levered(static: PreparedSolid, workshop: Workshop) -> PreparedSolid:
         exact, assembly = problem.assembly, SingleAssembly.of(problem.assembly)
         problem = replace(problem, assembly=assembly, twin=twin, rest=rest, exact=exact)
     first = None if model.start is None else start_of(static.declared, workshop)
-    return replace(static, problem=problem, first=first)
+    return replace(static, problem=problem, first=first, disturbance=disturbance)
 
 
 def soundness(model: Fem, elastic: Elastic) -> Callable[[Floats], bool]:
@@ -311,13 +341,13 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
         at = declared.at("mesh") if model.mesh is not None else case.body.at("shape")
         shape = located(model.mesh or case.shape, at)
         try:
-            workshop.meshes[key] = shape.mesh(model.element, model.size)
+            workshop.meshes[key] = with_quality(shape.mesh(model.element, model.size), model, declared)
         except Unreadable as error:
             raise fault(
-                "E403",
+                error.code,
                 at,
                 f"the mesh of `{case.body.name}` cannot be used: {error}",
-                help="hex8 takes hexahedra; tet4 and tet10 take tetrahedra, or hexahedra that are split",
+                help=error.remedy or "hex8 takes hexahedra; tet4 and tet10 take tetrahedra, or hexahedra that are split",
             ) from error
         workshop.seconds[key] = time.perf_counter() - wall, time.process_time() - cpu
     mesh: Mesh = workshop.meshes[key]

@@ -12,9 +12,11 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.case import Case, fault
 from softmark.interpreter.models import outcome
 from softmark.interpreter.models.calibration import Fit, NoFit, Target, least, target_of
+from softmark.interpreter.models.disturbing import Disturbance, disturbance_of, of_springs
 from softmark.interpreter.models.holding import solid_supports
 from softmark.interpreter.models.loading import mass_matrix, single_loads, solid_loads
 from softmark.interpreter.models.mass_spring import Calibrated, MassSpring, Uniform
+from softmark.interpreter.models.meshing import mesh_facts, sliver_note
 from softmark.interpreter.models.motion import PreparedMotion, in_motion
 from softmark.interpreter.models.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.models.solid import Deformed, displacement_of, mesh_of, outside, volume_note
@@ -23,8 +25,10 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers import linear
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.elements.interpolation import Integration, integration
+from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import Floats, VectorSpace
 from softmark.solvers.energies.springs import Springs, stiffness_from_modulus
+from softmark.solvers.materials.small_strain import SmallStrain
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.network import Network, network
 from softmark.solvers.statics import Equilibrium, Iteration, NotConverged, Statics, equilibrium
@@ -50,6 +54,7 @@ class PreparedSprings:
     notes: tuple[Diagnostic, ...]
     target: Target | None = None
     fit: Fit | NoFit | None = None
+    disturbance: Disturbance | None = None
 
     def warm(self) -> None:
         """Compile or load every kernel, outside the clock."""
@@ -66,8 +71,18 @@ class PreparedSprings:
             return Solution("not_converged", f"it could not be fitted: {self.fit.reason}", self.facts)
         problem = replace(self.problem, watch=watch)
         remedy = "the network may have collapsed: try a smaller load, stiffer springs or another mesh"
-        solution = outcome.solution(lambda: equilibrium(problem), remedy, self._finish)
-        return replace(solution, facts=solution.facts | self.facts)
+        solution = outcome.solution(lambda: self._found(problem), remedy, self._finish, self._loose)
+        return replace(solution, facts=solution.facts | self.facts | mesh_facts(self.mesh))
+
+    def _found(self, problem: Statics) -> Equilibrium:
+        """From rest, or from a disturbed state. Raises NotConverged."""
+        if self.disturbance is None:
+            return equilibrium(problem)
+        cells = Elastic(self.mesh.cells, self.parts.dNdX, self.parts.w, SmallStrain(1.0, 1.0))
+        return of_springs(self.disturbance, problem, self.mesh.points, cells)
+
+    def _loose(self, d: Floats) -> str:
+        return outcome.unresisted(self.mesh.points, d.reshape(-1, 3))
 
     def _finish(self, found: Equilibrium) -> Solution:
         solution = outcome.found(found, displacement_of(self.mesh, found.x.reshape(-1, 3)))
@@ -137,9 +152,10 @@ def prepare(model: MassSpring, declared: Declared, case: Case, workshop: Worksho
     springs = springs_of(model, case, mesh, network(mesh, model.diagonals))
     problem = statics_of(case, mesh, parts, springs, workshop.measured)
     size = {"nodes": len(mesh.points), "elements": len(springs.k), "dofs": len(problem.assembly.free)}
-    notes = volume_note(declared, case, mesh)
+    notes = (*volume_note(declared, case, mesh), *sliver_note(declared, model.mesh or case.shape, mesh))
     shape = model.mesh or case.shape
     built = PreparedSprings(model, declared, shape, mesh, parts, springs, problem, size, notes)
+    built = replace(built, disturbance=disturbance_of(case))
     if isinstance(model.stiffness, Calibrated):
         built = _fitted(built, case, workshop)
     return _moving(built, case) if isinstance(case.analysis, Dynamic) else built
@@ -179,6 +195,7 @@ def statics_of(
         case.analysis.tolerance,
         case.analysis.max_iterations,
         extent=mesh.extent,
+        path=getattr(case.analysis, "path", "load"),
     )
 
 

@@ -11,6 +11,7 @@ from softmark.interpreter.report.metric_details import details_of
 from softmark.interpreter.report.quantities import own_error
 from softmark.interpreter.report.results_table import SYMBOLS, Notes, ResultsTable, caption, ordered
 from softmark.interpreter.report.sheet import Cell, csv_link
+from softmark.interpreter.report.vouching import checked, words
 from softmark.interpreter.results import ReferenceResult, Timing
 
 SIZES = ("nodes", "elements", "dofs")
@@ -35,10 +36,20 @@ def section_of(findings: Findings) -> str:
         tag("p", caption(findings), class_="quiet about"),
         tables,
         notes.list(),
+        _vouched(findings),
         save,
         about,
         details_of(findings),
     )
+
+
+def _vouched(findings: Findings) -> str:
+    """What models state of their own errors, and that their forces were found again."""
+    models = findings.report.models.items()
+    said = [tag("li", tag("code", text(name)), " ", prose(w)) for name, m in models if (w := words(m))]
+    again = checked(findings.report)
+    stated = tag("ul", *said, class_="notes") if said else ""
+    return stated + (tag("p", text(again), class_="quiet about") if again else "")
 
 
 def _table(findings: Findings, body: Body, notes: Notes) -> str:
@@ -54,8 +65,8 @@ def _messages(findings: Findings) -> str:
 
 
 def _message(name: str, result: Result) -> str:
-    symbol, mood, words = SYMBOLS.get(result.status, ("?", "quiet", result.status))
-    who = tag("p", tag("b", f"{symbol} ", tag("code", text(name)), f" {text(words)}"))
+    symbol, mood, ended = SYMBOLS.get(result.status, ("?", "quiet", result.status))
+    who = tag("p", tag("b", f"{symbol} ", tag("code", text(name)), f" {text(ended)}"))
     said = prose(result.message or "No reason was given.")
     return tag("div", who, tag("p", said), class_=f"callout {mood}")
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from softmark.interpreter import units
+from softmark.interpreter.report import vouching
 from softmark.interpreter.report.bodies import Body, bodies
 from softmark.interpreter.report.findings import Findings, Metric, Result, value_of
 from softmark.interpreter.report.quantities import negligible
@@ -42,7 +43,7 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
         parts += [""] if number else []
         parts += [paint.bold(body.name)] if body.name else []
         parts.append(_Rows(findings, body, paint).text(room))
-    if notes := [*_uncertain(report), *_reasons(report)]:
+    if notes := [*_uncertain(report), *_reasons(report), *vouching.lines(report)]:
         parts += ["", *notes]
     if report.expectations:
         parts += ["", *(_expectation(e, paint) for e in report.expectations)]

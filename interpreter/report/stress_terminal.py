@@ -1,0 +1,111 @@
+"""A stability study in the terminal: how far each model is right along each quantity, and what lies beyond."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from softmark.interpreter import units
+
+Json = Mapping[str, Any]
+RED, OFF = "\033[1;31m", "\033[0m"
+MOST = 20  # silent points that are listed
+
+SAID = {
+    "inaccurate": "inaccurate", "silent": "SILENT", "not_converged": "not converged", "diverged": "diverged",
+    "refused": "refused", "failed": "failed", "timed_out": "out of time", "unjudged": "no truth",
+}  # fmt: skip
+
+
+def table(found: Json, file: str, overrides: Sequence[str], colour: bool, place: str | None) -> str:
+    """All studies, the counts, and every silent point with the command that repeats it."""
+    lines = [str(found["scene"]["title"])]
+    for study in found["studies"]:
+        lines += ["", *_study(study)]
+    lines += ["", _counts(found["summary"]), *_silent(found, file, overrides, colour)]
+    if place:
+        lines.append(f"more: {place}")
+    return "\n".join(lines)
+
+
+def _study(study: Json) -> Iterator[str]:
+    yield (f"{study['name']}: {study['metric']} against {study['against']}, right within {100 * study['within']:g} %, "
+           f"until {study['until']}")  # fmt: skip
+    for quantity in study["quantities"]:
+        edges = [e for e in study["edges"] if e["quantity"] == quantity["name"]]
+        if not edges:
+            continue
+        unit = str(quantity["unit"])
+        yield f"  {quantity['name']} (here {quantity['text']}{', times' if _is_vector(quantity) else ''})"
+        models = list(dict.fromkeys(e["model"] for e in edges))
+        width = max(len(m) for m in models)
+        for model in models:
+            own = [e for e in edges if e["model"] == model]
+            yield f"    {model:<{width}}  {_range(own, quantity, unit)}"
+            yield from (f"    {'':<{width}}    {line}" for e in own for line in _beyond(e, unit))
+
+
+def _is_vector(quantity: Json) -> bool:
+    return bool(quantity["kind"] == "factor" and quantity["text"].startswith("("))
+
+
+def _range(edges: Sequence[Json], quantity: Json, unit: str) -> str:
+    """`right from 0.3 to 0.4995`, or that it is right nowhere."""
+    if quantity["options"]:
+        right = ", ".join(edges[0].get("right") or ()) or "none"
+        return f"right: {right}"
+    ends = [e["last_right"] for e in edges if e["last_right"] is not None]
+    if not ends:
+        return "not right, even here"
+    if quantity["nominal"] is not None:
+        ends.append(quantity["nominal"])
+    low, high = number(min(ends), unit), number(max(ends), unit)
+    return f"right at {low}" if low == high else f"right {low} .. {high}"
+
+
+def _beyond(edge: Json, unit: str) -> Iterator[str]:
+    """What lies beyond an edge, and what would move it."""
+    if edge["class"] is None:
+        return
+    at = ""
+    if edge["first_wrong"] is not None:
+        at = f" {'from' if edge['direction'] == 'up' else 'down from'} {number(edge['first_wrong'], unit)}"
+    said = SAID.get(edge["class"], edge["class"])
+    yield f"{said}{at}" + (f": {edge['reason']}" if edge["reason"] else "")
+    if edge.get("silence") and edge["first_silence"] != edge["first_wrong"]:
+        yield f"{SAID.get(edge['silence'], edge['silence'])} from {number(edge['first_silence'], unit)}"
+    if edge["remedy"]:
+        yield f"= {edge['remedy']}"
+
+
+def number(value: float, unit: str) -> str:
+    """A value as people read it; near one half what is missing, which is what counts there."""
+    if unit == "1" and 0.499 < value < 0.5:
+        return f"0.5 - {0.5 - value:.3g}"
+    return units.show(float(f"{value:.4g}"), units.parse(unit).dimension)
+
+
+def _counts(summary: Json) -> str:
+    parts = [f"{n} {SAID.get(word, word)}" for word, n in summary["classes"].items() if n and word != "silent"]
+    return f"{summary['points']} points: {', '.join(parts)}; {summary['silent']} silent"
+
+
+def _silent(found: Json, file: str, overrides: Sequence[str], colour: bool) -> Iterator[str]:
+    """Points that look right and are wrong, with the commands that repeat them."""
+    silent = [(s, p) for s in found["studies"] for p in s["points"] if p["class"] == "silent"]
+    if not silent:
+        return
+    on, off = (RED, OFF) if colour else ("", "")
+    yield f"{on}wrong, and nothing says so:{off}"
+    for study, point in silent[:MOST]:
+        command = ["dsl", "run", file]
+        for text in (*overrides, *(f"{n}={t}" for n, t in point["texts"].items())):
+            command += ["-p", text]
+        command += ["--model", point["model"]]
+        stated = (point["stated"] or {}).get("value")
+        says = "" if stated is None else f", states {100 * stated:.2g} %"
+        error = f"{study['metric']} = {100 * point['error']:.3g} %{says}"
+        yield f"{on}  {shlex.join(command)}{off}   # {error}"
+    if len(silent) > MOST:
+        yield f"{on}  and {len(silent) - MOST} more{off}"

@@ -1,0 +1,418 @@
+"""What error a model itself states for what it says, without a look at any reference.
+
+Four parts are added up. Discretisation: how far the same model on a coarser mesh is from it, times a safety factor.
+Model: how far the same model with the best strain measure that its material has is, on that coarser mesh; of beams,
+estimates of what their theory leaves out. Rounding: from how near to singular the stiffness is. Solver: the Newton step
+that would come next. Where one of them cannot be told the model vouches for nothing, and says why.
+
+A warning of DOUBTS counts as said as well: with it a model says of itself that its answer may be off.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.case import Case, Fault, case_for
+from softmark.interpreter.measuring import View
+from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.models.beam6dof import Beam6Dof
+from softmark.interpreter.models.fem import Fem
+from softmark.interpreter.models.mass_spring import MassSpring
+from softmark.interpreter.models.prepared import Solution, Workshop
+from softmark.interpreter.results import ModelResult, ProbeResult, clean
+from softmark.interpreter.scene import Declared, Scene
+from softmark.interpreter.vocabulary.analyses import Dynamic
+
+Floats = NDArray[np.float64]
+
+# warnings by which a model, or the scene for it, says that its answer may be off
+DOUBTS: dict[str, str] = {
+    "W301": "its element locks",
+    "W302": "its strain cannot follow the rotation",
+    "W304": "the beam is not slender",
+    "W305": "its mesh loses volume",
+    "W306": "its strain met a large rotation",
+    "W312": "its mesh is coarser than the body",
+    "W314": "the state may not be the only one",
+    "W318": "energies do not balance",
+    "W321": "springs have a Poisson's ratio of their own",
+    "W322": "springs do not know the material's law",
+    "W324": "cells of its network are inside out",
+    "W331": "it is outside of its training",
+    "W351": "cells are inside out",
+    "W352": "the tolerance is looser than what is read",
+    "W361": "the integrator has taken much of the energy",
+    "W362": "the step does not resolve the slowest vibration",
+    "W364": "its mesh has slivers",
+}
+
+SAFETY = 3.0  # of two grids (Roache 1994): times their distance over r - 1, as if errors fell with the size alone
+COARSE = 0.3  # relative distance of two grids above which neither says anything
+FINER = 2.0  # how much finer or coarser the other mesh is
+NEAR, APART = 1.25, 1.6  # times as many cells along an edge: less is the same mesh; from here on it will do
+MOST = 20_000  # cells of a finer mesh, where there is no coarser one
+THEORY = 2.0  # times the distance of two strain measures
+CLAMPED = 2.5  # (d/L)^2 times that: what clamps and end faces do to a beam; solids show up to 1.8
+LEFT = 2.0  # times the next Newton step
+FACTORED = 300_000  # unknowns up to which that step is computed
+
+
+def is_doubt(code: str) -> bool:
+    """Whether a warning says that a model's answer may be off."""
+    return code in DOUBTS
+
+
+def doubts_of(scene: Scene, declared: Declared, warnings: Sequence[Diagnostic]) -> list[str]:
+    """Codes of the warnings that are doubts and not about another model."""
+    others = [d.location for n, d in scene.of_kind("model").items() if n != declared.name]
+
+    def concerns(warning: Diagnostic) -> bool:
+        at = warning.span
+        return at is None or not any(
+            o.source is warning.source and o.span.start <= at.start < o.span.end for o in others
+        )
+
+    return list(dict.fromkeys(w.code for w in warnings if is_doubt(w.code) and concerns(w)))
+
+
+class Unknown(Exception):
+    """A part of the error that cannot be told; the text says why."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a probe saw of a model: displacements (n, 3), or with times those of all (t, n, 3)."""
+
+    X: Floats
+    u: Floats
+    times: Floats | None = None
+    metric: Any = None
+
+    def of(self, solution: Solution) -> Floats:
+        """What the same probe sees of another solution, at the same times."""
+        if solution.displacement is None:
+            raise Unknown(solution.message or "there is no solution")
+        if self.times is None or solution.history is None:
+            return np.asarray(solution.displacement(self.X))
+        theirs = np.asarray(solution.history.displacement(self.X))
+        flat = theirs.reshape(len(theirs), -1)
+        columns = [np.interp(self.times, solution.history.times, column) for column in flat.T]
+        return np.array(columns).T.reshape(len(self.times), *theirs.shape[1:])
+
+    def apart(self, other: Floats) -> float:
+        """How far other displacements are, relative as the metric is. Raises Unknown."""
+        if not np.all(np.isfinite(other)):
+            raise Unknown("another solution is not finite")
+        value = getattr(self.metric, "value", None)
+        if value is not None and self.metric.unit == "1" and self.times is None:
+            try:
+                return float(value(self.X, other, self.u))
+            except Undefined as undefined:
+                raise Unknown(str(undefined)) from undefined
+        size = float(np.linalg.norm(self.u))
+        if size == 0.0:
+            raise Unknown("the probe does not move, so nothing is relative to it")
+        return float(np.linalg.norm(other - self.u)) / size
+
+
+@dataclass
+class Stated:
+    """Everything about one model that its error is stated from; other solutions are found once."""
+
+    scene: Scene
+    declared: Declared
+    case: Case
+    prepared: Any
+    result: ModelResult
+    measured: Mapping[str, Any]
+    mesh: Any
+    _kept: dict[str, Any] = field(default_factory=dict)
+
+    def of(self, seen: Seen) -> dict[str, Any]:
+        """The parts of the error of what a probe sees, and their sum; `reason` where there is none."""
+        parts: dict[str, float | None] = {}
+        reasons = []
+        for name, part in self._parts().items():
+            try:
+                parts[name] = part(seen)
+                if not math.isfinite(parts[name] or 0.0):
+                    raise Unknown("a part of the error is not finite")
+            except Unknown as unknown:
+                parts[name] = None
+                reasons.append(f"{name}: {unknown}")
+        known = [v for v in parts.values() if v is not None]
+        value = sum(known) if len(known) == len(parts) else None
+        return {"value": value, "parts": parts, "reason": "; ".join(reasons) or None}
+
+    def _parts(self) -> dict[str, Callable[[Seen], float]]:
+        found: dict[str, Callable[[Seen], float]] = {
+            "discretisation": self._discretisation,
+            "model": self._model,
+            "rounding": self._rounding,
+            "solver": self._solver,
+        }
+        return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
+
+    # -------------------------------------------------------------- other solutions
+
+    @property
+    def solid(self) -> Declared:
+        """The finite elements behind the model: itself, or what it reduces."""
+        of = getattr(self.declared.thing, "of", None)
+        return self.declared if of is None else self.scene.declared[of]
+
+    def _solved(self, key: str, declared: Declared, case: Case) -> tuple[Solution, dict[str, int]]:
+        """Another model solved, and its size. Raises Unknown."""
+        if key not in self._kept:
+            from softmark.interpreter.preparing import prepared_model
+
+            try:
+                prepared, _ = prepared_model(declared, case, Workshop(scene=self.scene, measured=self.measured))
+                with np.errstate(all="ignore"):
+                    self._kept[key] = prepared.solve(lambda iteration: None), dict(prepared.size)
+            except Fault as refused:
+                self._kept[key] = Unknown(refused.diagnostic.message)
+            except Exception as error:
+                if os.environ.get("SOFTMARK_DEBUG"):
+                    raise
+                self._kept[key] = Unknown(f"another solution stopped with an error ({type(error).__name__}: {error})")
+        found = self._kept[key]
+        if isinstance(found, Unknown):
+            raise found
+        solution: Solution = found[0]
+        if solution.displacement is None:
+            raise Unknown(f"the same on another mesh has no solution ({solution.message})")
+        return solution, found[1]
+
+    @property
+    def _own(self) -> Case:
+        """The case of the solid, with the material that it takes instead of the body's, if it does."""
+        return case_for(self.scene, self.solid)
+
+    def _sized(self, factor: float, **changes: Any) -> Declared:
+        """The solid with its size times a factor."""
+        thing = self.solid.thing
+        fresh = {"cap": None, "linear_cap": None, "start": None, "precision": "double", "linear": "auto"}
+        usual = {n: v for n, v in fresh.items() if hasattr(thing, n)}
+        size = {} if factor == 1.0 else {"size": thing.size * factor}
+        return replace(self.solid, thing=replace(thing, **usual, **size, **changes))
+
+    def _other(self) -> tuple[Solution, float, bool]:
+        """The same on another mesh, how many times coarser or finer it is, and whether it is finer. Raises Unknown."""
+        if isinstance(self.declared.thing, Beam6Dof):
+            return self._other_beam()
+        if getattr(self.solid.thing, "size", None) is None:
+            raise Unknown("its mesh is that of a file, and there is no coarser one")
+        found, cells = [], self._cells
+        for factor in (FINER, 1.0 / FINER):
+            if factor < 1.0 and cells * FINER**3 > MOST:
+                break
+            solution, size = self._solved(f"size {factor:g}", self._sized(factor), self._own)
+            ratio = (cells / max(1, size["elements"])) ** (1.0 / 3.0)
+            found.append((solution, max(ratio, 1.0 / ratio), factor < 1.0))
+            if found[-1][1] >= APART:
+                break
+        best = max(found, key=lambda other: other[1])
+        if best[1] < NEAR:
+            raise Unknown("a coarser mesh is the same one, and a finer one too large, or the same as well")
+        return best
+
+    @property
+    def _cells(self) -> int:
+        """Cells of the solid's mesh, springs of a network."""
+        if isinstance(self.declared.thing, MassSpring) or getattr(self.mesh, "cells", None) is None:
+            return max(1, int(self.result.size.get("elements", 1)))
+        return len(self.mesh.cells)
+
+    def _other_beam(self) -> tuple[Solution, float, bool]:
+        thing, finer = self.declared.thing, self.declared.thing.segments < 2
+        segments = 2 * thing.segments if finer else (thing.segments + 1) // 2
+        declared = replace(self.declared, thing=replace(thing, segments=segments))
+        solution, _ = self._solved("segments", declared, self.case)
+        ratio = segments / thing.segments
+        return solution, ratio if finer else 1.0 / ratio, finer
+
+    # -------------------------------------------------------------- the parts
+
+    def _discretisation(self, seen: Seen) -> float:
+        thing = self.solid.thing
+        if isinstance(thing, Fem) and thing.locks_at(self._own.material.poisson):
+            raise Unknown("its element locks at this Poisson's ratio, and coarse meshes agree on what is wrong")
+        solution, ratio, finer = self._other()
+        apart = seen.apart(seen.of(solution))
+        if apart > COARSE:
+            raise Unknown(f"the mesh is too coarse to say: another one is {100 * apart:.2g} % away")
+        return SAFETY * apart * (ratio if finer else 1.0) / (ratio - 1.0)
+
+    def _model(self, seen: Seen) -> float:
+        thing = self.solid.thing
+        if isinstance(thing, MassSpring):
+            raise Unknown("springs are no solid: no estimate of what they cannot do is known")
+        if isinstance(thing, Beam6Dof):
+            return _of_beams(thing, self.case, self.result)
+        if not isinstance(thing, Fem):
+            raise Unknown("nothing is known of this kind of model")
+        best = self._best(thing)
+        if best == {}:
+            return 0.0
+        return THEORY * self._measures_apart(seen, best)
+
+    def _best(self, thing: Fem) -> dict[str, Any]:
+        """What the model would be with the best strain measure that there is, where it is another."""
+        material = self.scene.declared[self._own.body.name].thing.material
+        strain = "corotational" if material.finite_law() is None else "finite"
+        best = {"strain": strain, "rotation": "point", "material": None}
+        best |= {"mass": "consistent"} if thing.mass == "uniform" else {}
+        if thing.integration == "selective" and strain == "finite" and material.finite_parts() is None:
+            best["integration"] = "full"
+        return best if any(getattr(thing, n) != v for n, v in best.items()) else {}
+
+    def _measures_apart(self, seen: Seen, best: Mapping[str, Any]) -> float:
+        """The distance between the model and the best, both on the same mesh: another one, where there is one."""
+        try:
+            own, _, finer = self._other()
+            factor = 1.0 / FINER if finer else FINER
+        except Unknown:
+            own, factor = None, 1.0
+        better = self._sized(factor, **best)
+        solution, _ = self._solved("best", better, case_for(self.scene, better))
+        theirs = seen.of(solution)
+        mine = seen.u if own is None else seen.of(own)
+        return replace(seen, u=theirs).apart(mine)
+
+    def _rounding(self, seen: Seen) -> float:
+        facts = self.result.solve
+        if facts.get("rounding") is not None:
+            return float(facts["rounding"])
+        return 10.0 * float(np.finfo(np.float64).eps) * float(facts.get("condition") or 1e6)
+
+    def _solver(self, seen: Seen) -> float:
+        """The Newton step from the solution with the full tangent: of a reduced model, that of the full one."""
+        residual = self.result.solve.get("residual")
+        if isinstance(self.case.analysis, Dynamic):
+            return 10.0 * float(residual or 0.0)
+        step = self._newton_step()
+        if step is None:
+            return 100.0 * float(residual or 0.0)
+        moved = np.asarray(step(seen.X))
+        left = LEFT * seen.apart(seen.u + moved)
+        if left > COARSE:
+            raise Unknown(f"it is no equilibrium: the next step would change it by {100 * left / LEFT:.2g} %")
+        return left
+
+    def _newton_step(self) -> Callable[[Floats], Floats] | None:
+        """The displacements that Newton's method would add next; None where that is not known. Raises Unknown."""
+        if "step" not in self._kept:
+            self._kept["step"] = self._next()
+        found: Callable[[Floats], Floats] | None = self._kept["step"]
+        return found
+
+    def _next(self) -> Callable[[Floats], Floats] | None:
+        from softmark.interpreter.models.solid import displacement_of
+        from softmark.solvers.linear import Singular, factor
+
+        full: Any = getattr(getattr(self.prepared, "rest", None), "static", self.prepared)  # what is reduced
+        problem = getattr(full, "problem", None)
+        assembly = getattr(problem, "exact", None) or getattr(problem, "assembly", None)
+        if self.mesh is None or assembly is None or assembly.dofs != self.mesh.displacement.size:
+            return None
+        if len(assembly.free) > FACTORED:
+            return None
+        x = np.ascontiguousarray(self.mesh.displacement, dtype=np.float64).ravel()
+        d = np.zeros_like(x)
+        try:
+            found = factor(assembly.tangent(x, 1.0), symmetric=assembly.conservative)
+            d[assembly.free] = -found.solve(assembly.gradient(x, 1.0)[assembly.free])
+        except Singular as error:
+            raise Unknown(f"its tangent is singular ({error})") from error
+        return displacement_of(self.mesh.mesh, d.reshape(-1, 3))
+
+    def _time(self, seen: Seen) -> float:
+        """The same with a step twice as long, or of an explicit integrator half as long."""
+        analysis = self.case.analysis
+        finer = getattr(analysis, "integrator", "") == "central_differences"
+        if not isinstance(analysis, Dynamic):
+            return 0.0
+        longer = replace(analysis, step=analysis.step * (0.5 if finer else 2.0))
+        case = replace(self.case, analysis=longer)
+        solution, _ = self._solved("step", self.declared, case)
+        apart = seen.apart(seen.of(solution))
+        if apart > COARSE:
+            raise Unknown(f"the step is too long to say: another one is {100 * apart:.2g} % away")
+        return SAFETY * apart * (2.0 if finer else 1.0)
+
+
+def _of_beams(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
+    """What the theory of beams leaves out, relative: clamps and warping (d/L)^2, without shear that too, and strain.
+
+    Estimates for solid sections, on the safe side of what solids of the same shape show. Bending stretches one side as
+    much as it shortens the other, so that a law that is not linear shows in second order; in stretch it does at once.
+    """
+    section = case.shape.section
+    depth: float = 2.0 * max(max(abs(u), abs(v)) for u, v in section.samples())
+    spans = max(1, len(case.supports))
+    slender = (depth * spans / case.shape.length) ** 2
+    checks = result.solve.get("checks") or {}
+    bent, stretched = (float(checks.get(n) or 0.0) for n in ("bending_strain", "axial_strain"))
+    missing = slender * (CLAMPED if thing.shear else CLAMPED + 1.0)
+    total: float = missing + bent**2 + 2.0 * stretched
+    if total > COARSE:
+        raise Unknown("the beam is too thick or too strained for its theory")
+    return total
+
+
+# ------------------------------------------------------------------ of a run
+
+
+def stated(
+    scene: Scene,
+    declared: Declared,
+    view: View,
+    prepared: Any,
+    result: ModelResult,
+    measured: Mapping[str, Any],
+    warnings: Sequence[Diagnostic],
+) -> dict[str, dict[str, Any]]:
+    """What a model states of every relative metric and of every probe, by name; empty where it has no answer."""
+    if result.status not in ("converged", "capped"):
+        return {}
+    whole = Stated(scene, declared, view.case, prepared, result, measured, result.mesh)
+    doubts, found = doubts_of(scene, declared, warnings), {}
+    for name, seen in _asked(scene, result).items():
+        found[name] = clean({**_safely(whole, seen), "doubts": doubts})
+    return found
+
+
+def _safely(whole: Stated, seen: Seen) -> dict[str, Any]:
+    try:
+        return whole.of(seen)
+    except Exception as error:
+        if os.environ.get("SOFTMARK_DEBUG"):
+            raise
+        reason = f"stating it stopped with an error ({type(error).__name__}: {error})"
+        return {"value": None, "parts": {}, "reason": reason}
+
+
+def _asked(scene: Scene, result: ModelResult) -> dict[str, Seen]:
+    """What is stated: metrics that are relative errors against something, and probes."""
+    found = {}
+    for name, metric in scene.of_kind("metric").items():
+        probe = str(getattr(metric.thing, "probe", None))
+        relative = metric.thing.unit == "1" and getattr(metric.thing, "against", None) not in (None, result.name)
+        if relative and probe in result.probes:
+            found[name] = _seen(result.probes[probe], metric.thing)
+    return found | {name: _seen(probe, None) for name, probe in result.probes.items()}
+
+
+def _seen(probe: ProbeResult, metric: Any) -> Seen:
+    if probe.course is not None and (metric is None or not hasattr(metric, "value")):
+        return Seen(probe.points, probe.course, probe.times, metric)
+    return Seen(probe.points, probe.displacement, None, metric)

@@ -1,0 +1,395 @@
+"""The forces of a solution, found once more: by formulas that share nothing with those that solved.
+
+What solves has compiled kernels, closed forms and an assembly of its own, and a mistake in any of them would make a
+wrong state look like an equilibrium. Here everything is plain numpy from the nodes of the mesh and their displacements:
+shape functions from a Vandermonde matrix, rotations by Newton's iteration for them or by singular values, Hooke's law
+by its two moduli, loads by the integrals that define them. It is slower, and done once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Stress = Callable[[Floats], Floats]  # F (n, 3, 3) -> first Piola-Kirchhoff stress P (n, 3, 3), Pa
+
+CHUNK = 16_384  # integration points at a time
+MANY = 400_000  # integration points from which forces are found again at a sample of the nodes
+SAMPLE = 20_000  # nodes of such a sample
+EPS = float(np.finfo(np.float64).eps)
+
+# ------------------------------------------------------------------ shape functions from their nodes
+
+_TET: list[tuple[int, ...]] = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+_CUBE = [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)]
+_SQUARE = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+_SIDES = {10: [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)], 6: [(0, 1), (1, 2), (2, 0)]}
+_POWERS: dict[str, list[tuple[int, ...]]] = {
+    "tet4": _TET,
+    "tet10": [*_TET, (2, 0, 0), (0, 2, 0), (0, 0, 2), (1, 1, 0), (0, 1, 1), (1, 0, 1)],
+    "hex8": [*_TET, (1, 1, 0), (0, 1, 1), (1, 0, 1), (1, 1, 1)],
+    "tri3": [(0, 0), (1, 0), (0, 1)],
+    "tri6": [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)],
+    "quad4": [(0, 0), (1, 0), (0, 1), (1, 1)],
+}
+_FACETS = {3: "tri3", 6: "tri6", 4: "quad4"}
+
+
+@cache
+def places(kind: str) -> Floats:
+    """Local points of the nodes of a cell or facet (a, d), in the order of VTK."""
+    if kind in ("hex8", "quad4"):
+        return np.array(_CUBE if kind == "hex8" else _SQUARE, dtype=float)
+    d = len(_POWERS[kind][0])
+    corners = np.array([p[:d] for p in _TET[: d + 1]], dtype=float)
+    nodes = len(_POWERS[kind])
+    return np.array([*corners, *(0.5 * (corners[a] + corners[b]) for a, b in _SIDES.get(nodes, []))])
+
+
+def _monomials(kind: str, xi: Floats) -> Floats:
+    """xi^p eta^q zeta^r of the element's polynomials (q, a)."""
+    found: Floats = np.prod(xi[:, None, :] ** np.array(_POWERS[kind]), axis=2)
+    return found
+
+
+@cache
+def _coefficients(kind: str) -> Floats:
+    """What makes shape functions of monomials (a, a): N_a is one at its own node and zero at the others."""
+    return np.asarray(np.linalg.inv(_monomials(kind, places(kind))), dtype=np.float64)
+
+
+def shape(kind: str, xi: Floats) -> Floats:
+    """Shape functions (q, a) at local points xi (q, d)."""
+    found: Floats = _monomials(kind, xi) @ _coefficients(kind)
+    return found
+
+
+def slope(kind: str, xi: Floats) -> Floats:
+    """dN/dxi (q, a, d) at local points xi (q, d)."""
+    powers, columns = np.array(_POWERS[kind]), []
+    for axis in range(xi.shape[1]):
+        lower = powers.copy()
+        lower[:, axis] = np.maximum(powers[:, axis] - 1, 0)
+        columns.append(powers[:, axis] * np.prod(xi[:, None, :] ** lower, axis=2) @ _coefficients(kind))
+    return np.stack(columns, axis=2)
+
+
+# ------------------------------------------------------------------ quadrature
+
+
+@cache
+def rule(kind: str, centre: bool = False) -> tuple[Floats, Floats]:
+    """Local points (q, d) and weights (q,) that define the stiffness of a cell, or the load on a facet.
+
+    Hammer, Marlowe and Stroud (1956) for ten-node tetrahedra, Strang and Fix (1973) for six-node triangles.
+    """
+    if kind in ("hex8", "quad4"):
+        corners = places(kind)
+        return (corners[:1] * 0.0, np.array([8.0])) if centre else (corners / np.sqrt(3.0), np.ones(len(corners)))
+    if kind == "tet10" and not centre:
+        a = (5.0 - np.sqrt(5.0)) / 20.0
+        return a + (1.0 - 4.0 * a) * np.array(_TET, dtype=float), np.full(4, 1.0 / 24.0)
+    if kind == "tri6":
+        return _strang()
+    d = len(_POWERS[kind][0])
+    return np.full((1, d), 1.0 / (d + 1)), np.array([1.0 / 6.0 if d == 3 else 0.5])
+
+
+def _strang() -> tuple[Floats, Floats]:
+    """Six points of degree four, in closed form."""
+    root, below = np.sqrt(10.0), np.sqrt(38.0 - 44.0 * np.sqrt(0.4))
+    xi, w = [], []
+    for sign in (1.0, -1.0):
+        a = (8.0 - root + sign * below) / 18.0
+        xi += [(a, a), (1.0 - 2.0 * a, a), (a, 1.0 - 2.0 * a)]
+        w += 3 * [0.5 * (620.0 + sign * np.sqrt(213125.0 - 53320.0 * root)) / 3720.0]
+    return np.array(xi), np.array(w)
+
+
+@cache
+def _mass_rule(kind: str) -> tuple[Floats, Floats]:
+    """Points and weights for products of shape functions: of degree five in tetrahedra (Stroud 1971)."""
+    if kind == "hex8":
+        return rule("hex8")
+    from scipy.special import roots_jacobi
+
+    (a, u), (b, v), (c, w) = (roots_jacobi(3, power, 0.0) for power in (2, 1, 0))
+    xi, weights = [], []
+    for i in range(3):
+        for j in range(3):
+            for k in range(3):
+                r, s, t = (a[i] + 1) / 2, (b[j] + 1) / 2, (c[k] + 1) / 2
+                xi.append((r, (1 - r) * s, (1 - r) * (1 - s) * t))
+                weights.append(u[i] / 8 * v[j] / 4 * w[k] / 2)
+    return np.array(xi), np.array(weights)
+
+
+def _cofactor(J: Floats) -> tuple[Floats, Floats]:
+    """The transposed inverse times the determinant (..., 3, 3), and the determinant (...)."""
+    a, cof = np.ascontiguousarray(np.moveaxis(J, (-2, -1), (0, 1))), np.empty((3, 3, *J.shape[:-2]))
+    for i in range(3):
+        for j in range(3):
+            k, l, m, n = (i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3
+            cof[i, j] = a[k, m] * a[l, n] - a[k, n] * a[l, m]
+    det = a[0, 0] * cof[0, 0] + a[0, 1] * cof[0, 1] + a[0, 2] * cof[0, 2]
+    return np.moveaxis(cof, (0, 1), (-2, -1)), det
+
+
+def gradients(points: Floats, cells: Ints, kind: str, xi: Floats) -> tuple[Floats, Floats]:
+    """dN/dX (m, q, a, 3) in 1/m and det dX/dxi (m, q) in m^3, from the nodes of the undeformed mesh."""
+    X = points[cells] - points[cells[:, :1]]  # far from the origin, positions have no digits to spare
+    dN = slope(kind, xi)
+    cof, det = _cofactor(np.einsum("mai,qaj->mqij", X, dN))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.einsum("qaj,mqij->mqai", dN, cof / det[..., None, None]), det
+
+
+# ------------------------------------------------------------------ stress
+
+
+def polar(F: Floats) -> Floats:
+    """The rotations nearest to F (n, 3, 3): Newton's iteration R <- (R + R^-T)/2 (Higham 1986).
+
+    Where that does not apply (det F <= 0, or nearly flat) by singular values, the smallest with the sign of det F.
+    """
+    R = F
+    for _ in range(7):
+        cof, det = _cofactor(R)
+        R = 0.5 * (R + cof / det[:, None, None])
+    off = np.abs(np.einsum("nki,nkj->nij", R, R) - np.eye(3)).max(axis=(1, 2))
+    lost = np.flatnonzero(~((off < 1e-14) & (_cofactor(F)[1] > 0.0)))
+    if len(lost):
+        U, _, Vt = np.linalg.svd(F[lost])
+        U[:, :, 2] *= np.sign(np.linalg.det(U) * np.linalg.det(Vt))[:, None]
+        R[lost] = U @ Vt
+    rotations: Floats = R
+    return rotations
+
+
+def small_stress(mu: float, lam: float) -> Stress:
+    """Hooke's law of the displacement gradient: 2 mu eps + lam tr(eps) I."""
+
+    def stress(F: Floats) -> Floats:
+        H = F - np.eye(3)
+        eps = 0.5 * (H + H.transpose(0, 2, 1))
+        P: Floats = 2.0 * mu * eps + lam * np.trace(eps, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+        return P
+
+    return stress
+
+
+def corotational_stress(mu: float, lam: float) -> Stress:
+    """Hooke's law in the frame of the polar rotation: R (2 mu eps + lam tr(eps) I), eps = sym(R^T F) - I."""
+    hooke = small_stress(mu, lam)
+
+    def stress(F: Floats) -> Floats:
+        R = polar(F)
+        P: Floats = R @ hooke(R.transpose(0, 2, 1) @ F)
+        return P
+
+    return stress
+
+
+# ------------------------------------------------------------------ forces within a solid
+
+
+@dataclass(frozen=True)
+class Term:
+    """A part of the stress, and whether it is taken at the centre of each cell only."""
+
+    stress: Stress
+    centre: bool = False
+
+
+@dataclass(frozen=True)
+class Body:
+    """A deformed mesh: `points` (n, 3), `cells` (m, a), displacements `u` (n, 3), m; `stiff` is a modulus in Pa.
+
+    With `turned` each cell has one rotation, that of its mean deformation gradient, and forces as in linear elasticity
+    in that frame.
+    """
+
+    points: Floats
+    cells: Ints
+    kind: str
+    u: Floats
+    terms: tuple[Term, ...]
+    stiff: float
+    turned: bool = False
+
+    def _chunks(self, cells: Ints) -> Iterator[Ints]:
+        size = max(1, CHUNK // len(rule(self.kind)[1]))
+        for start in range(0, len(cells), size):
+            yield cells[start : start + size]
+
+    def forces(self, cells: Ints) -> tuple[Floats, float]:
+        """What the given cells (m, a) pull at their nodes (n, 3), N, and the norm of what rounding may leave in it."""
+        g, reach = np.zeros_like(self.points), np.zeros(len(self.points))
+        for some in self._chunks(cells):
+            for term in self.terms:
+                local, size = self._local(some, term)
+                for i in range(3):
+                    g[:, i] += np.bincount(some.ravel(), local[:, :, i].ravel(), minlength=len(g))
+                reach += np.bincount(some.ravel(), size.ravel(), minlength=len(g))
+        return g, EPS * self.stiff * float(np.linalg.norm(reach))
+
+    def _local(self, cells: Ints, term: Term) -> tuple[Floats, Floats]:
+        """Nodal forces of some cells (m, a, 3), N, and those that a strain of one Pa would make (m, a)."""
+        xi, weights = rule(self.kind, term.centre)
+        dNdX, det = gradients(self.points, cells, self.kind, xi)
+        w = weights * det
+        U = self.u[cells] - self.u[cells[:, :1]]
+        R = self._rotation(cells, U) if self.turned else np.broadcast_to(np.eye(3), (len(cells), 3, 3))
+        if self.turned:  # displacements in the frame that turns with the cell
+            X = self.points[cells] - self.points[cells[:, :1]]
+            U = (X + U) @ R - X
+        F = np.einsum("mai,mqaJ->mqiJ", U, dNdX) + np.eye(3)
+        P = term.stress(F.reshape(-1, 3, 3)).reshape(F.shape)
+        f = np.einsum("mq,mqiJ,mqaJ->mai", w, P, dNdX, optimize=True)
+        stretch = np.maximum(1.0, np.abs(F).max(axis=(2, 3)))
+        size = np.einsum("mq,mqa->ma", np.abs(w) * stretch, np.linalg.norm(dNdX, axis=3))
+        return (f @ R.transpose(0, 2, 1) if self.turned else f), size
+
+    def _rotation(self, cells: Ints, U: Floats) -> Floats:
+        xi, weights = rule(self.kind)
+        dNdX, det = gradients(self.points, cells, self.kind, xi)
+        w = weights * det
+        G = np.einsum("mq,mqaJ->maJ", w, dNdX) / w.sum(axis=1)[:, None, None]
+        return polar(np.einsum("mai,maJ->miJ", U, G) + np.eye(3))
+
+    def volumes(self) -> tuple[Floats, Floats]:
+        """Least det F of each cell at its integration points and at its nodes (m,), and the largest strain (m,).
+
+        Strain is that of Green-Lagrange: it does not see rotations.
+        """
+        xi = np.concatenate([rule(self.kind)[0], places(self.kind)])
+        if self.kind == "tet4":  # the same everywhere
+            xi = xi[:1]
+        least, most = [], []
+        for some in self._chunks(self.cells):
+            dNdX, _ = gradients(self.points, some, self.kind, xi)
+            F = np.einsum("mai,mqaJ->mqiJ", self.u[some] - self.u[some[:, :1]], dNdX) + np.eye(3)
+            least.append(_cofactor(F)[1].min(axis=1))
+            green = 0.5 * (np.einsum("mqkI,mqkJ->mqIJ", F, F) - np.eye(3))
+            most.append(np.sqrt((green**2).sum(axis=(2, 3))).max(axis=1))
+        return np.concatenate(least), np.concatenate(most)
+
+
+# ------------------------------------------------------------------ springs
+
+
+def spring_forces(points: Floats, edges: Ints, k: Floats, u: Floats) -> tuple[Floats, float]:
+    """What springs along `edges` (n, 2) of stiffness k (n,) pull at the nodes (nodes, 3), N, and its rounding."""
+    a, b = edges.T
+    rest = points[b] - points[a]
+    now = rest + (u[b] - u[a])
+    l0, l = np.sqrt((rest**2).sum(axis=1)), np.sqrt((now**2).sum(axis=1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pull = np.where((l > 0.0)[:, None], (k * (l - l0) / l)[:, None] * now, 0.0)
+    g = np.zeros_like(points)
+    for i in range(3):
+        g[:, i] = np.bincount(b, pull[:, i], minlength=len(g)) - np.bincount(a, pull[:, i], minlength=len(g))
+    reach = np.bincount(edges.T.ravel(), np.tile(k * np.maximum(l, l0), 2), minlength=len(g))
+    return g, EPS * float(np.linalg.norm(reach))
+
+
+# ------------------------------------------------------------------ loads
+
+
+def weights_of(points: Floats, cells: Ints, kind: str, density: float, how: str, nodes: int) -> Floats:
+    """The mass that each node carries (nodes,), kg: `consistent`, `lumped` or `uniform`."""
+    if how == "uniform":
+        xi, w = rule(kind)
+        whole = density * float((w * gradients(points, cells, kind, xi)[1]).sum())
+        return np.full(nodes, whole / nodes)
+    xi, w = rule(kind) if kind == "tet4" else _mass_rule(kind)  # a quarter of a linear tetrahedron for each node
+    N, carried = shape(kind, xi), np.zeros(nodes)
+    size = max(1, CHUNK // len(w))
+    for start in range(0, len(cells), size):
+        some = cells[start : start + size]
+        volumes = w * gradients(points, some, kind, xi)[1]  # (m, q)
+        share = volumes @ N
+        if how == "lumped":  # Hinton, Rock and Zienkiewicz (1976)
+            square = volumes @ N**2
+            share = square * (volumes.sum(axis=1) / square.sum(axis=1))[:, None]
+        carried += np.bincount(some.ravel(), density * share.ravel(), minlength=nodes)
+    return carried
+
+
+def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats]) -> Floats:
+    """Nodal forces (nodes, 3), N, of a load on facets (f, k) of a surface through `points`.
+
+    `push` makes of the area vectors dA (f, q, 3), outward, the forces on them (f, q, 3).
+    """
+    kind = _FACETS[facets.shape[1]]
+    xi, weights = rule(kind)
+    x = points[facets] - points[facets[:, :1]]
+    t = np.einsum("fai,qaj->jfqi", x, slope(kind, xi))
+    force = np.einsum("q,qa,fqi->fai", weights, shape(kind, xi), push(np.cross(t[0], t[1])))
+    found = np.zeros_like(points)
+    for i in range(3):
+        found[:, i] = np.bincount(facets.ravel(), force[:, :, i].ravel(), minlength=len(points))
+    return found
+
+
+def facet_samples(k: int, n: int) -> Floats:
+    """Shape functions (n^2, k) in the middles of n^2 equal parts of a facet of k nodes."""
+    kind = _FACETS[k]
+    if kind == "quad4":
+        t = (np.arange(n) + 0.5) / n * 2.0 - 1.0
+        return shape(kind, np.array([(x, y) for x in t for y in t]))
+    thirds = [(i + 1 / 3, j + 1 / 3) for i in range(n) for j in range(n - i)]
+    thirds += [(i + 2 / 3, j + 2 / 3) for i in range(n - 1) for j in range(n - 1 - i)]
+    return shape(kind, np.array(thirds) / n)
+
+
+# ------------------------------------------------------------------ balance
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Forces on free degrees of freedom that nothing balances, relative to loads and reactions.
+
+    `rounding` is what the arithmetic may leave of it, `nodes` how many nodes it was found at.
+    """
+
+    residual: float
+    rounding: float
+    nodes: int
+
+
+def balance(inside: Floats, outside: Floats, held: NDArray[np.bool_], noise: float, chosen: Ints | None) -> Balance:
+    """Of nodal forces `inside` and loads `outside` (n, 3), N, where `held` (n, 3) carries reactions.
+
+    `chosen` are the nodes at which `inside` is complete, all where it is None.
+    """
+    some = np.arange(len(inside)) if chosen is None else chosen
+    left, grown = (inside - outside)[some], np.sqrt(len(inside) / len(some))  # what is left, as of all nodes
+    free = float(np.linalg.norm(left[~held[some]])) * grown
+    reactions = float(np.linalg.norm(left[held[some]])) * grown
+    scale = max(float(np.linalg.norm(outside)), reactions)
+    noise *= grown
+    if scale <= 10.0 * noise:  # nothing acts: what is left is compared with what rounding leaves
+        return Balance(free / noise * EPS if noise else free, 100.0 * EPS, len(some))
+    return Balance(free / scale, noise / scale, len(some))
+
+
+def sample(nodes: int, cells: Ints, points: int) -> tuple[Ints | None, Ints]:
+    """Nodes to look at and the cells around them: all, or of a large mesh a random part, the same each time."""
+    if len(cells) * points <= MANY:
+        return None, cells
+    chosen = np.sort(np.random.default_rng(0).choice(nodes, min(SAMPLE, nodes), replace=False))
+    mask = np.zeros(nodes, dtype=np.bool_)
+    mask[chosen] = True
+    return chosen, cells[mask[cells].any(axis=1)]
+
+
+def finite(values: Sequence[Floats] | Floats) -> bool:
+    """Whether every number is finite."""
+    return all(bool(np.all(np.isfinite(v))) for v in values)

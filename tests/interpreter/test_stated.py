@@ -1,0 +1,145 @@
+"""The error that models state themselves: it holds, it says where it cannot, and it costs nothing unasked.
+
+tests/benchmarks/stated.py tries hundreds of cases; here are few of each kind.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import softmark
+from softmark.interpreter.cli import main
+from softmark.interpreter.run import Options, run
+from softmark.interpreter.stated import DOUBTS, is_doubt
+from softmark.interpreter.study.tasks import perform
+
+BENCHMARK = Path(__file__).parents[1] / "benchmarks" / "stated.py"
+BEAM = """softmark 1
+scene "stated"
+material gel = neo_hookean(young = 60 kPa, poisson = {poisson}, density = 1070 kg/m^3)
+body beam = solid(cylinder(length = 100 mm, radius = 5 mm, axis = +x), gel)
+support wall = fixed(beam, where = x <= 0 mm)
+load weight = gravity({g} m/s^2, direction = -z)
+reference theory = simo_reissner(beam)
+probe axis = line(beam, from = (0, 0, 0) mm, to = (100, 0, 0) mm, points = 5)
+metric eta = energy_norm(axis, against = theory)
+{models}
+"""
+
+
+def asked(models: str, poisson: float = 0.3, g: float = 1.0) -> Any:
+    """The report of a beam whose models are all asked."""
+    scene = softmark.loads(BEAM.format(models=models, poisson=poisson, g=g))
+    return run(scene.scene, list(scene.warnings), Options(draw=False, stated=()))
+
+
+@pytest.fixture(scope="module")
+def benchmark() -> Any:
+    """The command of tests/benchmarks, as a module."""
+    spec = importlib.util.spec_from_file_location("stated_benchmark", BENCHMARK)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_no_model_is_silent_about_an_error(benchmark: Any) -> None:
+    """A case of the benchmark with all its models: a stated error is at least the true one, or there is a doubt."""
+    rows = list(benchmark.outcomes(benchmark.Case("block", 0.3, 1.0), small=True))
+    assert len(rows) > 10
+    words = [benchmark.word(row) for row in rows]
+    assert "silent" not in words
+    assert words.count("stated") > len(words) / 4  # it is no way out to say nothing
+    assert benchmark.table(rows).splitlines()[-1].startswith("all")
+
+
+def test_errors_against_theory_are_below_what_is_stated() -> None:
+    models = """model rod = beam6dof(segments = 12)
+model hex = fem(hex8, strain = finite, integration = selective, size = 4 mm)
+model turn = fem(hex8, strain = small, integration = selective, size = 4 mm)"""
+    report = asked(models)
+    for name in ("rod", "hex"):
+        said = report.models[name].stated["eta"]
+        # the theory and solids differ by (d/L)^2 = 1 % at most
+        assert report.models[name].metrics["eta"].value <= said["value"] + 0.01
+        assert said["value"] < 0.5
+        assert set(said["parts"]) == {"discretisation", "model", "rounding", "solver"}
+    # under such a load the tip turns by 0.2 rad, which small strain does not follow
+    assert report.models["turn"].stated["eta"]["parts"]["model"] > 0.05
+
+
+def test_what_cannot_be_told_is_not_stated() -> None:
+    models = """model springs = mass_spring(size = 5 mm, stiffness = from_material(), network = hex8)
+model locked = fem(hex8, strain = finite, size = 5 mm)"""
+    report = asked(models, poisson=0.499)
+    springs, locked = report.models["springs"].stated["eta"], report.models["locked"].stated["eta"]
+    assert springs["value"] is None
+    assert "springs are no solid" in springs["reason"]
+    assert "W321" in springs["doubts"]
+    assert locked["value"] is None
+    assert "locks" in locked["reason"]
+    assert "W301" in locked["doubts"]
+
+
+def test_a_capped_state_states_what_its_cap_left() -> None:
+    report = asked("model fast = fem(hex8, strain = corotational, size = 5 mm, cap = 1)", g=3.0)
+    said = report.models["fast"].stated["eta"]
+    assert said["value"] is None or said["parts"]["solver"] > 1e-3
+
+
+def test_motion_states_the_error_of_its_step() -> None:
+    scene = softmark.loads("""
+material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1070 kg/m^3)
+body b = solid(box(size = (40, 10, 10) mm), gel)
+support wall = fixed(b, where = x <= 0 mm)
+load weight = gravity(2 m/s^2, direction = -z)
+analysis fall = dynamic(duration = 20 ms, step = 1 ms, integrator = trapezoidal)
+model hex = fem(hex8, strain = corotational, size = 5 mm)
+probe tip = point(b, at = (40, 5, 5) mm)
+""")
+    report = run(scene.scene, list(scene.warnings), Options(draw=False, stated=()))
+    parts = report.models["hex"].stated["tip"]["parts"]
+    assert 0.0 < parts["time"] < 0.1
+
+
+def test_it_costs_nothing_unasked_and_is_in_every_report_when_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "a.scene"
+    file.write_text(BEAM.format(models="model rod = beam6dof(segments = 8)", poisson=0.3, g=1.0), encoding="utf-8")
+    assert main(["run", str(file), "--out", str(tmp_path / "plain")]) == 0
+    assert "states" not in capsys.readouterr().out
+    assert main(["run", str(file), "--stated", "--out", str(tmp_path / "asked")]) == 0
+    assert "rod states an error of at most" in capsys.readouterr().out
+    plain, said = (json.loads((tmp_path / n / "report.json").read_text("utf-8")) for n in ("plain", "asked"))
+    assert "stated" not in plain["models"]["rod"]
+    assert set(said["models"]["rod"]["stated"]) == {"eta", "axis"}
+    assert "states an error of at most" in (tmp_path / "asked" / "report.html").read_text("utf-8")
+
+
+def test_a_task_asks_for_one_model() -> None:
+    text = BEAM.format(models="model rod = beam6dof(segments = 8)", poisson=0.3, g=1.0)
+    task = {
+        "key": "k", "model": "rod", "models": ["rod"], "text": text, "shown": "a", "file": None, "folder": ".",
+        "overrides": [], "stated": True,
+    }  # fmt: skip
+    point = perform(task)["point"]
+    assert point["stated"]["metric"] == "eta"
+    assert point["stated"]["value"] > 0.0
+    assert "stated" not in perform({**task, "stated": False})["point"]
+
+
+def test_every_doubt_has_a_page() -> None:
+    from softmark.interpreter.codes import pages
+
+    assert {code for code in DOUBTS if code < "W5"} <= set(pages())
+    assert is_doubt("W352")
+    assert not is_doubt("W303")

@@ -1,0 +1,170 @@
+"""Forces found again: the independent formulas agree with those that solve, for every element, strain and load."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from softmark.solvers import checks
+from softmark.solvers.assembly import Assembly
+from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements.interpolation import centre_rule, integration
+from softmark.solvers.energies import elementwise
+from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.elementwise import ElementRotation
+from softmark.solvers.energies.loads import FollowerPressure
+from softmark.solvers.energies.rod import RodElastic
+from softmark.solvers.energies.rod_rotation import rotation
+from softmark.solvers.energies.rod_section import RodStiffness
+from softmark.solvers.energies.rod_state import RodSpace, chain, rod_at_rest
+from softmark.solvers.energies.springs import Springs
+from softmark.solvers.materials import NeoHookean, law_for, parts_for
+from softmark.solvers.materials.polar import rotations
+from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.shapes import Cylinder
+from softmark.solvers.rod_checks import Rod, exponential, left_jacobian, rotation_vector
+
+KINDS = ("tet4", "tet10", "hex8")
+GEL = NeoHookean(young=1.0, poisson=0.3, density=1.0)
+MU, LAM = 1.0 / 2.6, 0.3 / (1.3 * 0.4)
+# two codes that add up the same numbers in another order: a few hundred terms of size one
+SAME = 1e-11
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def mesh(request: pytest.FixtureRequest) -> Mesh:
+    """A short cylinder: cells of many shapes, curved ones where the element can be."""
+    return Cylinder(length=1.0, radius=0.4).mesh(request.param, 0.35)
+
+
+def bent(mesh: Mesh) -> np.ndarray:
+    """Displacements (n, 3) with a turn of about 40 degrees and strains of some per cent, no cell inside out."""
+    X = mesh.points
+    R = exponential(np.array([[0.2, 0.5, -0.4]]))[0]
+    u = X @ R.T - X + 0.03 * np.sin(2.0 * X[:, [1, 2, 0]])
+    return np.asarray(u + 0.002 * np.random.default_rng(1).standard_normal(X.shape))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_shape_functions_are_those_of_the_elements(kind: str) -> None:
+    xi = np.random.default_rng(0).random((5, 3)) / 3.0
+    assert checks.places(kind) == pytest.approx(ELEMENTS[kind].places())
+    assert checks.shape(kind, xi) == pytest.approx(ELEMENTS[kind].shape(xi), abs=1e-13)
+    assert checks.slope(kind, xi) == pytest.approx(ELEMENTS[kind].gradient(xi), abs=1e-13)
+
+
+def test_rotations_are_the_nearest_ones_flat_and_inverted_too() -> None:
+    F = np.random.default_rng(0).standard_normal((200, 3, 3))
+    F[0], F[1] = np.eye(3), np.diag([1.0, 1.0, -0.5])
+    R = checks.polar(F)
+    assert R @ R.transpose(0, 2, 1) == pytest.approx(np.broadcast_to(np.eye(3), R.shape), abs=1e-13)
+    assert np.linalg.det(R) == pytest.approx(1.0)
+    U, s, Vt = np.linalg.svd(F)  # the largest trace of R^T F is s1 + s2 +- s3 (Kabsch 1976)
+    most = s[:, 0] + s[:, 1] + s[:, 2] * np.linalg.det(U) * np.linalg.det(Vt)
+    assert np.einsum("nij,nij->n", R, F) == pytest.approx(most, abs=1e-12)
+
+
+@pytest.mark.parametrize("strain", ["small", "corotational", "finite"])
+@pytest.mark.parametrize("selective", [False, True])
+def test_forces_within_solids(mesh: Mesh, strain: str, selective: bool) -> None:
+    u = bent(mesh)
+    law = {"small": checks.small_stress, "corotational": checks.corotational_stress}.get(strain)
+    terms: Any = (checks.Term(GEL.P),) if law is None else (checks.Term(law(MU, LAM)),)
+    parts = integration(mesh)
+    energies = [Elastic(mesh.cells, parts.dNdX, parts.w, law_for(GEL, strain))]
+    if selective:
+        if mesh.kind != "hex8":
+            pytest.skip("of hexahedra")
+        shear, volume = parts_for(GEL, strain) or ()
+        middle = integration(mesh, rule=centre_rule(mesh.element))
+        energies = [Elastic(mesh.cells, parts.dNdX, parts.w, shear), Elastic(mesh.cells, middle.dNdX, middle.w, volume)]
+        two = (shear.P, volume.P) if law is None else (law(MU, 0.0), law(0.0, LAM))
+        terms = (checks.Term(two[0]), checks.Term(two[1], centre=True))
+    g = Assembly(u.size, np.zeros(0, dtype=np.int64), energies, []).gradient(u.ravel(), 1.0)
+    found, noise = checks.Body(mesh.points, mesh.cells, mesh.kind, u, terms, 1.0).forces(mesh.cells)
+    assert np.abs(found.ravel() - g).max() < SAME * np.abs(g).max()
+    assert 0.0 < noise < 1e-12
+
+
+def test_forces_with_one_rotation_for_each_cell(mesh: Mesh) -> None:
+    u, parts, rest = bent(mesh), integration(mesh), np.eye(3)[None]
+    law = law_for(GEL, "small")
+    K = elementwise.stiffness(parts.dNdX, parts.w, law.dPdF(rest)[0])
+    energy = ElementRotation(mesh.points, mesh.cells, elementwise.mean(parts.dNdX, parts.w), K, rotations)
+    g = np.zeros(u.size)
+    energy.add_gradient(u.ravel(), g)
+    term = checks.Term(checks.small_stress(MU, LAM))
+    found, _ = checks.Body(mesh.points, mesh.cells, mesh.kind, u, (term,), 1.0, turned=True).forces(mesh.cells)
+    assert np.abs(found.ravel() - g).max() < SAME * np.abs(g).max()
+
+
+def test_pressure_on_the_deformed_surface(mesh: Mesh) -> None:
+    u, g = bent(mesh), np.zeros(mesh.points.size)
+    FollowerPressure(mesh.points, mesh.facets, 2.0).add_gradient(u.ravel(), g)
+    found = checks.surface_forces(mesh.points + u, mesh.facets, lambda dA: -2.0 * dA)
+    assert np.abs(found.ravel() + g).max() < SAME * np.abs(g).max()
+    assert found.sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-12)  # a closed surface
+
+
+@pytest.mark.parametrize("how", ["consistent", "lumped", "uniform"])
+def test_weight(mesh: Mesh, how: str) -> None:
+    from softmark.interpreter.models.loading import nodal_mass
+
+    own = checks.weights_of(mesh.points, mesh.cells, mesh.kind, 3.0, how, len(mesh.points))
+    theirs = nodal_mass(mesh, integration(mesh), 3.0, how)  # type: ignore[arg-type]
+    assert own == pytest.approx(theirs, abs=1e-13)
+
+
+def test_springs(mesh: Mesh) -> None:
+    edges = np.unique(np.sort(mesh.cells[:, :2], axis=1), axis=0)
+    k, u, g = np.linspace(1.0, 2.0, len(edges)), bent(mesh), np.zeros(mesh.points.size)
+    Springs(edges, mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]], k).add_gradient(u.ravel(), g)
+    found, _ = checks.spring_forces(mesh.points, edges, k, u)
+    assert np.abs(found.ravel() - g).max() < SAME * np.abs(g).max()
+
+
+def test_cells_inside_out_are_seen_at_their_nodes_too() -> None:
+    points = checks.places("hex8") * 0.5
+    u = np.zeros((8, 3))
+    u[6] = -0.4  # towards the middle: det F is positive at the eight Gauss points and not at the corner
+    mesh = Mesh(points, np.arange(8)[None], "hex8")
+    parts = integration(mesh)
+    inner = np.linalg.det(Elastic(mesh.cells, parts.dNdX, parts.w, law_for(GEL, "finite")).F(u.ravel()))
+    least, strain = checks.Body(points, mesh.cells, "hex8", u, (), 1.0).volumes()
+    assert inner.min() > 0.0 > least[0]
+    assert strain[0] > 0.1
+
+
+def test_a_sample_of_a_large_mesh_has_whole_nodes() -> None:
+    mesh = Cylinder(length=1.0, radius=0.4).mesh("tet4", 0.1)
+    u, term = bent(mesh), checks.Term(checks.small_stress(MU, LAM))
+    body = checks.Body(mesh.points, mesh.cells, "tet4", u, (term,), 1.0)
+    chosen, cells = checks.sample(len(mesh.points), mesh.cells, checks.MANY)  # as if it were very large
+    assert chosen is not None
+    whole, part = body.forces(mesh.cells)[0], body.forces(cells)[0]
+    assert part[chosen] == pytest.approx(whole[chosen], abs=1e-14)
+
+
+def test_forces_of_rods() -> None:
+    """The gradient of the quaternion rod, in space and not about its own axes, for a rod bent and twisted at random."""
+    n, rng = 6, np.random.default_rng(3)
+    rest = rod_at_rest(np.linspace([0, 0, 0], [1.0, 0, 0], n), np.array([0.0, 0.0, 1.0]))
+    x = RodSpace(n).move(rest, 0.3 * rng.standard_normal(6 * n))
+    C = RodStiffness(50.0, 20.0, 30.0, 0.5, 1.0, 2.0)
+    g = np.zeros(6 * n)
+    RodElastic(rest, chain(n), C).add_gradient(x, g)
+    R = rotation(x.reshape(-1, 7)[:, 3:])
+    space = g.reshape(n, 6).copy()
+    space[:, 3:] = np.einsum("nij,nj->ni", R, space[:, 3:])
+    found, _ = Rod(x.reshape(-1, 7)[:, :3], R, np.full(n - 1, 0.2), C.diagonal).forces()
+    assert np.abs(found - space).max() < SAME * np.abs(space).max()
+
+
+def test_rotation_vectors() -> None:
+    theta = np.random.default_rng(0).uniform(-1.0, 1.0, (50, 3)) * np.logspace(-9, 0.2, 50)[:, None]
+    assert rotation_vector(exponential(theta)) == pytest.approx(theta, rel=1e-9, abs=1e-16)
+    d = 1e-6 * np.ones((50, 3))  # central differences of the exponential: exact to 1e-12 / 1e-6
+    step = rotation_vector(exponential(theta + d) @ exponential(theta - d).transpose(0, 2, 1))
+    assert np.einsum("nij,nj->ni", left_jacobian(theta), 2.0 * d) == pytest.approx(step, abs=1e-11)
