@@ -1,4 +1,4 @@
-"""The interpreter from Python: `softmark.load(...).run(...)` and `softmark.compare(...)`."""
+"""The interpreter from Python: `softmark.load(...).run(...)`, `softmark.compare(...)` and `softmark.stress(...)`."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.overrides import Override
     from softmark.interpreter.results import Report
     from softmark.interpreter.study.compare import Comparison
+    from softmark.interpreter.study.stress.engine import Stress
 
 
 @dataclass(frozen=True)
@@ -132,6 +133,38 @@ def compare(
             allow_contaminated, "softmark.compare",
         )  # fmt: skip
         return carry_out(subjects, request)
+
+
+def stress(
+    scene: str | Path | LoadedScene,
+    models: Sequence[str] = (),
+    study: str | None = None,
+    folder: str | Path | None = None,
+    jobs: int = 1,
+    timeout: float = 60.0,
+    memory: float = 4.0,
+    resume: bool = False,
+    fresh: bool = False,
+) -> Stress:
+    """Every model of a scene walked to its edges, by its stability studies, or along every number where it has none.
+
+    `silent` of the result are the points that look right and are wrong. `folder` keeps the journal that `resume` goes
+    on with; without it nothing is kept. `timeout` is in CPU seconds for each point, `memory` in GiB for each process.
+    Raises SceneError, FileNotFoundError, journal.Refused for a folder that is in use or holds results already, and
+    pool.Unavailable where workers cannot be had.
+    """
+    import tempfile
+
+    from softmark.interpreter.study.stress.engine import Request
+    from softmark.interpreter.study.stress.engine import stress as carry_out
+    from softmark.interpreter.study.variations import subject_of
+
+    loaded = scene if isinstance(scene, LoadedScene) else load(scene)
+    with tempfile.TemporaryDirectory() as scratch:
+        request = Request(
+            Path(folder or scratch), tuple(models), study, jobs, timeout, memory, resume, fresh, "softmark.stress"
+        )
+        return carry_out(subject_of(loaded.scene), request)
 
 
 def varied(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:

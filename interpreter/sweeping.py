@@ -15,7 +15,7 @@ from softmark.interpreter import overrides, schema, units
 from softmark.interpreter.expressions import Bad, Place, Quantity
 from softmark.interpreter.overrides import Override
 from softmark.interpreter.scene import Declared, Location, Scene
-from softmark.interpreter.vocabulary.studies import Convergence, Sweep, Target, Variant
+from softmark.interpreter.vocabulary.studies import Convergence, Stability, Sweep, Target, Variant
 
 if TYPE_CHECKING:
     from softmark.interpreter.binding import Binder
@@ -27,19 +27,40 @@ FEWEST = 3  # values that an observed order needs: Celik et al. (2008)
 # ------------------------------------------------------------------ binding
 
 
-def target(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Target:
-    """What a sweep varies. Raises Bad."""
+def target(binder: Binder, field: Field, node: tree.Expression, place: Place, written: str = "") -> Target:
+    """What a sweep varies; `written` says how one writes the study, for messages. Raises Bad."""
     if not isinstance(node, tree.Name):
         raise place.fail("E207", node.span, f"expected {field.expected}, found a value",
                          "not a name", field.meaning)  # fmt: skip
     table = binder.compiler.table
     full = binder.module.prefix + node.text
-    override = Override(full, node, place, node.span, written="sweep({}, over = [...])")
+    override = Override(full, node, place, node.span, written=written or "sweep({}, over = [...])")
     if not overrides.assigned([override], table):
         raise Bad
     owner = full if full in table.symbols else full.rpartition(".")[0]
     binder.compiler.scope.used.add(owner)
     return Target(full, node.span)
+
+
+def targets(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[Target, ...]:
+    """What a stability study walks. Raises Bad, after all of its items were looked at."""
+    if not isinstance(node, tree.List) or node.unit is not None:
+        help = f"write `[{layout.flat(node)}]`" if isinstance(node, tree.Name) else field.meaning
+        raise place.fail("E207", node.span, f"expected {field.expected}, found no list of names", "not a list", help)
+    if not node.items:
+        raise place.fail("E512", node.span, "the study walks nothing", "an empty list",
+                         "name what it walks, or leave `over` out: then every number is walked")  # fmt: skip
+    found = [_one_target(binder, field, item, place) for item in node.items]
+    if None in found:
+        raise Bad
+    return tuple(t for t in found if t is not None)
+
+
+def _one_target(binder: Binder, field: Field, item: tree.Expression, place: Place) -> Target | None:
+    try:
+        return target(binder, field, item, place, "stability(over = [{}])")
+    except Bad:
+        return None
 
 
 def variants(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[Variant, ...]:
@@ -89,6 +110,10 @@ def check(scene: Scene) -> Iterator[Diagnostic]:
     for name, study in studies.items():
         if name in tried:
             yield from _sweep(scene, study, tried[name])
+        elif isinstance(study.thing, Stability):
+            from softmark.interpreter.study.stress.asking import doubts
+
+            yield from doubts(scene, study)
         else:
             yield from _asking(scene, study, tried)
 

@@ -8,7 +8,7 @@ import re
 import sys
 
 from softmark.grammar.suggest import nearest
-from softmark.interpreter import schema, units
+from softmark.interpreter import ranges, schema, units
 from softmark.interpreter.schema import Constructor, Field
 
 CODE = re.compile(r"[EW]\d{3}$", re.IGNORECASE)
@@ -165,6 +165,8 @@ def _constructor(c: Constructor) -> str:
     lines += ["", f"Example: {c.kind} NAME = {_example(c)}"]
     if source := getattr(c.cls, "source", None):
         lines += ["", f"Source: {source}"]
+    if c.kind == "model" and (measured := ranges.lines(c.name)):
+        lines += ["", *measured]
     return "\n".join(lines)
 
 
@@ -210,7 +212,8 @@ _VALUES = {
 _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "direction": "-z", "condition": "x <= 0 mm",
     "components": "(x, y)", "names": "[NAME_OF_MODEL, NAME_OF_MODEL]", "list": "[10, 5, 2.5] mm",
-    "target": "NAME_OF_PARAMETER", "variants": "[10, 5, 2.5] mm",
+    "target": "NAME_OF_PARAMETER", "targets": "[NAME_OF_PARAMETER]",
+    "variants": "[10, 5, 2.5] mm",
 }  # fmt: skip
 
 

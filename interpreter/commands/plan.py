@@ -31,8 +31,12 @@ def run(parsed: argparse.Namespace) -> int:
     print(scene.title)
     for kind, name, detail, line in rows:
         print(f"  {kind:<{widths[0]}}  {name:<{widths[1]}}  {detail}   <- {line}")
-    if studies := scene.of_kind("study"):
-        print(f"  left to `dsl compare`: {', '.join(studies)}")
+    studies = scene.of_kind("study")
+    stability = [n for n, d in studies.items() if d.constructor.name == "stability"]
+    if compared := [n for n in studies if n not in stability]:
+        print(f"  left to `dsl compare`: {', '.join(compared)}")
+    if stability:
+        print(f"  left to `dsl stress`: {', '.join(stability)}")
     if plan.idle:
         print(f"  not built, since nothing asks for it: {', '.join(plan.idle)}")
     return 0

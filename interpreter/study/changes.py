@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from softmark.interpreter.study import form
 from softmark.interpreter.study.reading import Spread, ratio_of, spread_of
 
 REPORT, COMPARISON = "softmark-report/1", "softmark-compare/1"
@@ -42,13 +43,12 @@ def read(path: str | Path) -> dict[str, Any]:
 def kind_of(found: Any, name: str) -> str:
     """The schema of a file. Raises Foreign if it is none of ours."""
     schema = found.get("schema") if isinstance(found, dict) else None
-    if schema not in (REPORT, COMPARISON):
-        said = f"its schema is `{schema}`" if schema else "it has no `schema`"
+    if not isinstance(schema, str) or schema not in (REPORT, COMPARISON):
+        named = f"`{schema[:80]}`" if isinstance(schema, str) else form.said(schema)
+        said = f"its schema is {named}" if schema else "it has no `schema`"
         raise Foreign(f"`{name}` is neither a {REPORT} nor a {COMPARISON}: {said}")
-    parts = {"models": dict, "references": dict} if schema == REPORT else {"points": list, "references": dict}
-    for part, kind in parts.items():
-        if not isinstance(found.get(part), kind):
-            raise Foreign(f"`{name}` says that it is a {schema}, but its `{part}` are missing")
+    if problem := form.misfit(found, form.REPORT if schema == REPORT else form.COMPARISON):
+        raise Foreign(f"`{name}` says that it is a {schema}, but {problem}")
     return str(schema)
 
 
@@ -154,7 +154,7 @@ def _metrics(name: str, old: Json, new: Json) -> Iterable[dict[str, Any]]:
             if change := _metric(before[metric], after[metric]):
                 yield {"name": name, "metric": metric, **change}
         else:
-            own = after.get(metric) or before[metric]
+            own = after[metric] if metric in after else before[metric]
             verdict = "added" if metric in after else "removed"
             known = {
                 "name": name,

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.environment import describe, environment
-from softmark.interpreter.study import pool
+from softmark.interpreter.study import form, pool
 from softmark.interpreter.study.journal import Journal, Refused
 from softmark.interpreter.study.problems import marked
 from softmark.interpreter.study.reading import SOLVED, part_of
@@ -51,6 +51,8 @@ class Request:
     allow_contaminated: bool = False
     command: str = ""
     say: Say = field(default=lambda what, detail: None, repr=False)
+    # told, once the journal is open, whom to ask what an interrupt would leave
+    saying: Callable[[Callable[[], str]], None] = field(default=lambda words: None, repr=False)
 
 
 class Interrupted(KeyboardInterrupt):
@@ -103,6 +105,7 @@ def compare(subjects: Sequence[Subject], request: Request) -> Comparison:
         tasks = {c.key: dict(c.task) for c in configurations if c.reason is None}
         _refuse_mixing(journal, tasks, request)
         done = _Done(journal, frozenset(tasks))
+        request.saying(done.words)
         try:
             outcomes = _accuracy(tasks, request, done)
             costs = _timing(configurations, outcomes, request, journal)
@@ -152,7 +155,7 @@ class _Done:
 def _accuracy(tasks: Mapping[str, Json], request: Request, done: _Done) -> dict[str, Json]:
     """Outcomes by key: those of the journal, and what is computed now."""
     journal = done.journal
-    outcomes = {k: e["outcome"] for k, e in journal.of_kind(ACCURACY).items() if k in tasks}
+    outcomes = {k: e["outcome"] for k, e in journal.of_kind(ACCURACY).items() if k in tasks and _sound(e)}
     outcomes = {k: o for k, o in outcomes.items() if not _again(o, request)}
     labels = {key: f"{task['scene']}: {task['model']}" for key, task in tasks.items()}
     waiting = [task for key, task in tasks.items() if key not in outcomes]
@@ -161,6 +164,24 @@ def _accuracy(tasks: Mapping[str, Json], request: Request, done: _Done) -> dict[
         outcomes[outcome["key"]] = outcome
         request.say("computed", f"{len(outcomes)} of {len(tasks)}: {labels[outcome['key']]}")
     return outcomes
+
+
+def _sound(entry: Json) -> bool:
+    """Whether an entry of the journal has what is read from it: one that was damaged is computed or timed anew."""
+    if form.misfit(entry, form.ENTRIES[entry["kind"]]) is not None:
+        return False
+    return entry["kind"] != TIMING or _counts(entry["record"])
+
+
+def _counts(record: Json) -> bool:
+    """Whether a record of a run alone gives a cost, or says that it has none."""
+    from softmark.interpreter.study.quality import cost
+
+    try:
+        cost([record])
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+        return False
+    return True
 
 
 def _again(outcome: Mapping[str, Any], request: Request) -> bool:
@@ -192,7 +213,7 @@ def _timing(
     from softmark.interpreter.study.clock import timings
 
     jobs = [_job(c, request) for c in configurations if _solved(c, outcomes)]
-    done = [entry["record"] for (kind, _, _), entry in journal.entries.items() if kind == TIMING]
+    done = [entry["record"] for (kind, _, _), entry in journal.entries.items() if kind == TIMING and _sound(entry)]
 
     def keep(record: Json) -> None:
         journal.append(TIMING, str(record["key"]), record=clean(record))

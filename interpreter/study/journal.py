@@ -61,10 +61,10 @@ class Journal:
         if whole and not lines:
             raise Refused(f"{self.path} is not a journal; `--fresh` replaces it, `--out` chooses another folder")
         if lines and lines[0].get("schema") != SCHEMA:
-            found = lines[0].get("schema", "no journal of softmark")
+            found = str(lines[0].get("schema", "no journal of softmark"))[:80]
             raise Refused(f"{self.path} is {found}, not {SCHEMA}; `--fresh` starts a new one, `--out` another folder")
         for entry in lines[1:]:
-            if "kind" in entry and "key" in entry:
+            if _sound(entry):
                 self.entries.setdefault(identity(entry), entry)
         os.ftruncate(self._file, len(whole) if lines else 0)
         if not lines:
@@ -116,12 +116,18 @@ class Journal:
         self.close()
 
 
+def _sound(entry: Json) -> bool:
+    """Whether an entry says what it is about; another counts as not written."""
+    named = isinstance(entry.get("kind"), str) and isinstance(entry.get("key"), str)
+    return named and type(entry.get("repeat", 0)) is int
+
+
 def _objects(data: bytes) -> Iterator[Json]:
     """The JSON objects of whole lines; a line that cannot be read counts as not written."""
     for line in data.splitlines():
         try:
             found = json.loads(line)
-        except ValueError:
+        except (ValueError, RecursionError):
             continue
         if isinstance(found, dict):
             yield found

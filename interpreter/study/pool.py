@@ -67,10 +67,11 @@ class _Worker:
     ready: bool = False
     since: float = field(default_factory=time.monotonic)  # it started, or its task did
     read: bytes = b""
+    spent: float | None = None  # CPU s of the process when it began with its task
 
     def give(self, task: Json) -> None:
         """Send a task. Raises OSError if the process has gone."""
-        self.task, self.since = task, time.monotonic()
+        self.task, self.since, self.spent = task, time.monotonic(), cpu_of(self.process.pid)
         assert self.process.stdin is not None
         self.process.stdin.write(json.dumps(task, separators=(",", ":")).encode() + b"\n")
         self.process.stdin.flush()
@@ -87,18 +88,33 @@ class _Worker:
         return code
 
 
+def cpu_of(pid: int) -> float | None:
+    """CPU seconds that a process has spent so far; None where the system does not tell."""
+    try:
+        with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
+            fields = file.read().rpartition(")")[2].split()
+    except OSError:
+        return None
+    return (int(fields[11]) + int(fields[12])) / float(os.sysconf("SC_CLK_TCK"))  # utime and stime of proc(5)
+
+
 def outcomes(
-    tasks: Sequence[Json],
+    tasks: Sequence[Json] | deque[Json],
     jobs: int = 1,
     timeout: float | None = None,
     started: Started = lambda key: None,
     command: Sequence[str] = WORKER,
+    patience: float = 1.0,
 ) -> Iterator[Json]:
     """The outcomes of tasks done in `jobs` processes, as they come. Raises Unavailable if no process starts.
 
     A task that takes longer than `timeout` seconds is killed, `timed_out`; closing the iterator kills all workers.
+    With a `patience` above 1 the timeout is of CPU time, so that a busy machine changes no outcome; what waits in vain
+    is killed after so many times as long.
+    Of a deque they are taken as they are given: whoever hears an outcome may append further ones.
     """
-    pool = _Pool(deque(tasks), jobs, timeout, started, command=command)
+    waiting = tasks if isinstance(tasks, deque) else deque(tasks)
+    pool = _Pool(waiting, jobs, timeout, started, command=command, patience=patience)
     try:
         yield from pool.run()
     finally:
@@ -115,6 +131,7 @@ class _Pool:
     selector: selectors.BaseSelector = field(default_factory=selectors.DefaultSelector)
     command: Sequence[str] = WORKER
     lost: int = 0  # workers in a row that did not start
+    patience: float = 1.0
 
     def run(self) -> Iterator[Json]:
         """Outcomes until all tasks are done."""
@@ -182,10 +199,20 @@ class _Pool:
         now = time.monotonic()
         for descriptor, worker in list(self.workers.items()):
             spent = now - worker.since
-            if worker.task is not None and self.timeout is not None and spent > self.timeout:
+            if worker.task is not None and self.timeout is not None and self._over(worker, spent):
                 yield from self._died(descriptor, late=True)
             elif not worker.ready and spent > START:
                 yield from self._died(descriptor)
+
+
+    def _over(self, worker: _Worker, wall: float) -> bool:
+        """Whether a task has had its time."""
+        given = (worker.task or {}).get("limit_s")  # of a task that may have to compile what others then find
+        limit = max(self.timeout or 0.0, float(given or 0.0))
+        now = cpu_of(worker.process.pid) if self.patience > 1 else None
+        if now is None or worker.spent is None:
+            return wall > limit
+        return now - worker.spent > limit or wall > self.patience * limit
 
 
 def _death(code: int) -> str:

@@ -67,7 +67,9 @@ def _performed(task: Mapping[str, Any]) -> Json:
     from softmark.interpreter.study.keys import recall
 
     scene, warnings = scene_of(task)
-    report = run(scene, warnings, Options(only=tuple(task["models"]), draw=False, recall=recall))
+    asked = (str(task["model"]),) if task.get("stated") else None
+    options = Options(only=tuple(task["models"]), draw=False, recall=recall, stated=asked)
+    report = run(scene, warnings, options)
     model = report.models.get(str(task["model"]))
     references = {name: _reference(r) for name, r in report.references.items()}
     if model is None:
@@ -85,9 +87,18 @@ def scene_of(task: Mapping[str, Any]) -> tuple[Scene, list[Diagnostic]]:
     scene, found = compile_scene(source, Path(task["folder"]), Path(file) if file else None, task["overrides"])
     if not any(d.severity == "error" for d in found):
         scene, found = varied(scene, [])
-    if errors := [d for d in found if d.severity == "error"]:
+    if errors := [d for d in found if d.severity == "error" and not _of_another(scene, task, d)]:
         raise SceneError(errors)
-    return scene, found
+    return scene, [d for d in found if d.severity != "error"]
+
+
+def _of_another(scene: Scene, task: Mapping[str, Any], error: Diagnostic) -> bool:
+    """Whether an error is about a model that a task, which is to stand `alone`, does not need."""
+    if not task.get("alone") or error.span is None:
+        return False
+    others = [d for n, d in scene.of_kind("model").items() if n not in reached(scene, task["models"])]
+    places = [p for d in others for p in (d.location, *d.fields.values())]
+    return any(p.source is error.source and p.span.start <= error.span.start < p.span.end for p in places)
 
 
 # ------------------------------------------------------------------ as JSON
@@ -105,8 +116,16 @@ def _point(scene: Scene, report: Report, model: ModelResult) -> Json:
         "warnings": [{"code": w.code, "message": w.message} for w in _concerned(scene, report, model)],
         "resolution": resolution_of(scene, model.name),
     }  # fmt: skip
+    if model.stated:
+        point["stated"] = _stated(scene, model)
     cleaned: Json = clean(point)
     return cleaned
+
+
+def _stated(scene: Scene, model: ModelResult) -> Json:
+    """What the model states of the first relative metric against something, and of all (`of`)."""
+    first = next((n for n in scene.of_kind("metric") if n in model.stated), next(iter(model.stated)))
+    return {**model.stated[first], "metric": first, "of": dict(model.stated)}
 
 
 def _concerned(scene: Scene, report: Report, model: ModelResult) -> list[Warned]:

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.study.gauges import Gauges, load_average, memory, pace
 from softmark.interpreter.study.job import TimingJob
+from softmark.interpreter.study.orphans import die_with_parent
 
 if TYPE_CHECKING:
     from softmark.interpreter.case import Case
@@ -62,6 +63,7 @@ def main() -> int:
     answer = os.dup(1)
     os.dup2(2, 1)  # what libraries print must not get between
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    die_with_parent()
     try:
         asked = json.loads(sys.stdin.buffer.read())
         record = _guarded(asked)

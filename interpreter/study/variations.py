@@ -24,7 +24,7 @@ from softmark.interpreter.study.keys import key_of, key_of_text, needed_models, 
 from softmark.interpreter.study.reading import said_values
 from softmark.interpreter.study.tasks import told
 from softmark.interpreter.sweeping import chain, override_of, value_in, with_unit
-from softmark.interpreter.vocabulary.studies import Sweep
+from softmark.interpreter.vocabulary.studies import Stability, Sweep
 
 MOST = 100_000  # configurations of one comparison
 
@@ -180,6 +180,10 @@ def _known_names(subject: Subject, asked: Asked) -> None:
         known = f"studies: {', '.join(studies)}" if studies else "it declares no study; `--vary h=10mm,5mm` needs none"
         message = f"`{asked.study}` is not a study of the scene"
         problems.append(at_name("--study", asked.study, "E201", message, "not found", known))
+    elif asked.study is not None and isinstance(studies[asked.study].thing, Stability):
+        message = f"`{asked.study}` is a study of stability, which varies nothing that is compared"
+        help = f"carry it out with `dsl stress --study {asked.study}`"
+        problems.append(at_name("--study", asked.study, "E213", message, "not compared", help))
     if problems:
         raise SceneError(list(dict.fromkeys(problems)))
 
@@ -218,7 +222,7 @@ def _sweeps(scene: Scene, only: str | None) -> dict[str, Declared]:
         return {name: studies[name]} if name in studies else {}
     sweeps = {n: d for n, d in studies.items() if isinstance(d.thing, Sweep)}
     inner = {d.thing.with_ for d in sweeps.values()} | set(reached(scene, scene.of_kind("model")))
-    wanted = {d.thing.over for d in studies.values() if not isinstance(d.thing, Sweep)}
+    wanted = {d.thing.over for d in studies.values() if not isinstance(d.thing, Sweep | Stability)}
     return {n: d for n, d in sweeps.items() if n not in inner or n in wanted}
 
 

@@ -1,6 +1,6 @@
 """A worker process: tasks come as lines of JSON, outcomes go as lines of JSON, until the pipe ends.
 
-    python -m softmark.interpreter.study.worker
+    python -m softmark.interpreter.study.worker [GIBIBYTES]
 
 What libraries print goes to standard error, so that it cannot get among the outcomes. The worker dies with the process
 that started it: the kernel ends it where it can (Linux), else it notices that its pipe has ended.
@@ -16,11 +16,14 @@ import sys
 import threading
 from typing import Any, BinaryIO
 
+from softmark.interpreter.study.orphans import die_with_parent
+
 
 def main() -> None:
     """Serve until standard input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is for the parent, which ends us
-    _die_with_parent()
+    die_with_parent()
+    _limit_memory()
     out = os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)
     tasks: queue.Queue[bytes] = queue.Queue()
@@ -53,16 +56,14 @@ def _prepare() -> None:
     importlib.import_module("softmark.interpreter.run")
 
 
-def _die_with_parent() -> None:
-    """Ask Linux to kill this process when its parent dies; elsewhere the end of the pipe does."""
-    if sys.platform != "linux":
-        return
-    import ctypes
+def _limit_memory() -> None:
+    """Let what asks for more memory than an argument allows fail with that, instead of the system."""
+    if len(sys.argv) > 1:
+        import resource
 
-    set_signal = 1  # PR_SET_PDEATHSIG of <sys/prctl.h>
-    ctypes.CDLL(None, use_errno=True).prctl(set_signal, signal.SIGKILL, 0, 0, 0)
-    if os.getppid() == 1:  # it died before we asked
-        os._exit(0)
+        most = int(float(sys.argv[1]) * 2**30)
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        resource.setrlimit(resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
 
 
 if __name__ == "__main__":

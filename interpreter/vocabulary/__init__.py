@@ -13,7 +13,7 @@ from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
 from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published import Column
-from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Sweep
+from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Stability, Sweep
 from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows
 
 BODIES: dict[str, type[Any]] = {
@@ -62,4 +62,5 @@ STUDIES: dict[str, type[Any]] = {
     "sweep": Sweep,
     "convergence": Convergence,
     "pareto": Pareto,
+    "stability": Stability,
 }

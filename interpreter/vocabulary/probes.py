@@ -31,6 +31,11 @@ class Line:
     points: Annotated[int, "1 in [2, 100000]", "how many points"] = 41
 
     @property
+    def ends(self) -> tuple[Vector3, Vector3]:
+        """The first and the last of its points, m."""
+        return self.from_, self.to
+
+    @property
     def stations(self) -> tuple[Vector3, ...]:
         """The material points, m."""
         n = self.points - 1

@@ -1,9 +1,9 @@
-"""Studies: what is varied, and what is asked of the variations. `dsl compare` carries them out."""
+"""Studies: what is varied, and what is asked of the variations. `dsl compare` and `dsl stress` carry them out."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 if TYPE_CHECKING:
     from softmark.grammar.tree import Expression, Span
@@ -72,3 +72,33 @@ class Pareto:
     error: Annotated[str, "metric", "how wrong a configuration is"]
     cost: Annotated[str | None, "metric", "what it costs; the measured time without"] = None
     over: Annotated[str | None, "study", "the sweep; everything that is compared without"] = None
+
+
+@dataclass(frozen=True)
+class Stability:
+    """Walks quantities outward from the scene as it is, to the edge of what each model gets right.
+
+    One quantity at a time, everything else as declared: `over = [rubber.poisson, tip.vector, slenderness, coarse.size]`
+    names fields of declared things and parameters, as a sweep does. Poisson's ratio goes towards 0.5 by decades of what
+    is missing, down to 1e-9 and exactly 0.5; positive numbers by factors (stiffness 12 decades, loads up to 1000 times,
+    densities and time steps over 6); whole numbers by doubling; choices through all of theirs; vectors are multiplied.
+    A parameter with a range goes to its ends, one that is zero by decades of the range. Each edge is then found by
+    bisection, to a ratio of 1.2.
+
+    Every point is judged by `metric`, a relative error, against the reference that it names, which is solved anew at
+    each: `right` within `within` and the uncertainty of the reference; `inaccurate` where the model itself says that it
+    may be that far off, by the error that it states or a warning about its accuracy; `silent` where it does not: a
+    point that looks right and is wrong. Others are `not_converged`, `diverged`, `refused` by a diagnostic, `failed`,
+    `timed_out`, and `unjudged` where the reference has no answer, or is a theory of beams far outside its range.
+
+    `until = failure` goes on through inaccurate points until the model has no answer, `inaccuracy` ends at the first
+    that is not right. `maps = pairs` adds a coarse grid for each pair of quantities and each model; so does `auto`
+    where there are at most three. `dsl stress` carries it out, and makes one over every number of a scene without one.
+    """
+
+    over: Annotated[tuple[Target, ...] | None, "targets", "what is walked; every number that can be, without"] = None
+    until: Annotated[Literal["failure", "inaccuracy"], "where a walk ends"] = "failure"
+    models: Annotated[tuple[str, ...] | None, "models", "which models are walked; all of the scene without"] = None
+    metric: Annotated[str | None, "metric", "the relative error that judges; the first of the scene without"] = None
+    within: Annotated[float, "1 in (0, 1)", "the error that still counts as right"] = 0.05
+    maps: Annotated[Literal["auto", "none", "pairs"], "which pairs of quantities are mapped"] = "auto"

@@ -1,0 +1,88 @@
+"""Whether JSON that comes from a file has the form that its readers count on: the first part that has not, in words.
+
+A form is a type or several; a list of one form for its items; or a dictionary of forms by key, `*` for any other key
+and a `!` behind keys that must be there. Null stands for anything that need not be there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, TypeAlias
+
+Form: TypeAlias = "type | tuple[type, ...] | list[Any] | Mapping[str, Any]"
+
+NUMBER = (int, float)
+SPREAD = dict.fromkeys(("median", "q1", "q3", "min", "max", "p95", "runs"), NUMBER)
+CLOCKS = ("setup_s", "solve_s", "step_s", "step_cpu_s", "cpu_s", "wall_s")
+METRIC = {"value": NUMBER, "uncertainty": NUMBER, "unit": str, "reason": str}
+JUDGED = {"metrics": {"*!": METRIC}, "status": str, "message": str}
+
+REPORT = {
+    "models!": {"*!": {**JUDGED, "time": dict.fromkeys(CLOCKS, SPREAD)}},
+    "references!": {"*!": JUDGED},
+    "environment": {}, "scene": {"parameters": {"*!": {}}},
+    "expectations": [{"text!": str, "passed": bool}],
+}  # fmt: skip
+POINT = {
+    "model!": str, "scene": str, "study": str, "status": str, "message": str, "variation": {"*": str},
+    "errors": {"*!": METRIC}, "cost": {**dict.fromkeys(CLOCKS, SPREAD), "contaminated": bool},
+}  # fmt: skip
+COMPARISON = {"points!": [POINT], "references!": {"*!": {"*!": {}}}, "environment": {}, "scenes": [{}]}
+
+OUTCOME = {"key": str, "point!": {"status!": str}, "references!": {"*!": {"status!": str}}, "limit_s": NUMBER}
+RECORD = {"key!": str, "status": str, "message": str, "host": str, "kind": str, "elapsed_s": NUMBER}
+ENTRIES: Mapping[str, Form] = {"accuracy": {"outcome!": OUTCOME}, "timing": {"record!": RECORD}}
+
+
+def misfit(value: Any, form: Any, place: str = "") -> str | None:
+    """What does not fit a form: `models.a.metrics is a list`; None where everything fits."""
+    if isinstance(form, list):
+        return _of_list(value, form[0], place)
+    if isinstance(form, Mapping):
+        return _of_object(value, form, place)
+    if form == NUMBER:
+        return None if _is_number(value) else f"`{place}` is {said(value)}, not a number"
+    return None if isinstance(value, form) else f"`{place}` is {said(value)}"
+
+
+def _is_number(value: Any) -> bool:
+    """Whether it is a number that can be counted with: neither a truth value, nor endless, nor beyond numbers."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return math.isfinite(value) if isinstance(value, float) else abs(value) < 2**63
+
+
+def _of_list(value: Any, form: Any, place: str) -> str | None:
+    if not isinstance(value, list):
+        return f"`{place}` is {said(value)}, not a list"
+    parts = (misfit(item, form, f"{place}[{i}]") for i, item in enumerate(value))
+    return next((part for part in parts if part), None)
+
+
+def _of_object(value: Any, form: Mapping[str, Any], place: str) -> str | None:
+    if not isinstance(value, dict):
+        return f"`{place}` is {said(value)}, not an object"
+    asked = {key.removesuffix("!"): (part, key.endswith("!")) for key, part in form.items()}
+    for key, (_, needed) in asked.items():
+        if needed and key != "*" and value.get(key) is None:
+            return f"`{_under(place, key)}` is missing"
+    for key, item in value.items():
+        part, needed = asked.get(key) or asked.get("*") or (None, False)
+        if part is None or (item is None and not needed):
+            continue
+        if problem := misfit(item, part, _under(place, key)):
+            return problem
+    return None
+
+
+def _under(place: str, key: str) -> str:
+    """The place of a part; keys come from the file and may be of any length."""
+    short = key if len(key) <= 40 else f"{key[:40]}…"
+    return f"{place}.{short}" if place else short
+
+
+def said(value: Any) -> str:
+    """What a JSON value is: `a list`."""
+    words = {bool: "true or false", int: "a number", float: "a number", str: "a text", list: "a list"}
+    return words.get(type(value), "null" if value is None else "an object")

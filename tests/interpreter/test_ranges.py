@@ -1,0 +1,48 @@
+"""Measured ranges: what of a stability study reaches `dsl explain`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from softmark.interpreter import ranges
+from softmark.interpreter.commands.explain import page
+
+EDGES = [
+    {"model": "tets", "quantity": "nu", "direction": "up", "last_right": 0.4, "first_wrong": 0.49,
+     "class": "inaccurate", "last_answer": 0.5, "reason": None, "remedy": None, "reached": 0.5},
+    {"model": "tets", "quantity": "L", "direction": "down", "last_right": None, "first_wrong": 1.0,
+     "class": "not_converged", "last_answer": None, "reason": None, "remedy": None, "reached": 0.1},
+    {"model": "tets", "quantity": "L", "direction": "up", "last_right": 10.0, "first_wrong": None,
+     "class": None, "last_answer": 10.0, "reason": None, "remedy": None, "reached": 10.0},
+]  # fmt: skip
+STRESS: dict[str, Any] = {
+    "scene": {"file": "beam-at-the-extremes", "title": "A beam"}, "environment": {"softmark": "0.1.0"},
+    "summary": {"points": 12, "silent": 0},
+    "studies": [{
+        "within": 0.05, "models": ["tets"], "outlines": {"tets": "tet4 of about 5 mm, small strain"}, "edges": EDGES,
+        "quantities": [{"name": "nu", "unit": "1", "nominal": 0.3}, {"name": "L", "unit": "m", "nominal": 1.0}],
+    }],
+}  # fmt: skip
+
+
+def test_ranges_say_where_a_model_is_right_and_what_comes_beyond() -> None:
+    found = ranges.ranges_of(STRESS, {"tets": "fem"})
+    assert found["models"][0]["ranges"] == [
+        {"quantity": "nu", "from": "0.3", "to": "0.4", "beyond": {"up": "inaccurate as stated from 0.49"}},
+        {"quantity": "L", "from": None, "to": "10\u00a0m",
+         "beyond": {"down": "not converged from 1\u00a0m", "up": "not walked further than 10\u00a0m"}},
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("model", ["fem", "beam6dof", "mass_spring", "modal"])
+def test_the_page_of_a_model_shows_its_measured_range(model: str) -> None:
+    measured = ranges.lines(model)
+    assert measured
+    assert "\n".join(measured) in (page(model) or "")
+    assert any("right" in line for line in measured)
+
+
+def test_what_was_not_measured_shows_no_range() -> None:
+    assert ranges.lines("gravity") == []

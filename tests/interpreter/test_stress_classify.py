@@ -1,0 +1,121 @@
+"""The class of a point, from outcomes as plain JSON: every class, and what counts as saying so."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from softmark.interpreter.study.stress.classify import classify
+from softmark.interpreter.study.stress.truth import lean, uncertainty_of
+
+WITHIN = 0.05
+
+
+def outcome(error: float | None = 0.01, status: str = "converged", **more: Any) -> dict[str, Any]:
+    point = {
+        "status": status, "message": more.get("message"),
+        "warnings": [{"code": c, "message": c} for c in more.get("codes", ())],
+        "errors": {"eta": {"value": error, "unit": "1", "against": "theory", "reason": more.get("reason")}},
+    }  # fmt: skip
+    if "stated" in more:
+        point["stated"] = more["stated"]
+    reference = {"status": more.get("truth", "converged"), "message": "it says so", "estimated_error": 0.0}
+    return {"key": "k", "point": point, "references": {"theory": reference}}
+
+
+def stated(value: float | None, *doubts: str) -> dict[str, Any]:
+    reason = None if value is not None else "no coarser mesh"
+    return {"value": value, "parts": {}, "doubts": list(doubts), "reason": reason}
+
+
+@pytest.mark.parametrize(
+    ("found", "expected"),
+    [
+        (outcome(0.05), "right"),
+        (outcome(0.059), "right"),  # 0.05 and the truth's own 0.01
+        (outcome(0.061), "silent"),  # nothing is stated: nothing says so
+        (outcome(0.061, stated=stated(0.02)), "silent"),  # it states less than it is off
+        (outcome(0.061, stated=stated(0.052)), "inaccurate"),  # 0.061 - 0.01 at most
+        (outcome(0.5, stated=stated(None)), "inaccurate"),  # it vouches for nothing
+        (outcome(0.5, stated=stated(0.0, "W351")), "inaccurate"),  # it doubts itself
+        (outcome(0.5, codes=["W301"]), "inaccurate"),
+        (outcome(0.5, codes=["W355"]), "inaccurate"),  # every warning of the watchdog
+        (outcome(0.5, codes=["W310"]), "silent"),  # an unlikely stiffness says nothing about the answer
+        (outcome(0.5, status="capped"), "inaccurate"),
+        (outcome(0.01, status="capped"), "right"),
+        (outcome(0.01, codes=["W301"]), "right"),
+        (outcome(None, status="not_converged", message="no equilibrium"), "not_converged"),
+        (outcome(None, status="diverged"), "diverged"),
+        (outcome(None, status="timed_out"), "timed_out"),
+        (outcome(None, status="failed", message="it stopped with an error"), "failed"),
+        (outcome(None, status="failed", message="E304: a mesh that does not fit (line 2 of a.scene)"), "refused"),
+        (outcome(None, status="failed", message="E503: `theory` does not hold for this scene"), "unjudged"),
+        (outcome(None, status="skipped"), "unjudged"),
+        (outcome(0.5, truth="failed"), "unjudged"),
+        (outcome(None, reason="the reference does not move"), "unjudged"),
+    ],
+)
+def test_classes(found: dict[str, Any], expected: str) -> None:
+    assert classify(found, "eta", WITHIN, 0.01).word == expected
+
+
+def test_a_truth_that_is_uncertain_judges_nothing() -> None:
+    assert classify(outcome(0.01), "eta", WITHIN, 0.06).word == "unjudged"
+    doubted = classify(outcome(0.5), "eta", WITHIN, 0.0, "strains are too large for the theory")
+    assert (doubted.word, doubted.message) == ("unjudged", "strains are too large for the theory")
+
+
+def test_what_a_class_keeps() -> None:
+    refused = classify(outcome(None, status="failed", message="E304: too fine; use more"), "eta", WITHIN, None)
+    assert (refused.code, refused.status) == ("E304", None)
+    said = classify(outcome(0.5, codes=["W301", "W301"]), "eta", WITHIN, None)
+    assert (said.error, said.warnings, said.message) == (0.5, ("W301",), "W301: W301")
+
+
+def test_uncertainty_is_relative_to_what_the_truth_moves() -> None:
+    """0.1 mm of a field of 3 and 4 mm: their root mean square is sqrt(12.5) mm."""
+    probe = {"points": [[0, 0, 0], [1, 0, 0]], "displacement": [[0, 0, 3e-3], [0, 4e-3, 0]]}
+    reference = {"status": "converged", "message": None, "estimated_error": 1e-4, "probes": {"axis": probe}}
+    point = {"status": "converged", "probes": {"axis": probe}}
+    small = lean({"key": "k", "point": point, "references": {"theory": reference}})
+    assert "probes" not in small["point"]
+    assert uncertainty_of(small, "theory", "axis") == pytest.approx(1e-4 / 12.5e-6**0.5, rel=1e-12)
+    assert uncertainty_of(small, "theory", "other") is None
+    assert uncertainty_of(small, "scan", "axis") is None
+
+
+# ------------------------------------------------------------------ the truth
+
+
+def theory(**replaced: str) -> tuple[float, str | None]:
+    import softmark
+    from softmark.interpreter.study.stress.truth import theory_of
+
+    text = """
+param    W      = 20 mm
+param    g      = 2.5 m/s^2
+param    nu     = 0.3
+material gel    = neo_hookean(young = 600 kPa, poisson = nu, density = 1000 kg/m^3)
+body     beam   = solid(box(size = (200 mm, W, 20 mm)), gel)
+support  wall   = fixed(beam, where = x <= 0 mm)
+load     weight = gravity(g, direction = -z)
+model    rod    = beam6dof(segments = 8)
+reference line  = simo_reissner(beam)
+probe    axis   = point(beam, at = (200, 10, 10) mm)
+metric   eta    = energy_norm(axis, against = line)
+"""
+    return theory_of(softmark.loads(text, **replaced).scene, "line")
+
+
+def test_what_a_theory_of_beams_leaves_out() -> None:
+    """L / H = 10 and w L^3 / (E I) = 1: 1.2 * 0.3^2 / 10 + 0.2 / 100 + 0.5 * (0.05 * 0.5)^2."""
+    assert theory() == (pytest.approx(0.0108 + 0.002 + 0.5 * 0.025**2, rel=1e-9), None)
+    assert theory(nu="0")[0] == pytest.approx(0.002 + 0.5 * 0.025**2, rel=1e-9), "a clamp that keeps nothing back"
+    assert theory(W="100 mm")[0] > 0.1, "a plate is no beam"
+
+
+def test_a_theory_ends_where_its_material_does() -> None:
+    """At 100 times the load fibres are strained by 0.05 * sqrt(200) = 0.71: no soft solid is linear there."""
+    assert "strains reach 0.71" in str(theory(g="250 m/s^2")[1])
+    assert theory(g="25 m/s^2")[1] is None
