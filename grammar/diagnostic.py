@@ -48,16 +48,21 @@ def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
     return {
         "code": diagnostic.code,
         "severity": diagnostic.severity,
-        "message": diagnostic.message,
-        "file": source.name if source else None,
+        "message": encodable(diagnostic.message),
+        "file": encodable(source.name) if source else None,
         "line": span.line if span else None,
         "column": span.column if span else None,
         "end_line": span.end_line if span else None,
         "end_column": span.end_column if span else None,
-        "help": diagnostic.help or None,
-        "label": diagnostic.label or None,
-        "notes": list(diagnostic.notes),
+        "help": encodable(diagnostic.help) or None,
+        "label": encodable(diagnostic.label) or None,
+        "notes": [encodable(note) for note in diagnostic.notes],
     }
+
+
+def encodable(text: str) -> str:
+    """Without halves of characters, which stand for bytes of a file name or an argument that are no UTF-8."""
+    return re.sub("[\ud800-\udfff]", "\ufffd", text)
 
 
 def summary(diagnostics: Iterable[Diagnostic]) -> str:
@@ -81,6 +86,8 @@ def _place(diagnostic: Diagnostic) -> tuple[str, int]:
 # ------------------------------------------------------------------------- drawing
 
 WIDTH = 100  # columns of a source line that are shown
+SIDE = 4 * WIDTH  # characters to either side of a place that are looked at: a line may be as long as a file
+LONGEST = 600  # characters of a line of a message
 TAB = 4
 STYLES = {"error": "1;31", "warning": "1;33", "gutter": "1;34", "bold": "1"}
 Paint = Callable[[str, str], str]
@@ -96,7 +103,7 @@ def _paint(text: str, style: str) -> str:
 
 def _drawing(diagnostic: Diagnostic, paint: Paint) -> str:
     severity = diagnostic.severity
-    head = paint(f"{severity}[{diagnostic.code}]", severity) + paint(f": {_safe(diagnostic.message)}", "bold")
+    head = paint(f"{severity}[{diagnostic.code}]", severity) + paint(f": {_said(diagnostic.message)}", "bold")
     lines, margin = [head], "   "
     if diagnostic.source and diagnostic.span:
         margin = " " * (len(str(diagnostic.span.line)) + 2)
@@ -105,7 +112,7 @@ def _drawing(diagnostic: Diagnostic, paint: Paint) -> str:
     for kind, text in remarks:
         if text:
             indent = "\n" + " " * (len(margin) + len(f"= {kind}: "))
-            body = indent.join(_safe(line) for line in text.split("\n"))
+            body = indent.join(_said(line) for line in text.split("\n"))
             lines.append(f"{margin}{paint('=', 'gutter')} {paint(kind, 'bold')}: {body}")
     return "\n".join(lines)
 
@@ -114,10 +121,10 @@ def _snippet(diagnostic: Diagnostic, source: Source, span: Span, margin: str, pa
     """The place, the line of the text, and carets under the span with the label after them."""
     line, first, last = _line(source.text, span)
     shown, before, carets = _clip(_cells(line), first, last)
-    label = f" {_safe(diagnostic.label)}" if diagnostic.label else ""
+    label = f" {_said(diagnostic.label)}" if diagnostic.label else ""
     bar = paint("|", "gutter")
     return [
-        f"{margin[1:]}{paint('-->', 'gutter')} {_safe(source.name)}:{span.line}:{span.column}",
+        f"{margin[1:]}{paint('-->', 'gutter')} {_said(source.name)}:{span.line}:{span.column}",
         f"{margin}{bar}",
         f" {paint(str(span.line), 'gutter')} {bar} {shown}".rstrip(),
         f"{margin}{bar} {' ' * before}{paint('^' * carets + label, diagnostic.severity)}",
@@ -125,13 +132,13 @@ def _snippet(diagnostic: Diagnostic, source: Source, span: Span, margin: str, pa
 
 
 def _line(text: str, span: Span) -> tuple[str, int, int]:
-    """The line a span starts on, and the characters of the line from and to which it goes."""
+    """The line a span starts on, as far as it is near, and the characters of it from and to which the span goes."""
     start = min(span.start, len(text))
-    first = max(text.rfind("\n", 0, start), text.rfind("\r", 0, start)) + 1
+    near = max(0, start - SIDE)
+    first = max(text.rfind("\n", near, start) + 1, text.rfind("\r", near, start) + 1, near)
     if first == 0 and text.startswith("\ufeff"):
         first = 1
-    end = re.compile(r"[\r\n]|\Z").search(text, first)
-    line = text[first : end.start()] if end else ""
+    line = re.split(r"[\r\n]", text[first : max(first, start) + SIDE], maxsplit=1)[0]
     return line, max(start - first, 0), min(max(span.end - first, 0), len(line))
 
 
@@ -176,6 +183,11 @@ def _columns(character: str) -> int:
     if category(character) in ("Mn", "Me"):
         return 0
     return 2 if east_asian_width(character) in "WF" else 1
+
+
+def _said(text: str) -> str:
+    """A line of a message, its middle left out where parts of the text that it repeats make it too long to read."""
+    return _safe(text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} … {text[-LONGEST // 4 :]}")
 
 
 def _safe(text: str) -> str:

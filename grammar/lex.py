@@ -20,7 +20,8 @@ BLANK = (
 )
 COMMENT = r"\#[^\r\n]*"
 VALUE_ENDS = frozenset({"NUMBER", "RPAR", "RSQB"})  # what a unit may follow
-JUNK = {  # tried after everything else; not so foreign comments, whose `/` would be an operator
+# Tried after everything else; not so foreign comments, whose `/` would be an operator. None takes a line break with it.
+JUNK = {
     "UNCLOSED_STRING": r'"[^\r\n]*',
     "SINGLE_QUOTED": r"'[^'\r\n]*'?",
     "COLON": ":=?",
@@ -28,7 +29,7 @@ JUNK = {  # tried after everything else; not so foreign comments, whose `/` woul
     "LBRACE": r"\{",
     "RBRACE": r"\}",
     "FOREIGN_WORD": r"[^\W\d]\w*",
-    "ILLEGAL": r"[^\x00-\x7f]+|[\x00-\x1f\x7f]+|&+|\|+|\.+|.",
+    "ILLEGAL": r"[^\x00-\x7f]+|[\x00-\x09\x0b\x0c\x0e-\x1f\x7f]+|&+|\|+|\.+|.",
 }
 FOREIGN_COMMENTS = {"SLASHES": r"//[^\r\n]*", "BLOCK_COMMENT": r"/\*(?:[\s\S]*?\*/|[\s\S]*)"}
 

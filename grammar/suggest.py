@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable
+from itertools import islice
+
+MOST = 3000  # candidates of about the right length that are looked at: a text may declare any number of names
 
 
 def nearest(word: str, candidates: Iterable[str]) -> str | None:
@@ -12,14 +16,17 @@ def nearest(word: str, candidates: Iterable[str]) -> str | None:
     Of several candidates equally near, the one that starts like `word` wins, then the first of the alphabet.
     """
     limit = min(len(word) // 3, 3)
-    near = [name for name in candidates if abs(len(name) - len(word)) <= limit]
-    scored = [(distance(word.lower(), name.lower()), name[:1] != word[:1], name) for name in near]
+    near = islice((name for name in candidates if abs(len(name) - len(word)) <= limit), MOST)
+    scored = [(distance(word.lower(), name.lower(), limit), name[:1] != word[:1], name) for name in near]
     slips, _, name = min(scored, default=(limit + 1, True, ""))
     return name if slips <= limit else None
 
 
-def distance(a: str, b: str) -> int:
-    """Insertions, deletions, replacements and swaps of neighbours from `a` to `b` (Damerau 1964)."""
+def distance(a: str, b: str, most: int = sys.maxsize) -> int:
+    """Insertions, deletions, replacements and swaps of neighbours from `a` to `b` (Damerau 1964).
+
+    More than `most` are not counted out: then it is some number above `most`.
+    """
     before: list[int] = []
     row = list(range(len(b) + 1))
     for i, p in enumerate(a, 1):
@@ -29,4 +36,6 @@ def distance(a: str, b: str) -> int:
             if i > 1 and j > 1 and p == b[j - 2] and a[i - 2] == q:
                 best = min(best, older[j - 2] + 1)
             row.append(best)
+        if min(row) > most and min(before) > most:  # no later row can be lower than the two before it
+            return most + 1
     return row[-1]

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.overrides import Override
     from softmark.interpreter.vocabulary.studies import Target, Variant
 
+FARTHEST = 1e30  # sixth powers of it, as in the volume times the stiffness of a body, are still numbers
 Bound = tuple[tree.Expression, Place]  # an expression, and the text that it stands in
 
 
@@ -243,6 +244,10 @@ class Binder:
         raise place.fail("E204", node.span, f"expected {units.named(due)}, found {found}", label, hint)
 
     def _range(self, field: Field, node: tree.Expression, place: Place, value: float) -> None:
+        if value != 0.0 and not 1.0 / FARTHEST <= abs(value) <= FARTHEST:
+            raise place.fail("E301", node.span, f"`{field.name}` is beyond what can be computed with",
+                             f"this is {value:.3g} in SI units",
+                             f"quantities of a scene are zero, or {1.0 / FARTHEST:g} to {FARTHEST:g} in SI units")
         if field.interval is None or value in field.interval:
             return
         limits = field.interval.words(field.dimension or units.NONE)
@@ -408,10 +413,16 @@ class Binder:
     def _list(self, field: Field, node: tree.Expression, place: Place) -> VectorValue:
         if not isinstance(node, tree.List):
             raise self._wrong(field, node, place)
-        return self.compiler.scope.evaluator(self.module, place).values(node)
+        value = self.compiler.scope.evaluator(self.module, place).values(node)
+        for number, item in zip(value.values, node.items, strict=True):
+            self._range(field, item, place, number)
+        return value
 
     def _target(self, field: Field, node: tree.Expression, place: Place) -> Target:
         return sweeping.target(self, field, node, place)
+
+    def _targets(self, field: Field, node: tree.Expression, place: Place) -> tuple[Target, ...]:
+        return sweeping.targets(self, field, node, place)
 
     def _variants(self, field: Field, node: tree.Expression, place: Place) -> tuple[Variant, ...]:
         return sweeping.variants(self, field, node, place)

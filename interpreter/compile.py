@@ -17,6 +17,7 @@ from softmark.interpreter import modules, overrides, parameters, schema
 from softmark.interpreter.binding import Binder
 from softmark.interpreter.expectations import Expectations
 from softmark.interpreter.expressions import Bad, Place, describe
+from softmark.interpreter.ledger import Ledger
 from softmark.interpreter.modules import Module, Symbol, Table
 from softmark.interpreter.overrides import Override
 from softmark.interpreter.scene import Declared, Expectation, Location, Scene
@@ -30,18 +31,20 @@ def compile_scene(
     source: Source, folder: Path, file: Path | None = None, replacements: Sequence[str] = ()
 ) -> tuple[Scene, list[Diagnostic]]:
     """The scene, and all diagnostics; the scene is complete only if none of them is an error."""
-    diagnostics: list[Diagnostic] = []
-    table = modules.load(source, folder, file, diagnostics)
-    _unknown_kinds(table)
-    return _compiled(table, str(file) if file else None, overrides.read(replacements, diagnostics), diagnostics,
-                     tuple(replacements))  # fmt: skip
+    diagnostics, given = Ledger(), list[Override]()
+    table = modules.Table()
+    with diagnostics.bounded():
+        modules.load(table, source, folder, file, diagnostics)
+        _unknown_kinds(table)
+        given = overrides.read(replacements, diagnostics)
+    return _compiled(table, str(file) if file else None, given, diagnostics, tuple(replacements))
 
 
 def recompiled(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
     """The scene with further overrides, and all diagnostics; its text is not parsed again."""
     if scene.table is None:
         raise ValueError("the scene does not know its texts")
-    diagnostics: list[Diagnostic] = []
+    diagnostics = Ledger()
     table = scene.table.again(diagnostics)
     added = [replace(o, place=Place(o.place.source, diagnostics)) for o in more]
     texts = (*scene.overrides, *(o.text for o in more))
@@ -49,16 +52,20 @@ def recompiled(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diag
 
 
 def _compiled(
-    table: Table, path: str | None, given: Sequence[Override], diagnostics: list[Diagnostic], texts: tuple[str, ...]
+    table: Table, path: str | None, given: Sequence[Override], diagnostics: Ledger, texts: tuple[str, ...]
 ) -> tuple[Scene, list[Diagnostic]]:
-    replaced = overrides.assigned(given, table)
     scope = Scope(table)
-    parameters.evaluate(scope, replaced)
-    compiler = Compiler(scope, replaced)
-    compiler.run()
+    compiler = Compiler(scope, {})
     main = table.modules[0]
+    title = ""
+    with diagnostics.bounded():
+        compiler.replaced = overrides.assigned(given, table)
+        title = _title(main)
+        if not diagnostics.full:
+            parameters.evaluate(scope, compiler.replaced)
+            compiler.run()
     scene = Scene(
-        title=_title(main),
+        title=title,
         source=main.source,
         path=path,
         parameters={n: p for n in table.symbols if (p := scope.parameters.get(n)) is not None},
@@ -68,7 +75,7 @@ def _compiled(
         unused=_unused(scope),
         table=table,
     )
-    return scene, list(dict.fromkeys(diagnostics))  # a scene that is used twice is complained about once
+    return scene, diagnostics.closed()
 
 
 def _title(module: Module) -> str:

@@ -69,6 +69,7 @@ FUNCTIONS: dict[str, tuple[Callable[[float], float], Dimension | None, Dimension
 SPECIAL = ("sqrt", "min", "max")
 CONSTANTS = {"pi": math.pi}
 COORDINATES = ("x", "y", "z")
+HIGHEST = 99  # power of a unit
 PREDEFINED = frozenset((*FUNCTIONS, *SPECIAL, *CONSTANTS, *COORDINATES, "yes", "no"))
 
 Lookup = Callable[[tree.Name], Value]
@@ -134,13 +135,26 @@ class Evaluator:
     def _number(self, node: tree.Number) -> Quantity:
         if node.unit is None:
             return Quantity(node.value, NONE)
-        measure = self.measure(node.unit)
-        return self._finite(Quantity(node.value * measure.factor, measure.dimension), node.span)
+        return self._in_unit(Quantity(node.value, NONE), self.measure(node.unit), node.span)
+
+    def _in_unit(self, plain: Quantity, measure: units.Measure, span: Span) -> Quantity:
+        """A plain number with a unit behind it."""
+        value = self._finite(Quantity(plain.value * measure.factor, measure.dimension), span)
+        return self._kept(value, plain.value != 0.0, span)
 
     def _finite(self, value: V, span: Span) -> V:
         """The value itself, if double precision can hold it; the value of an expectation is not known yet."""
         if any(map(math.isinf, components(value))):
             raise self.place.fail("E219", span, "the number is too large", "numbers go up to 1.8e308")
+        if any(abs(n) > HIGHEST for n in value.dimension):
+            raise self.place.fail("E219", span, "the power of its unit is too large", f"powers go up to {HIGHEST}")
+        return value
+
+    def _kept(self, value: V, meant: bool, span: Span) -> V:
+        """The value itself, unless it became zero where it is not `meant` to be."""
+        if meant and not any(components(value)):
+            raise self.place.fail("E219", span, "the number is too small", "numbers go down to 4.9e-324",
+                                  "a zero that is meant is written `0`")  # fmt: skip
         return value
 
     def values(self, node: tree.List) -> VectorValue:
@@ -153,8 +167,8 @@ class Evaluator:
             measure = self.measure(node.unit)
             # the unit belongs to the items that are plain numbers
             items = [
-                Quantity(q.value * measure.factor, measure.dimension) if q.dimension == NONE else q
-                for q in items
+                self._in_unit(q, measure, item.span) if q.dimension == NONE else q
+                for q, item in zip(items, node.items, strict=True)
             ]
         for q, item in zip(items, node.items, strict=True):
             if q.dimension != items[0].dimension:
@@ -167,7 +181,9 @@ class Evaluator:
     def _binary(self, node: tree.Binary) -> Value:
         left, right = self.value(node.left), self.value(node.right)
         try:
-            return self._finite(self._combine(node, left, right), node.span)
+            value = self._finite(self._combine(node, left, right), node.span)
+            factors = {"*": (left, right), "/": (left,), "^": (left, right)}.get(node.operator, ())
+            return self._kept(value, bool(factors) and all(any(components(f)) for f in factors), node.span)
         except ZeroDivisionError:
             raise self.place.fail("E219", node.span, "this divides by zero") from None
         except (OverflowError, ValueError):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import BinaryIO
 
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic, Source
@@ -14,7 +15,7 @@ from softmark.grammar.tree import Span
 from softmark.interpreter.expressions import PREDEFINED, Place
 from softmark.scenes import ROOT
 
-LARGEST = 20_000_000  # bytes: a scene is text that people write
+LARGEST = 1_000_000  # bytes of a scene, and of all that it uses: texts that people write
 SUFFIX = ".scene"
 DEEPEST, MOST = 50, 500  # scenes that use scenes, and all of them together
 
@@ -47,6 +48,7 @@ class Table:
     symbols: dict[str, Symbol] = field(default_factory=dict)
     aliases: dict[str, tree.Use] = field(default_factory=dict)  # with prefix
     broken: set[str] = field(default_factory=set)  # with prefix: names whose declaration is in error already
+    size: int = 0  # characters of all texts
 
     def is_broken(self, full: str) -> bool:
         """Whether a name, or the alias that it starts with, has been reported where it is declared."""
@@ -98,15 +100,30 @@ def read(path: Path, shown: str | None = None) -> Source:
     name = shown or str(path)
     try:
         if not os.path.isfile(path):
-            raise Missing(f"{name} is a folder" if os.path.isdir(path) else f"there is no file {name}")
-        data = path.read_bytes() if path.stat().st_size <= LARGEST else None
+            raise _no_file(path, name)
+        with path.open("rb") as file:
+            data = beginning(file, name)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise Missing(f"cannot read {name}: {reason[:1].lower()}{reason[1:]}") from error
-    if data is None:
+    return Source(name, _text(data, name))
+
+
+def _no_file(path: Path, name: str) -> Missing:
+    if os.path.isdir(path):
+        return Missing(f"{name} is a folder")
+    if os.path.exists(path):
+        return Missing(f"{name} is not a regular file", "devices and pipes are not read: save the scene in a file")
+    return Missing(f"there is no file {name}")
+
+
+def beginning(file: BinaryIO, name: str) -> bytes:
+    """All of a file or a stream, if it is no larger than a scene may be; no more than that is read. Raises Missing."""
+    data = file.read(LARGEST + 1)
+    if len(data) > LARGEST:
         raise Missing(f"{name} is larger than {LARGEST // 1_000_000} MB",
                       "scenes are small texts; meshes stay in files of their own")
-    return Source(name, _text(data, name))
+    return data
 
 
 def _text(data: bytes, name: str) -> str:
@@ -126,16 +143,20 @@ def _text(data: bytes, name: str) -> str:
 # ------------------------------------------------------------------ the table of names
 
 
-def load(source: Source, folder: Path, file: Path | None, diagnostics: list[Diagnostic]) -> Table:
-    """The table of all names of a scene and of what it uses."""
-    table = Table()
+def load(table: Table, source: Source, folder: Path, file: Path | None, diagnostics: list[Diagnostic]) -> None:
+    """Fill in the table of all names of a scene and of what it uses."""
+    if len(source.text) > LARGEST:
+        table.modules.append(Module(source, tree.Tree(()), folder, "", Place(source, diagnostics), file))
+        problem = f"the text is larger than {LARGEST // 1_000_000} MB"
+        table.modules[0].place.fail("E401", Span(0, 0, 1, 1, 1, 1), problem,
+                                    help="scenes are small texts; meshes stay in files of their own")
+        return
     _enter(table, source, folder, file, "", (), diagnostics)
     main = table.modules[0]
     if all(isinstance(d, tree.Version | tree.Title) for d in main.tree.declarations) and not diagnostics:
         start = Span(0, 0, 1, 1, 1, 1)
         main.place.fail("E223", start, "the scene declares nothing",
                         help="`dsl new` prints a scene to start from")
-    return table
 
 
 def _enter(
@@ -143,9 +164,10 @@ def _enter(
     chain: tuple[Path, ...], diagnostics: list[Diagnostic],
 ) -> None:  # fmt: skip
     syntax, problems = parse(source)
-    diagnostics.extend(problems)
     module = Module(source, syntax, folder, prefix, Place(source, diagnostics), file)
     table.modules.append(module)
+    table.size += len(source.text)
+    diagnostics.extend(problems)
     table.broken.update(prefix + name for name in syntax.broken)
     chain = (*chain, file.resolve()) if file else chain
     for node in syntax.declarations:
@@ -193,7 +215,7 @@ def _use(table: Table, module: Module, node: tree.Use, chain: tuple[Path, ...]) 
         module.place.fail("E401", node.path_span, missing.reason, "not usable", _remedy(node, path, missing))
         table.broken.add(alias)
         return
-    if (problem := _endless(table, path, chain)) is not None:
+    if (problem := _endless(table, path, chain, len(source.text))) is not None:
         message, label, help = problem
         module.place.fail("E402", node.path_span, message, label, help)
         table.broken.add(alias)
@@ -224,7 +246,7 @@ def _remedy(node: tree.Use, path: Path, missing: Missing) -> str:
     return "paths are relative to the scene's own folder; `std/` is the standard library"
 
 
-def _endless(table: Table, path: Path, chain: tuple[Path, ...]) -> tuple[str, str, str] | None:
+def _endless(table: Table, path: Path, chain: tuple[Path, ...], size: int) -> tuple[str, str, str] | None:
     """What is wrong where scenes use each other without end."""
     here = path.resolve()
     if here in chain:
@@ -234,4 +256,7 @@ def _endless(table: Table, path: Path, chain: tuple[Path, ...]) -> tuple[str, st
     if len(chain) >= DEEPEST or len(table.modules) >= MOST:
         help = f"at most {DEEPEST} scenes may use one another in a row, and {MOST} in all"
         return "too many scenes use each other", "one too many", help
+    if table.size + size > LARGEST:
+        help = "a scene that is used several times counts as often; use it once, under one name"
+        return f"the scenes used are together larger than {LARGEST // 1_000_000} MB", "one too many", help
     return None

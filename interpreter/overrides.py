@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from softmark.grammar import tree
-from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.diagnostic import Diagnostic, Source, encodable
 from softmark.grammar.parse import parse_expression
 from softmark.grammar.suggest import nearest
 from softmark.interpreter import schema
@@ -41,6 +41,7 @@ def read(texts: Sequence[str], diagnostics: list[Diagnostic]) -> list[Override]:
 
 def read_one(text: str, diagnostics: list[Diagnostic], option: str = "-p") -> Override | None:
     """`NAME=VALUE` as an override; None, with what is wrong in the list, where it cannot be read."""
+    text = encodable(text)
     shown = Source(f"{option} {text}", text)
     place = Place(shown, diagnostics)
     name, equals, value = text.partition("=")
@@ -98,6 +99,9 @@ def _unknown(override: Override, table: Table) -> None:
                             f"replace one of its fields: `{override.example(f'{override.name}.FIELD')}`")
         return
     close = nearest(override.name, parameters) or nearest(override.name, table.symbols)
+    owner, _, field = override.name.rpartition(".")
+    if close is None and (meant := nearest(owner, table.symbols)) is not None:
+        close = f"{meant}.{field}"
     listed = ", ".join(parameters) or "none"
     hint = f"did you mean `{close}`?" if close else f"parameters of the scene: {listed}"
     override.place.fail("E201", override.name_span, f"`{override.name}` is not a parameter of the scene",

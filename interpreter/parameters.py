@@ -48,17 +48,19 @@ class _Order:
         return list(done)
 
     def _search(self, start: str, done: dict[str, None]) -> None:
-        path = {start: self._needs(start)}  # in the order of entering
+        path, entered = [(start, self._needs(start))], {start}  # a dictionary would be slow to find its last key
         while path:
-            last = next(reversed(path))
-            need = next(path[last], None)
+            last, needs = path[-1]
+            need = next(needs, None)
             if need is None:
-                del path[last]
+                path.pop()
+                entered.discard(last)
                 done[last] = None
-            elif need.full in path:
-                self._report(list(path), need)
+            elif need.full in entered:
+                self._report([name for name, _ in path], need)
             elif need.full not in done:
-                path[need.full] = self._needs(need.full)
+                path.append((need.full, self._needs(need.full)))
+                entered.add(need.full)
 
     def _needs(self, full: str) -> Iterator[_Need]:
         symbol = self.scope.table.symbols[full]
@@ -120,13 +122,13 @@ class _Evaluation:
         if self.override is None:
             self._in_range(value, interval, self.node.value, module.place)
             location = Location(module.source, self.node.value.span)
-            return Parameter(self.full, value, location.text, location)
+            return Parameter(self.full, value, location.text, location, interval=interval)
         place, node = self.override.place, self.override.node
         new = self.scope.evaluator(module, place).value(node)
         self._same_kind(value, new, node, place)
         self._in_range(new, interval, node, place)
         location = Location(place.source, node.span)
-        return Parameter(self.full, new, location.text, location, overridden=True)
+        return Parameter(self.full, new, location.text, location, overridden=True, interval=interval)
 
     def _same_kind(self, value: Value, new: Value, node: tree.Expression, place: Place) -> None:
         if new.dimension == value.dimension and len(components(new)) == len(components(value)):

@@ -145,6 +145,8 @@ def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...
 
 def _points(probe: Declared) -> str:
     """How many points, or what kind."""
+    if hasattr(probe.thing, "ends"):
+        return f"{probe.thing.points} points"
     if not hasattr(probe.thing, "stations"):
         return f"a {probe.constructor.name}" if probe.constructor.name != "markers" else "tracked points"
     count = len(probe.thing.stations)

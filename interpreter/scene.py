@@ -12,7 +12,7 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.tree import Span
 from softmark.interpreter.expressions import Value
-from softmark.interpreter.schema import Constructor
+from softmark.interpreter.schema import Constructor, Interval
 
 if TYPE_CHECKING:
     from softmark.interpreter.modules import Table
@@ -40,6 +40,7 @@ class Parameter:
     text: str
     location: Location
     overridden: bool = False
+    interval: Interval | None = None  # the range that the scene declares for it, SI
 
 
 @dataclass(frozen=True)

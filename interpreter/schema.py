@@ -19,7 +19,7 @@ from softmark.interpreter.units import Dimension
 
 Form = Literal[
     "quantity", "vector", "integer", "flag", "choice", "text", "file", "direction", "condition", "components",
-    "name", "names", "list", "value", "target", "variants"
+    "name", "names", "list", "value", "target", "targets", "variants"
 ]
 
 
@@ -99,6 +99,7 @@ _EXPECTED = {
     "components": "components such as `x` or `(x, y)`",
     "list": "a list of values such as `[10, 5, 2.5] mm`",
     "target": "the name of a parameter, such as `h`, or of a field, such as `rod.segments`",
+    "targets": "a list of parameters and fields such as `[h, gel.poisson]`",
     "variants": "a list of values such as `[10, 5, 2.5] mm`",
 }
 
@@ -226,7 +227,7 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "flag"}
     if spec in ("file", "file or folder"):
         return {"form": "file", "folder": spec == "file or folder"}
-    if spec in ("direction", "condition", "components", "target", "variants"):
+    if spec in ("direction", "condition", "components", "target", "targets", "variants"):
         return {"form": spec}
     if base is str and not spec:
         return {"form": "text"}
@@ -315,8 +316,10 @@ CHOICES = {
     "variational": "midpoint", "verlet": "central_differences", "leapfrog": "central_differences",
     "explicit": "central_differences", "central_difference": "central_differences",
     "symplectic_euler": "central_differences", "semi_implicit_euler": "central_differences",
-    "reduced": "selective", "b_bar": "selective", "bbar": "selective", "sri": "selective",
-    "mean_dilatation": "selective", "gauss": "full", "exact": "full",
+    "reduced": "selective", "sri": "selective", "b_bar": "mean_dilatation", "bbar": "mean_dilatation",
+    "fbar": "mean_dilatation", "f_bar": "mean_dilatation", "F_bar": "mean_dilatation", "q1p0": "mean_dilatation",
+    "u_p": "mixed", "up": "mixed", "hybrid": "mixed", "taylor_hood": "mixed", "herrmann": "mixed",
+    "p2p1": "mixed", "three_field": "mixed", "standard": "displacement", "gauss": "full", "exact": "full",
     "diagonal": "lumped", "row_sum": "lumped", "equal": "uniform", "per_element": "element", "cell": "element",
     "average": "mean", "std": "sd", "stdev": "sd", "standard_deviation": "sd", "maximum": "max", "rmse": "rms",
     "root_mean_square": "rms", "closest": "nearest", "closest_point": "nearest", "normals": "normal",
@@ -367,7 +370,7 @@ FUNCTIONS = {
 # What helps where a field is out of its range: (field, whether it is too large).
 ADVICE = {
     ("magnitude", False): "a magnitude is not negative; `direction` says where it pulls",
-    ("poisson", True): "at 0.5 a solid is incompressible, its bulk modulus infinite: take 0.49 or 0.499",
+    ("poisson", True): "at 0.5 a solid keeps its volume whatever happens; beyond, it would grow when it is squeezed",
     ("poisson", False): "Poisson's ratio is above -1, and between 0 and 0.5 for almost every solid",
 }
 
@@ -414,4 +417,5 @@ WORDS = {
     "ground_truth": "reference", "truth": "reference", "paper": "published", "table": "published",
     "parameter_study": "sweep", "grid": "sweep", "vary": "sweep", "refinement": "sweep", "richardson": "convergence",
     "gci": "convergence", "order": "convergence", "front": "pareto", "trade_off": "pareto", "tradeoff": "pareto",
+    "stress": "stability", "robustness": "stability", "limits": "stability", "extremes": "stability",
 }  # fmt: skip

@@ -9,6 +9,7 @@ from softmark.interpreter.expressions import COORDINATES, PREDEFINED, Evaluator,
 from softmark.interpreter.units import LENGTH, NONE, Dimension
 
 EXPONENTS = (2.0, 3.0, 4.0)
+HIGHEST = 8  # power of length in a comparison: that of the extent of the farthest body is a number
 
 
 def selection(node: tree.Expression, evaluator: Evaluator) -> Condition:
@@ -51,6 +52,9 @@ def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
                 "E204", node.operands[i + 1].span, f"expected {due}, found {found}", found,
                 f"both sides of `{operator}` have the same dimension: give {due} in {units.usual(da)}",
             )  # fmt: skip
+        if abs(da[0]) > HIGHEST:
+            raise evaluator.place.fail("E218", node.span, "the powers of lengths in this comparison are too high",
+                                       units.named(da), f"compare powers up to {HIGHEST}")  # fmt: skip
         steps.append(Condition.comparison(operator, a, b, da[0]))
     whole = steps[0]
     for step in steps[1:]:

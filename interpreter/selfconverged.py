@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -63,7 +64,8 @@ def doubts(scene: Scene) -> Iterator[Diagnostic]:
         if isinstance(reference.thing, SelfConverged):
             sizes = list(_sizes(reference))
             found = sizes + list(_methods(scene, reference, well_sized=not sizes))
-            yield from found or _warnings(scene, reference)
+            with suppress(Fault):  # a model whose body is not clear is told so itself
+                yield from found or _warnings(scene, reference)
 
 
 def _error(reference: Declared, field: str, problem: str, label: str, help: str, code: str = "E531") -> Diagnostic:
@@ -194,7 +196,7 @@ def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
         at = reference.at("methods")
         yield Diagnostic("W333", f"all methods of `{reference.name}` lock at a Poisson's ratio of {nu:g}", at.source,
                          at.span, "may agree and be too stiff",
-                         "take one that does not: tet10, or hex8 with `integration = selective`")  # fmt: skip
+                         "take one that does not: tet10, or hex8 with `integration = selective` or `formulation = mean_dilatation`")  # fmt: skip
 
 
 def _better(shape: Any) -> str:

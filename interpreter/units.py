@@ -153,6 +153,7 @@ def power(a: Dimension, n: int) -> Dimension:
     return (a[0] * n, a[1] * n, a[2] * n, a[3] * n, a[4] * n)
 
 
+SMALLEST, LARGEST = 1e-300, 1e300  # of the factors of units: what is beyond would soon be zero or infinity
 _PART = re.compile(r"([*/]?)(\([^()]*\)|[^*/()]+)")
 _FACTOR = re.compile(r"(°?[A-Za-zµμ%]+|1)(?:\^([+-]?\d+))?")
 
@@ -173,6 +174,9 @@ def parse(text: str) -> Measure:
         one = parse(part[1:-1]) if part.startswith("(") else _factor(part, text)
         factor *= one.factor**sign
         dimension = times(dimension, one.dimension, sign)
+        if not SMALLEST <= factor <= LARGEST:
+            remedy = f"units are {SMALLEST:g} to {LARGEST:g} times one of SI"
+            raise UnitError(f"the unit `{text}` is beyond all sizes", remedy)
     return Measure(factor, dimension)
 
 

@@ -101,5 +101,7 @@ def _energy(E: Floats, w: Floats, case: Case) -> float:
     lam = getattr(case.material, "lame_lambda", None)
     if mu is None or lam is None:
         raise Undefined("the material has no shear modulus and no Lamé constant at rest")
+    if not np.isfinite(lam):
+        raise Undefined("in an incompressible material any change of volume has infinite energy")
     trace = np.trace(E, axis1=1, axis2=2)
     return float(w @ (lam * trace**2 + 2.0 * mu * (E**2).sum(axis=(1, 2))))

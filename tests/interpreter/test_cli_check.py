@@ -94,7 +94,7 @@ FILES = [
     ("an image", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + os.urandom(2000), "E125", "not a text file"),
     ("no UTF-8", b"scene \"B\xe4lkchen\"\n", "E401", "byte 0xe4 in line 1"),
     ("UTF-16", "param a = 3\n".encode("utf-16"), "E401", "UTF-16"),
-    ("30 MB", b"# comment\n" * 3_000_000, "E401", "larger than 20 MB"),
+    ("30 MB", b"# comment\n" * 3_000_000, "E401", "larger than 1 MB"),
 ]
 
 

@@ -165,7 +165,7 @@ def test_configurations_of_several_scenes_and_studies_are_kept_apart() -> None:
         (lambda: comparison(), lambda: report(), "is a softmark-compare/1 and `new.json` a softmark-report/1"),
         (lambda: {"schema": "else"}, lambda: report(), "its schema is `else`"),
         (lambda: [1], lambda: report(), "it has no `schema`"),
-        (lambda: {"schema": "softmark-report/1"}, lambda: report(), "its `models` are missing"),
+        (lambda: {"schema": "softmark-report/1"}, lambda: report(), "`models` is missing"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_compared_is_refused(

@@ -1,0 +1,311 @@
+"""Scenes made from the vocabulary: declarations of every kind, whose fields hold what their forms ask for, or nearly.
+
+`scene(pick)` asks `pick` for every choice: `random.Random(1).choice`, or what hypothesis draws and can make smaller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from softmark.interpreter import schema, units
+from softmark.interpreter.schema import Field
+
+Pick = Callable[[Sequence[Any]], Any]
+NUMBERS = (
+    "1",
+    "2",
+    "0.3",
+    "10",
+    "0",
+    "0.45",
+    "-1",
+    "1e-3",
+    "1e6",
+    "0.5",
+    "1e300",
+    "5e-324",
+    "3.0",
+    "100000",
+    "99999999999",
+)
+CONDITIONS = (
+    "x <= 0 mm",
+    "x >= 100 mm",
+    "not x > 0 mm",
+    "z > 1 mm and y < 2 mm",
+    "x^2 + y^2 <= (10 mm)^2",
+    "abs(z) < p0 * 1 mm",
+    "sqrt(x^2) == 0 mm",
+    "0 mm < x < 50 mm",
+    "x < 1",
+    "x^9 < 1 m^9",
+    "x/0 < 1",
+    "y/x > 1 or z/(x - x) < 0",
+)
+DIRECTIONS = (
+    "x",
+    "-z",
+    "+y",
+    "(0, 0, -1)",
+    "(1, 1, 0)",
+    "(0, 0, 0)",
+    "(1e200, 1e200, 0)",
+    "down",
+    "p0 * (1, 0, 0)",
+)
+FILES = (
+    '"parts/tetrahedron.msh"',
+    '"parts/bar.obj"',
+    '"parts/beads.csv"',
+    '"parts/bar.nrrd"',
+    '"nowhere.msh"',
+    '"data:truth-cube"',
+    '""',
+)
+ORDER = (
+    "shape",
+    "material",
+    "body",
+    "support",
+    "load",
+    "analysis",
+    "course",
+    "stiffness",
+    "model",
+    "reference",
+    "probe",
+    "metric",
+    "published",
+    "study",
+)
+USUAL = {
+    ("young", ""): ("60 kPa", "1 MPa"),
+    ("density", ""): ("1000 kg/m^3", "1070 kg/m^3"),
+    ("length", ""): ("100 mm",),
+    ("radius", ""): ("10 mm",),
+    ("thickness", ""): ("10 mm",),
+}
+PLACES = ("(100, 0, 0) mm", "(50, 0, 0) mm", "(0, 0, 0) mm")  # on the axis of a cylinder
+FUSSY = ("reference", "published", "study", "metric", "course")  # kinds that seldom fit what else there is
+WANTED = ("density", "size", "segments")  # fields that are not required, and mostly needed
+LIKELY = {
+    "shape": "cylinder",
+    "body": "solid",
+    "analysis": "static",
+    "support": "fixed",
+    "load": "gravity",
+    "probe": "point",
+    "model": "beam6dof",
+    "metric": "displacement",
+}
+
+
+@dataclass
+class Maker:
+    """Makes one scene; `names` are those declared so far, by kind."""
+
+    pick: Pick
+    names: dict[str, list[str]] = field(default_factory=dict)
+    wrong: bool = False  # whether something may be amiss: in half of the scenes, in one value of twelve
+
+    def scene(self) -> str:
+        """Parameters, declarations of most kinds, and expectations."""
+        self.wrong = self.pick((False, True))
+        rows = ["param p0 = 2", f"param p1 = {self.number()} * 1 {self.pick(('mm', 'kPa', 's', 'kg/m^3'))}"]
+        for kind in ORDER:
+            few = 1 if kind in ("body", "material", "analysis") else self.pick((1, 1, 1, 2, 0))
+            few = self.pick((0, 1)) if kind in FUSSY and not self.wrong else few
+            if not self.wrong and not any(self.possible(kind, name) for name in schema.tables()[kind]):
+                continue
+            for i in range(few if kind != "analysis" or self.wrong else self.pick((0, 0, 0, 1))):
+                rows.append(self.declaration(kind, f"{kind}{i}"))
+        rows += [self.expectation() for _ in range(self.pick((0, 1, 2)))]
+        if self.wrong and self.pick((True, False)):
+            i, j = self.pick(range(len(rows))), self.pick(range(len(rows)))
+            rows[i], rows[j] = rows[j], rows[i]
+        return "\n".join(rows) + "\n"
+
+    def odd(self) -> bool:
+        """Whether the next value is amiss."""
+        return self.wrong and self.pick((False,) * 11 + (True,))
+
+    def declaration(self, kind: str, name: str) -> str:
+        """`kind name = constructor(...)`, or another name for one that is there."""
+        there = self.names.setdefault(kind, [])
+        value = self.pick(there) if there and self.pick((False,) * 5 + (True,)) else self.call(kind)
+        there.append(name)
+        return f"{kind} {name} = {value}"
+
+    def call(self, kind: str, depth: int = 0) -> str:
+        """A constructor of a kind with all fields that it needs, and some that it does not."""
+        known = list(schema.tables()[kind])
+        if not self.wrong:
+            known = [n for n in known if self.possible(kind, n)] or known
+        name = self.pick((*[LIKELY[kind]] * len(known), *known)) if kind in LIKELY else self.pick(known)
+        constructor = schema.constructor(kind, name)
+        fields = constructor.fields if constructor else ()
+        often = (False, False, True) if self.wrong else (False,) * 12 + (True,)
+        given = [
+            f for f in fields if (f.required and not self.odd()) or (not f.required and self.pick(often))
+        ]
+        given += [f for f in fields if not f.required and f.name in WANTED and f not in given]
+        return f"{name}({', '.join(f'{f.name} = {self.value(f, depth)}' for f in given)})"
+
+    def possible(self, kind: str, name: str) -> bool:
+        """Whether everything that a constructor needs is declared."""
+        constructor = schema.constructor(kind, name)
+        needed = [f for f in constructor.fields if f.required] if constructor else []
+        return not any(
+            (f.form in ("name", "names") and not self._there(f)) or f.form == "file" for f in needed
+        )
+
+    def _there(self, asked: Field) -> list[str]:
+        return [name for kind in (asked.kind, *asked.also) for name in self.names.get(kind, ())]
+
+    def value(self, asked: Field, depth: int) -> str:
+        """What a form asks for."""
+        if self.odd():
+            return str(
+                self.pick(
+                    (
+                        "0",
+                        "1/0",
+                        '"a"',
+                        "yes",
+                        "[]",
+                        "[1, 2] mm",
+                        "(1, 2)",
+                        "x <= 0 mm",
+                        "-1 m^3",
+                        "nothing",
+                        "f(x)",
+                        "p1",
+                    )
+                )
+            )
+        return str(getattr(self, f"_{asked.form}")(asked, depth))
+
+    def number(self) -> str:
+        """A number, perhaps of some arithmetic."""
+        one = self.pick(NUMBERS if self.wrong else NUMBERS[:4])
+        return str(
+            self.pick(
+                (one, one, one, f"({one} + p0)", f"sqrt({one})", f"p0^{one}", f"{one} * p0", f"max({one}, 1)")
+            )
+        )
+
+    def unit(self, asked: Field) -> str:
+        """A unit of the dimension of a field."""
+        text = units.si(asked.dimension or units.NONE)
+        return "" if text == "1" else f" {text}"
+
+    def _quantity(self, asked: Field, depth: int) -> str:
+        interval = asked.interval
+        inside = [n for n in NUMBERS if interval is None or float(n) in interval] or ["1"]
+        number = self.pick(inside if self.wrong else inside[:4])
+        if not self.wrong and (asked.name, asked.kind) in USUAL:
+            return str(self.pick(USUAL[asked.name, asked.kind]))
+        return f"{number}{self.unit(asked)}"
+
+    def _vector(self, asked: Field, depth: int) -> str:
+        if not self.wrong:
+            if asked.dimension != units.LENGTH:
+                return f"(0, 0, 1){self.unit(asked)}"
+            return str(self.pick(PLACES)) if asked.interval is None else "(100, 20, 20) mm"
+        parts = [self.pick(("0", "0", "1", "0.1", "0.05", "-1")) for _ in range(3)]
+        return f"({', '.join(parts)}){self.unit(asked)}"
+
+    def _integer(self, asked: Field, depth: int) -> str:
+        inside = [
+            n
+            for n in ("2", "3", "10", "20", "100", "1", "0")
+            if asked.interval is None or float(n) in asked.interval
+        ]
+        return str(self.pick((*inside, "0", "2.5", "1e9", "-1") if self.wrong else inside or ("1",)))
+
+    def _flag(self, asked: Field, depth: int) -> str:
+        return str(self.pick(("yes", "no")))
+
+    def _choice(self, asked: Field, depth: int) -> str:
+        return str(self.pick(asked.options))
+
+    def _text(self, asked: Field, depth: int) -> str:
+        return str(self.pick(('"text"', '""', '"ü\u202e"')))
+
+    def _file(self, asked: Field, depth: int) -> str:
+        return str(self.pick(FILES))
+
+    def _direction(self, asked: Field, depth: int) -> str:
+        return str(self.pick(DIRECTIONS if self.wrong else DIRECTIONS[:5]))
+
+    def _condition(self, asked: Field, depth: int) -> str:
+        return str(self.pick(CONDITIONS if self.wrong else CONDITIONS[:1]))
+
+    def _components(self, asked: Field, depth: int) -> str:
+        return str(self.pick(("x", "(x, y)", "z", "(z, z)", "()", "[x]") if self.wrong else ("x", "(x, y)")))
+
+    def _name(self, asked: Field, depth: int) -> str:
+        there = self._there(asked)
+        return str(self.pick(there)) if there else f"{asked.kind}0"
+
+    def _names(self, asked: Field, depth: int) -> str:
+        count = self.pick((1, 2, 0, 3)) if self.wrong else 1
+        return f"[{', '.join(self._name(asked, depth) for _ in range(count))}]"
+
+    def _list(self, asked: Field, depth: int) -> str:
+        return f"[{', '.join(self.number() for _ in range(self.pick((1, 2, 0)) if self.wrong else 1))}]"
+
+    def _value(self, asked: Field, depth: int) -> str:
+        if asked.kind == "element":
+            return str(self.pick(list(schema.words())))
+        there = self.names.get(asked.kind, [])
+        if there and self.pick((True, True, False)):
+            return str(self.pick(there))
+        return self.call(asked.kind, depth + 1) if depth < 3 else f"{asked.kind}0"
+
+    def _target(self, asked: Field, depth: int) -> str:
+        if not self.wrong:
+            return "material0.young" if asked.form == "target" else "material0.density"
+        return str(
+            self.pick(
+                (
+                    "p0",
+                    "p1",
+                    "material0.young",
+                    "model0.size",
+                    "model0.segments",
+                    "load0.magnitude",
+                    "body0",
+                    "x",
+                )
+            )
+        )
+
+    def _targets(self, asked: Field, depth: int) -> str:
+        return f"[{', '.join(self._target(asked, depth) for _ in range(self.pick((1, 2, 0)) if self.wrong else 1))}]"
+
+    def _variants(self, asked: Field, depth: int) -> str:
+        if not self.wrong:
+            return "[60, 30, 20] kPa"
+        items = ", ".join(self.number() for _ in range(self.pick((1, 2, 3, 0))))
+        return f"[{items}]{self.pick(('', ' mm', ' kPa', ' s'))}"
+
+    def expectation(self) -> str:
+        """A condition on a metric, or on none."""
+        owner = self.pick(("model0", "reference0", "model1", "body0", "p0"))
+        if not self.wrong:
+            owners = [*self.names.get("model", ()), *self.names.get("reference", ())]
+            if not owners or not self.names.get("metric") or self.pick((True, False)):
+                return "expect p0 > 1"
+            owner = self.pick(self.names.get("model") or owners)
+            return f"expect abs({owner}.metric0) >= 0 * abs({owner}.metric0)"
+        left = self.pick((f"{owner}.metric0", f"{owner}.metric0", "p0", "p1", f"abs({owner}.metric0 - p0)"))
+        right = self.pick(("5 %", "1 mm", "p1", "0", "1e308 * 10", f"{owner}.metric1"))
+        return f"expect {self.pick(('', '', 'not '))}{left} {self.pick(('<', '>=', '==', '!='))} {right}"
+
+
+def scene(pick: Pick) -> str:
+    """A scene of choices that `pick` makes."""
+    return Maker(pick).scene()
