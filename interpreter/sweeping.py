@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.binding import Binder
     from softmark.interpreter.schema import Field
 
+TRIED = 200  # values of all sweeps of a scene that checking it compiles it with
 FEWEST = 3  # values that an observed order needs: Celik et al. (2008)
 
 
@@ -106,7 +107,8 @@ def check(scene: Scene) -> Iterator[Diagnostic]:
     """What is wrong with the studies of a scene that has no other errors; something may be said twice."""
     studies = scene.of_kind("study")
     sweeps = {n: s.thing for n, s in studies.items() if isinstance(s.thing, Sweep)}
-    tried = {n: [_try(scene, sweep, v) for v in sweep.over] for n, sweep in sweeps.items()}
+    each = max(FEWEST, TRIED // max(1, len(sweeps)))
+    tried = {n: [_try(scene, sweep, v) for v in _spread(sweep.over, each)] for n, sweep in sweeps.items()}
     for name, study in studies.items():
         if name in tried:
             yield from _sweep(scene, study, tried[name])
@@ -125,6 +127,13 @@ class _Tried:
     variant: Variant
     number: float | None
     errors: list[Diagnostic]
+
+
+def _spread(over: Sequence[Variant], most: int) -> Sequence[Variant]:
+    """All values, or as many as may be tried, the first and the last among them; a comparison looks at the others."""
+    if len(over) <= most:
+        return over
+    return [over[round(i * (len(over) - 1) / (most - 1))] for i in range(most)]
 
 
 def _try(scene: Scene, sweep: Sweep, variant: Variant) -> _Tried:
@@ -193,7 +202,9 @@ def _asking(scene: Scene, study: Declared, tried: Mapping[str, Sequence[_Tried]]
     if found or not isinstance(study.thing, Convergence):
         return
     sweep = scene.declared[study.thing.over]
-    values = tried.get(sweep.name) or [_try(scene, sweep.thing, v) for v in sweep.thing.over]  # else of another file
+    values = tried.get(sweep.name)
+    if values is None:  # of another file
+        values = [_try(scene, sweep.thing, v) for v in _spread(sweep.thing.over, FEWEST + 2)]
     numbers = {one.number for one in values if one.number is not None}
     if len(numbers) < FEWEST:
         message = f"`{study.name}` needs at least {FEWEST} different numbers to see an order"

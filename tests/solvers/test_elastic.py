@@ -217,7 +217,7 @@ def test_a_tangled_minimum_is_refused(law: Maker, elastic: Energies, problem: Pr
         try:
             found = equilibrium(released(mesh, u, 0.49, law, elastic, problem))
         except NotConverged as failure:
-            assert failure.reason == "the equilibrium has inverted cells"  # noqa: PT017 - some return
+            assert failure.reason.endswith("the equilibrium has inverted cells")  # noqa: PT017 - some return
             refused += 1
         else:
             assert np.abs(found.x).max() < 1e-8
