@@ -59,7 +59,7 @@ class Table:
         """The same texts, parsed already, to be compiled anew with a list of diagnostics of its own."""
         modules = {id(m): replace(m, place=Place(m.source, diagnostics)) for m in self.modules}
         symbols = {n: Symbol(s.node, modules[id(s.module)]) for n, s in self.symbols.items()}
-        return Table(list(modules.values()), symbols, dict(self.aliases), set(self.broken))
+        return Table(list(modules.values()), symbols, dict(self.aliases), set(self.broken), self.size)
 
 
 class Missing(Exception):

@@ -56,10 +56,13 @@ def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
             raise evaluator.place.fail("E218", node.span, "the powers of lengths in this comparison are too high",
                                        units.named(da), f"compare powers up to {HIGHEST}")  # fmt: skip
         steps.append(Condition.comparison(operator, a, b, da[0]))
-    whole = steps[0]
-    for step in steps[1:]:
-        whole = Condition.junction("and", whole, step)
-    return whole
+    return _all(steps)
+
+
+def _all(steps: list[Condition]) -> Condition:
+    """That all of some conditions hold, in a tree as flat as can be: a comparison may have any number of parts."""
+    half = len(steps) // 2
+    return Condition.junction("and", _all(steps[:half]), _all(steps[half:])) if half else steps[0]
 
 
 def _term(node: tree.Expression, evaluator: Evaluator) -> tuple[Term, Dimension]:

@@ -49,6 +49,7 @@ DOUBTS: dict[str, str] = {
     "W331": "it is outside of its training",
     "W351": "cells are inside out",
     "W352": "the tolerance is looser than what is read",
+    "W353": "its forces were not found again",
     "W361": "the integrator has taken much of the energy",
     "W362": "the step does not resolve the slowest vibration",
     "W364": "its mesh has slivers",

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.binding import Binder
     from softmark.interpreter.schema import Field
 
-TRIED = 200  # values of all sweeps of a scene that checking it compiles it with
+MOST = 50  # sweeps of a scene
+TRIED, TEXT = 200, 2_000_000  # values of all sweeps that checking a scene compiles it with, and characters in all
 FEWEST = 3  # values that an observed order needs: Celik et al. (2008)
 
 
@@ -107,7 +108,13 @@ def check(scene: Scene) -> Iterator[Diagnostic]:
     """What is wrong with the studies of a scene that has no other errors; something may be said twice."""
     studies = scene.of_kind("study")
     sweeps = {n: s.thing for n, s in studies.items() if isinstance(s.thing, Sweep)}
-    each = max(FEWEST, TRIED // max(1, len(sweeps)))
+    if len(sweeps) > MOST:
+        last = list(sweeps)[MOST]
+        yield _at(studies[last], "", "E510", f"the scene has {len(sweeps)} sweeps", "one too many",
+                  f"a scene has at most {MOST}: write several scenes")  # fmt: skip
+        return
+    size = scene.table.size if scene.table else 0
+    each = max(FEWEST, min(TRIED, TEXT // (size + 1)) // max(1, len(sweeps)))
     tried = {n: [_try(scene, sweep, v) for v in _spread(sweep.over, each)] for n, sweep in sweeps.items()}
     for name, study in studies.items():
         if name in tried:
@@ -204,7 +211,7 @@ def _asking(scene: Scene, study: Declared, tried: Mapping[str, Sequence[_Tried]]
     sweep = scene.declared[study.thing.over]
     values = tried.get(sweep.name)
     if values is None:  # of another file
-        values = [_try(scene, sweep.thing, v) for v in _spread(sweep.thing.over, FEWEST + 2)]
+        values = [_try(scene, sweep.thing, v) for v in _spread(sweep.thing.over, 20)]
     numbers = {one.number for one in values if one.number is not None}
     if len(numbers) < FEWEST:
         message = f"`{study.name}` needs at least {FEWEST} different numbers to see an order"

@@ -29,6 +29,7 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
 from softmark.solvers import checks
 from softmark.solvers.checks import Balance, Body, Floats, Ints, Term
+from softmark.solvers.pressure_checks import Pressed, split_of
 from softmark.solvers.rod_checks import Rod, frames
 
 AGREES = 2.0  # times what the solver claims
@@ -59,7 +60,8 @@ def watched(scene: Scene, declared: Declared, case: Case, prepared: Any, solutio
     facts = facts | {"checks": clean(found)}
     if reason is not None:
         return _refused(replace(solution, facts=facts), reason)
-    return replace(solution, facts=facts, notes=(*solution.notes, *_folded(declared, solution, found)))
+    notes = (*solution.notes, *_folded(declared, solution, found), *_unseen(declared, found))
+    return replace(solution, facts=facts, notes=notes)
 
 
 def _refused(solution: Solution, reason: str) -> Solution:
@@ -76,6 +78,8 @@ def _not_finite(solution: Solution) -> str | None:
         return "the displacements are not finite numbers"
     if mesh is not None and getattr(mesh, "frames", None) is not None and not checks.finite([mesh.frames]):
         return "the displacements on the way are not finite numbers"
+    if mesh is not None and getattr(mesh, "pressures", None) is not None and not checks.finite([mesh.pressures]):
+        return "the pressures are not finite numbers"
     if history is None:
         return None
     if not checks.finite([np.asarray(history.times), np.asarray(history.step_s), np.asarray(history.step_cpu_s)]):
@@ -122,7 +126,7 @@ def _checked(
     scene: Scene, declared: Declared, case: Case, prepared: Any, solution: Solution
 ) -> tuple[dict[str, Any], str | None]:
     """What the report says of the checks, and why the solution is no answer, if it is none."""
-    found = _cells(solution) | _fibres(declared.thing, case, solution)
+    found = _cells(solution) | _fibres(declared.thing, case, solution) | _kept(declared.thing, case, solution)
     found |= {n: v for n, v in (solution.facts.get("energy") or {}).items() if n in ("drift", "gained")}
     if isinstance(case.analysis, Dynamic):
         return found, None
@@ -165,6 +169,17 @@ def _fibres(model: Any, case: Case, solution: Solution) -> dict[str, Any]:
     return {"largest_strain": bent + stretched, "bending_strain": bent, "axial_strain": stretched}
 
 
+def _kept(model: Any, case: Case, solution: Solution) -> dict[str, Any]:
+    """Of a solid that cannot change its volume: by how much a cell does, and the whole."""
+    if not isinstance(model, Fem) or solution.mesh is None or case.material.poisson < 0.5:
+        return {}
+    try:
+        most, whole = pressed(model, case, solution.mesh).grown()
+    except Unchecked:  # the balance of forces says why
+        return {}
+    return {"volume": most, "body_volume": whole}
+
+
 def _folded(declared: Declared, solution: Solution, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
     """A warning where cells are inside out, unless the model said so itself."""
     if not found.get("inverted") or any(note.code == "W324" for note in solution.notes):
@@ -177,6 +192,21 @@ def _folded(declared: Declared, solution: Solution, found: Mapping[str, Any]) ->
         at.span,
         "folded",
         "matter cannot do that; near those cells the displacements are those of no solid",
+    )
+
+
+def _unseen(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
+    """A warning where forces should have been found again and were not, for whatever reason."""
+    if found.get("residual", 0.0) is not None:
+        return
+    at = declared.at()
+    yield Diagnostic(
+        "W353",
+        f"the forces of `{declared.name}` were not found again: {found['reason']}",
+        at.source,
+        at.span,
+        "not checked by other formulas",
+        "its answer stands on the word of its solver alone; compare it with another model",
     )
 
 
@@ -199,10 +229,14 @@ def _rebalanced(
 
 
 def _solid(model: Fem, case: Case, mesh: Any) -> Balance:
-    terms, stiff = terms_of(model, case)
     if mesh is None or mesh.kind not in ("tet4", "tet10", "hex8"):
         raise Unchecked(f"there is no other formula for {model.element}")
     u = np.asarray(mesh.displacement, dtype=np.float64)
+    if model.formulation != "displacement":
+        inside, lacking, noise = pressed(model, case, mesh).forces()
+        outside = loads_on(case, mesh, u, model.strain == "small", model.mass)
+        return checks.balance(inside, outside, held(case, mesh.points), noise, lacking=lacking)
+    terms, stiff = terms_of(model, case)
     body = Body(mesh.points, mesh.cells, mesh.kind, u, terms, stiff, turned=model.rotation == "element")
     chosen, cells = checks.sample(len(mesh.points), mesh.cells, len(checks.rule(mesh.kind)[1]))
     inside, noise = body.forces(cells)
@@ -210,10 +244,24 @@ def _solid(model: Fem, case: Case, mesh: Any) -> Balance:
     return checks.balance(inside, outside, held(case, mesh.points), noise, chosen)
 
 
+def pressed(model: Fem, case: Case, mesh: Any) -> Pressed:
+    """The solid of a formulation with pressures, deformed. Raises Unchecked."""
+    E, nu = case.material.young, case.material.poisson
+    mu, compliance = E / (2.0 * (1.0 + nu)), 3.0 * (1.0 - 2.0 * nu) / E
+    split = split_of(case.material, model.strain, mu)
+    if split is None:
+        raise Unchecked(f"there is no other formula for a {type(case.material).__name__} with pressures")
+    u, own = np.asarray(mesh.displacement, dtype=np.float64), None
+    if model.formulation == "mixed":
+        if (own := getattr(mesh, "pressures", None)) is None:
+            raise Unchecked("its pressures are not known")
+    elif model.formulation != "mean_dilatation":
+        raise Unchecked(f"there is no other formula for formulation = {model.formulation}")
+    return Pressed(mesh.points, mesh.cells, mesh.kind, u, split, mu, compliance, own)
+
+
 def terms_of(model: Fem, case: Case) -> tuple[tuple[Term, ...], float]:
     """The parts of the stress of a model, and its stiffest modulus, Pa. Raises Unchecked."""
-    if getattr(model, "formulation", "displacement") != "displacement":
-        raise Unchecked(f"there is no other formula for formulation = {model.formulation}")
     E, nu = case.material.young, case.material.poisson
     mu, lam = E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
     stiff = 6.0 * mu + 9.0 * abs(lam)

@@ -130,7 +130,7 @@ def _mass_rule(kind: str) -> tuple[Floats, Floats]:
     return np.array(xi), np.array(weights)
 
 
-def _cofactor(J: Floats) -> tuple[Floats, Floats]:
+def cofactor(J: Floats) -> tuple[Floats, Floats]:
     """The transposed inverse times the determinant (..., 3, 3), and the determinant (...)."""
     a, cof = np.ascontiguousarray(np.moveaxis(J, (-2, -1), (0, 1))), np.empty((3, 3, *J.shape[:-2]))
     for i in range(3):
@@ -145,7 +145,7 @@ def gradients(points: Floats, cells: Ints, kind: str, xi: Floats) -> tuple[Float
     """dN/dX (m, q, a, 3) in 1/m and det dX/dxi (m, q) in m^3, from the nodes of the undeformed mesh."""
     X = points[cells] - points[cells[:, :1]]  # far from the origin, positions have no digits to spare
     dN = slope(kind, xi)
-    cof, det = _cofactor(np.einsum("mai,qaj->mqij", X, dN))
+    cof, det = cofactor(np.einsum("mai,qaj->mqij", X, dN))
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.einsum("qaj,mqij->mqai", dN, cof / det[..., None, None]), det
 
@@ -160,10 +160,10 @@ def polar(F: Floats) -> Floats:
     """
     R = F
     for _ in range(7):
-        cof, det = _cofactor(R)
+        cof, det = cofactor(R)
         R = 0.5 * (R + cof / det[:, None, None])
     off = np.abs(np.einsum("nki,nkj->nij", R, R) - np.eye(3)).max(axis=(1, 2))
-    lost = np.flatnonzero(~((off < 1e-14) & (_cofactor(F)[1] > 0.0)))
+    lost = np.flatnonzero(~((off < 1e-14) & (cofactor(F)[1] > 0.0)))
     if len(lost):
         U, _, Vt = np.linalg.svd(F[lost])
         U[:, :, 2] *= np.sign(np.linalg.det(U) * np.linalg.det(Vt))[:, None]
@@ -275,7 +275,7 @@ class Body:
         for some in self._chunks(self.cells):
             dNdX, _ = gradients(self.points, some, self.kind, xi)
             F = np.einsum("mai,mqaJ->mqiJ", self.u[some] - self.u[some[:, :1]], dNdX) + np.eye(3)
-            least.append(_cofactor(F)[1].min(axis=1))
+            least.append(cofactor(F)[1].min(axis=1))
             green = 0.5 * (np.einsum("mqkI,mqkJ->mqIJ", F, F) - np.eye(3))
             most.append(np.sqrt((green**2).sum(axis=(2, 3))).max(axis=1))
         return np.concatenate(least), np.concatenate(most)
@@ -364,14 +364,22 @@ class Balance:
     nodes: int
 
 
-def balance(inside: Floats, outside: Floats, held: NDArray[np.bool_], noise: float, chosen: Ints | None) -> Balance:
+def balance(
+    inside: Floats,
+    outside: Floats,
+    held: NDArray[np.bool_],
+    noise: float,
+    chosen: Ints | None = None,
+    lacking: float = 0.0,
+) -> Balance:
     """Of nodal forces `inside` and loads `outside` (n, 3), N, where `held` (n, 3) carries reactions.
 
-    `chosen` are the nodes at which `inside` is complete, all where it is None.
+    `chosen` are the nodes at which `inside` is complete, all where it is None; `lacking` is what is left of other
+    equations, in N.
     """
     some = np.arange(len(inside)) if chosen is None else chosen
     left, grown = (inside - outside)[some], np.sqrt(len(inside) / len(some))  # what is left, as of all nodes
-    free = float(np.linalg.norm(left[~held[some]])) * grown
+    free = float(np.hypot(np.linalg.norm(left[~held[some]]) * grown, lacking))
     reactions = float(np.linalg.norm(left[held[some]])) * grown
     scale = max(float(np.linalg.norm(outside)), reactions)
     noise *= grown

@@ -163,6 +163,11 @@ class Unknowns:
         """The displacements of a state."""
         return x[: self.displacements]
 
+    def pressed(self, energy: Energy, x: Floats) -> Floats | None:
+        """The pressures of a state in each cell (m, b), Pa; None where they are no unknowns."""
+        mixed: Any = energy
+        return mixed.unit * x[mixed.pressures] if self.pressures else None
+
     def begun(self, u: Floats | None) -> Floats | None:
         """A state with these displacements; Newton's method finds its pressures at once, since they are linear."""
         import numpy as np

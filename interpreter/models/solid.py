@@ -123,7 +123,10 @@ class PreparedSolid:
         solution = outcome.found(found, displacement_of(self.mesh, u))
         notes = (*self._misread_rotation(x), *outcome.doubts(self.declared, found))
         facts = solution.facts | mesh_facts(self.mesh)
-        return replace(solution, facts=facts, notes=notes, mesh=Deformed(self.mesh, u))
+        return replace(solution, facts=facts, notes=notes, mesh=self._deformed(u, found.x))
+
+    def _deformed(self, u: Floats, state: Floats) -> Deformed:
+        return Deformed(self.mesh, u, pressures=self.unknowns.pressed(self.problem.assembly.internal[0], state))
 
     def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
         if self.model.strain != "small":
@@ -199,6 +202,7 @@ class Deformed(Meshed):
     displacement: Floats  # (n, 3) m
     times: Floats | None = None  # (t,) s
     frames: Floats | None = None  # (t, n, 3) m: displacements at these times
+    pressures: Floats | None = None  # (m, b) Pa, positive in tension: at four corners of each cell, or one in it
 
 
 def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:

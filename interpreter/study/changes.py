@@ -8,6 +8,7 @@ and what was varied, never by their keys, which change with every source file.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,8 @@ class Foreign(ValueError):
 
 def read(path: str | Path) -> dict[str, Any]:
     """A report or a comparison from a file. Raises Foreign."""
+    if os.path.exists(path) and not os.path.isfile(path):  # a device may have no end, a pipe no writer
+        raise Foreign(f"`{path}` is not a regular file")
     try:
         found = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:

@@ -297,7 +297,7 @@ def test_scenes_that_use_each_other_without_end_are_refused(tmp_path: Path) -> N
         (tmp_path / f"s{i}.scene").write_text(f'use "s{i + 1}.scene" as a\nuse "s{i + 1}.scene" as b\n',
                                               encoding="utf-8")
     found = wrong('use "s0.scene" as a', folder=tmp_path)
-    assert {code for code, _ in found} == {"E402"}
+    assert {code for code, _ in found} == {"E402", "E131"}  # so many that not all are looked for
     assert len(found) < 100
 
 
@@ -305,8 +305,8 @@ def test_nothing_else_is_read(folder: Path, monkeypatch: pytest.MonkeyPatch) -> 
     """A check opens the files that `use` names and no others: meshes are looked for, and not read."""
     (folder / "beam.msh").write_bytes(b"\0" * 100)
     read: list[str] = []
-    original = Path.read_bytes
-    monkeypatch.setattr(Path, "read_bytes", lambda self: (read.append(self.name), original(self))[1])
+    original = Path.open
+    monkeypatch.setattr(Path, "open", lambda self, *how: (read.append(self.name), original(self, *how))[1])
     valid('use "lib/base.scene" as base\nshape s = mesh("beam.msh", unit = 1 mm)\n', folder=folder)
     assert read == ["base.scene"]
 

@@ -19,6 +19,9 @@ from softmark.interpreter import run as runner
 from softmark.interpreter.models.prepared import Solution
 from softmark.interpreter.report import html, vtk
 from softmark.interpreter.results import Report
+from softmark.interpreter.stated import is_doubt
+from softmark.solvers import checks as formulas
+from softmark.solvers.pressure_checks import Pressed, split_of
 
 BEAM = """softmark 1
 scene "watched"
@@ -42,6 +45,13 @@ model rod = beam6dof(segments = 10)
 model stiff = beam6dof(segments = 10, shear = no, axial = no)
 model few = modal(tet, modes = 8)
 """
+PRESSED = "".join(
+    f"model {kind}_{strain} = fem({element}, strain = {strain}, size = 15 mm, formulation = {formulation})\n"
+    for kind, element, formulation in (
+        ("ten", "tet10", "mixed"), ("hex", "hex8", "mixed"), ("mean", "hex8", "mean_dilatation"),
+    )
+    for strain in ("small", "corotational", "finite")
+)  # fmt: skip
 MOTION = """analysis swing = dynamic(duration = 40 ms, step = 10 ms)
 model tet = fem(tet4, strain = corotational, size = 20 mm)
 """
@@ -81,6 +91,30 @@ probe top = point(b, at = (0, 0, 40) mm)
         assert model.solve["checks"]["residual"] < 1e-8
 
 
+def with_pressures(poisson: str) -> str:
+    """The beam and every solid with pressures that can take a Poisson's ratio."""
+    lines = PRESSED.splitlines(keepends=True)
+    known = (line for line in lines if poisson != "0.5" or "mean_dilatation" not in line)
+    return BEAM.replace("poisson = 0.3", f"poisson = {poisson}") + "".join(known)
+
+
+@pytest.mark.parametrize("poisson", ["0.3", "0.499999", "0.5"])
+def test_solids_with_pressures_are_checked_again(poisson: str) -> None:
+    report = softmark.loads(with_pressures(poisson)).run()
+    assert {m.status for m in report.models.values()} == {"converged"}
+    assert "W353" not in {w.code for w in report.warnings}
+    for name, model in report.models.items():
+        checks = model.solve["checks"]
+        # the same number from other formulas, but for what rounding leaves in both; much of it where K is 5e5 mu
+        assert checks["residual"] == pytest.approx(model.solve["residual"], rel=1e-2, abs=50 * checks["rounding"]), name
+        assert checks["rounding"] < 1e-7
+        assert ("volume" in checks) == (poisson == "0.5")
+        if name in ("hex_small", "hex_corotational") and poisson == "0.5":
+            assert checks["volume"] < 1e-10  # in each cell; in tetrahedra only what linear pressures see
+        if poisson == "0.5":  # with g = ln J the mean of J may change, in second order of its spread
+            assert abs(checks["body_volume"]) < (1e-3 if "finite" in name else 1e-10), name
+
+
 @dataclass
 class Twisted:
     """A prepared model whose solutions are tampered with."""
@@ -118,16 +152,65 @@ def wrong(solution: Solution) -> Solution:
     return replace(solution, displacement=lambda X: 1.01 * field(X), mesh=moved)
 
 
-@pytest.mark.parametrize("name", ["tet", "hex", "ten", "cell", "single", "springs", "rod"])
+PRESSURES = re.findall(r"model (\w+)", PRESSED)
+
+
+@pytest.mark.parametrize("name", ["tet", "hex", "ten", "cell", "single", "springs", "rod", *PRESSURES])
 def test_an_answer_that_is_none_is_refused(name: str, tampered: Any) -> None:
     tampered(wrong)
-    report = softmark.loads(BEAM + MODELS).run(name)
+    report = softmark.loads(BEAM + MODELS + PRESSED).run(name)
     model = report.models[name]
     assert model.status == "failed"
     assert "do not balance" in str(model.message)
     assert model.solve["checks"]["residual"] > 1e-4  # a per cent of the stresses
     assert model.metrics["eta"].value is None
     assert report.exit_status == 3
+
+
+def wrong_pressures(solution: Solution) -> Solution:
+    """The right displacements with pressures that are off by 1 %."""
+    return replace(solution, mesh=replace(solution.mesh, pressures=1.01 * solution.mesh.pressures))
+
+
+@pytest.mark.parametrize("poisson", ["0.3", "0.5"])
+@pytest.mark.parametrize("name", ["ten_small", "hex_finite"])
+def test_pressures_that_are_none_are_refused(name: str, poisson: str, tampered: Any) -> None:
+    tampered(wrong_pressures)
+    model = softmark.loads(with_pressures(poisson)).run(name).models[name]
+    assert model.status == "failed"
+    assert "do not balance" in str(model.message)
+
+
+def test_what_volumes_lack_is_looked_at_where_nothing_else_is_wrong() -> None:
+    """A cube that swells without a change of shape, and no pressure: only the second equation says no."""
+    points, cells = formulas.places("hex8") * 0.5, np.arange(8)[None]
+    split = split_of(None, "small", 1.0)
+    assert split is not None
+    body = Pressed(points, cells, "hex8", 0.1 * points, split, 1.0, 0.0, np.zeros((1, 1)))
+    inside, lacking, noise = body.forces()
+    assert np.abs(inside).max() < 1e-15
+    assert lacking == pytest.approx(0.3)  # mu / edge times int tr eps
+    assert body.grown() == pytest.approx((0.3, 0.3))
+    loads, held = np.full((8, 3), 1.0), np.ones((8, 3), dtype=np.bool_)
+    found = formulas.balance(inside, loads, held, noise, lacking=lacking)
+    assert found.residual == pytest.approx(0.3 / np.sqrt(24.0))  # of the loads
+
+
+def stops(*arguments: Any) -> Any:
+    raise ZeroDivisionError("by accident")
+
+
+def test_a_check_that_stops_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The answer stays, with a warning in the report and as a doubt of what it states."""
+    monkeypatch.delenv("SOFTMARK_DEBUG", raising=False)
+    monkeypatch.setattr("softmark.interpreter.watchdog._rebalanced", stops)
+    report = softmark.loads(BEAM + MODELS).run("rod")
+    model = report.models["rod"]
+    assert model.status == "converged"
+    assert model.solve["checks"] == {"residual": None, "reason": "the check stopped: ZeroDivisionError: by accident"}
+    (said,) = (w for w in report.warnings if w.code == "W353")
+    assert "`rod` were not found again" in said.message
+    assert is_doubt("W353")
 
 
 # ------------------------------------------------------------------ not a number

@@ -15,15 +15,18 @@ from softmark.solvers.energies import elementwise
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.elementwise import ElementRotation
 from softmark.solvers.energies.loads import FollowerPressure
+from softmark.solvers.energies.pressures import MeanDilatation
 from softmark.solvers.energies.rod import RodElastic
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_section import RodStiffness
 from softmark.solvers.energies.rod_state import RodSpace, chain, rod_at_rest
 from softmark.solvers.energies.springs import Springs
-from softmark.solvers.materials import NeoHookean, law_for, parts_for
+from softmark.solvers.materials import MATERIALS, NeoHookean, law_for, mixed_for, parts_for
 from softmark.solvers.materials.polar import rotations
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Cylinder
+from softmark.solvers.pressure_checks import Pressed, split_of
+from softmark.solvers.pressured import with_pressures
 from softmark.solvers.rod_checks import Rod, exponential, left_jacobian, rotation_vector
 
 KINDS = ("tet4", "tet10", "hex8")
@@ -98,6 +101,97 @@ def test_forces_with_one_rotation_for_each_cell(mesh: Mesh) -> None:
     term = checks.Term(checks.small_stress(MU, LAM))
     found, _ = checks.Body(mesh.points, mesh.cells, mesh.kind, u, (term,), 1.0, turned=True).forces(mesh.cells)
     assert np.abs(found.ravel() - g).max() < SAME * np.abs(g).max()
+
+
+LAWS = [(name, "finite") for name in MATERIALS if name != "linear_elastic"]
+LAWS += [("neo_hookean", "small"), ("neo_hookean", "corotational")]
+
+
+def pressed(mesh: Mesh, u: np.ndarray, law: str, strain: str, nu: float, own: np.ndarray | None) -> Pressed:
+    material = MATERIALS[law](1.0, nu, 1.0)
+    mu = 0.5 / (1.0 + nu)
+    split = split_of(material, strain, mu)
+    assert split is not None
+    return Pressed(mesh.points, mesh.cells, mesh.kind, u, split, mu, 3.0 * (1.0 - 2.0 * nu), own)
+
+
+@pytest.mark.parametrize(("law", "strain"), LAWS)
+@pytest.mark.parametrize("nu", [0.3, 0.5])
+def test_forces_and_volumes_with_pressures(mesh: Mesh, law: str, strain: str, nu: float) -> None:
+    """Any pressures, not those of an equilibrium."""
+    if mesh.kind == "tet4":
+        pytest.skip("has no pressures")
+    material, u = MATERIALS[law](1.0, nu, 1.0), bent(mesh)
+    theirs = mixed_for(material, strain)
+    assert theirs is not None
+    energy = with_pressures(mesh, integration(mesh), theirs, 0.5 / (1.0 + nu))
+    x = np.concatenate([u.ravel(), 0.1 * np.random.default_rng(2).standard_normal(energy.dofs - u.size)])
+    g = np.zeros(energy.dofs)
+    energy.add_gradient(x, g)
+    found, lacking, noise = pressed(mesh, u, law, strain, nu, energy.unit * x[energy.pressures]).forces()
+    assert np.abs(found.ravel() - g[: u.size]).max() < SAME * np.abs(g).max()
+    assert lacking == pytest.approx(np.linalg.norm(g[u.size :]), rel=SAME)
+    assert 0.0 < noise < 1e-12
+
+
+@pytest.mark.parametrize(("law", "strain"), LAWS)
+def test_forces_of_the_mean_dilatation(law: str, strain: str) -> None:
+    mesh = Cylinder(length=1.0, radius=0.4).mesh("hex8", 0.35)
+    material, u, parts = MATERIALS[law](1.0, 0.45, 1.0), bent(mesh), integration(mesh)
+    theirs = mixed_for(material, strain)
+    assert theirs is not None
+    g, body = np.zeros(u.size), (mesh.cells, parts.dNdX, parts.w)
+    energy = MeanDilatation(*body, theirs.shape, theirs.constraint, material.bulk_modulus)
+    energy.add_gradient(u.ravel(), g)
+    found, lacking, _ = pressed(mesh, u, law, strain, 0.45, None).forces()
+    assert np.abs(found.ravel() - g).max() < SAME * np.abs(g).max()
+    assert lacking == 0.0
+
+
+MEASURES: dict[str, Any] = {
+    "neo_hookean": lambda F: np.log(np.linalg.det(F)),
+    "neo_hookean_isochoric": lambda F: np.linalg.det(F) - 1.0,
+    "st_venant_kirchhoff": lambda F: 0.5 * (np.einsum("nij,nij->n", F, F) - 3.0),
+    "stable_neo_hookean": lambda F: np.linalg.det(F) - 1.0,
+    "small": lambda F: np.trace(F, axis1=1, axis2=2) - 3.0,
+    "corotational": lambda F: np.linalg.svd(F)[1].sum(axis=1) - 3.0,  # singular values, where det F > 0
+}
+
+
+@pytest.mark.parametrize(("law", "strain"), LAWS)
+@pytest.mark.parametrize("mean", [True, False])
+def test_forces_are_the_slope_of_an_energy_written_anew(law: str, strain: str, mean: bool) -> None:
+    """The whole law less K/2 g^2 at each point; K/2 times the squared mean of g, or p g - p^2 / 2K, in each cell."""
+    X = 0.5 * checks.places("hex8")
+    points = np.concatenate([X, X[4:] + np.array([0.1, 0.0, 1.1])])
+    cells = np.array([[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]])
+    mesh, K, own = Mesh(points, cells, "hex8"), 1.0 / (3.0 * 0.4), np.array([[0.07], [-0.04]])
+    whole = law_for(MATERIALS[law](1.0, 0.3, 1.0), strain)
+    measure = MEASURES[law if strain == "finite" else strain]
+    xi, weights = checks.rule("hex8")
+    dNdX, det = checks.gradients(points, cells, "hex8", xi)
+
+    def energy(u: np.ndarray) -> float:
+        F = np.einsum("mai,mqaJ->mqiJ", u[cells], dNdX).reshape(-1, 3, 3) + np.eye(3)
+        w, g = weights * det, measure(F).reshape(det.shape)
+        total = (w * (whole.psi(F).reshape(w.shape) - 0.5 * K * g**2)).sum()
+        if mean:
+            V = w.sum(axis=1)
+            return float(total + (0.5 * K * V * ((w * g).sum(axis=1) / V) ** 2).sum())
+        return float(total + (w * (own * g - 0.5 * own**2 / K)).sum())
+
+    u, found = bent(mesh), np.zeros_like(points)
+    h = 1e-5  # of central differences: h^2 and eps / h leave about 1e-10 of energies of size one
+    for n, i in np.ndindex(*u.shape):
+        d = np.zeros_like(u)
+        d[n, i] = h
+        found[n, i] = (energy(u + d) - energy(u - d)) / (2.0 * h)
+    forces, _, _ = pressed(mesh, u, law, strain, 0.3, None if mean else own).forces()
+    assert np.abs(forces - found).max() < 1e-8 * max(1.0, np.abs(found).max())
+
+
+def test_a_material_of_which_no_formula_is_known_is_left_alone() -> None:
+    assert split_of(object(), "finite", 1.0) is None
 
 
 def test_pressure_on_the_deformed_surface(mesh: Mesh) -> None:
