@@ -196,7 +196,8 @@ def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
         at = reference.at("methods")
         yield Diagnostic("W333", f"all methods of `{reference.name}` lock at a Poisson's ratio of {nu:g}", at.source,
                          at.span, "may agree and be too stiff",
-                         "take one that does not: tet10, or hex8 with `integration = selective` or `formulation = mean_dilatation`")  # fmt: skip
+                         "take one that does not: tet10, or hex8 with `integration = selective` or "
+                         "`formulation = mean_dilatation`")  # fmt: skip
 
 
 def _better(shape: Any) -> str:

@@ -9,11 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.interpreter.commands.options import override_option
+from softmark.interpreter.commands.studying import (
+    again_options,
+    carried_out,
+    count,
+    positive,
+    shelved,
+    warn,
+    written,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.commands.progress import Progress
     from softmark.interpreter.study.compare import Comparison, Request
     from softmark.interpreter.study.variations import Subject
@@ -36,36 +42,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def _work_options(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--jobs", type=_count, default=1, metavar="N", help="compute errors in N processes at a time")
+    where.add_argument("--jobs", type=count, default=1, metavar="N", help="compute errors in N processes at a time")
     where.add_argument("--cluster", metavar="ADDRESS", help="compute errors on a dask cluster, such as tcp://host:8786")
-    parser.add_argument("--timeout", type=_seconds, metavar="S", help="give up a configuration after S seconds")
+    parser.add_argument("--timeout", type=positive, metavar="S", help="give up a configuration after S seconds")
     repeats = "time each configuration in N processes, alone on the machine (default: 5; 0: no timing)"
     parser.add_argument("--repeats", type=_count_or_none, default=5, metavar="N", help=repeats)
-    again = parser.add_mutually_exclusive_group()
-    again.add_argument("--resume", action="store_true", help="go on with what an earlier comparison finished there")
-    again.add_argument("--fresh", action="store_true", help="forget what an earlier comparison finished there")
+    again_options(parser)
     disturbed = "use timings although other processes disturbed them"
     parser.add_argument("--allow-contaminated", action="store_true", help=disturbed)
 
 
-def _count(text: str) -> int:
-    if not text.isdigit() or not 1 <= int(text) <= 1000:
-        raise argparse.ArgumentTypeError(f"`{text}` is not a number from 1 to 1000")
-    return int(text)
-
-
 def _count_or_none(text: str) -> int:
-    return 0 if text == "0" else _count(text)
-
-
-def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"`{text}` is not a positive number of seconds")
-    return value
+    return 0 if text == "0" else count(text)
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -102,62 +90,25 @@ def _changes(parsed: argparse.Namespace) -> int:
     if parsed.json is None:
         print(changes_table(found, sys.stdout.isatty()))
         return 0
-    return 0 if _written(parsed.json, json.dumps(found, indent=1, ensure_ascii=False) + "\n") else 3
-
-
-def _written(place: str, text: str) -> bool:
-    """Write the JSON result where `--json` says; whether that went well."""
-    from softmark.interpreter.commands.shelf import message
-    from softmark.interpreter.report.files import replace
-
-    if place == "-":
-        sys.stdout.write(text)
-        return True
-    try:
-        replace(Path(place), text)
-    except OSError as error:
-        print(message(place, error, "--json"), file=sys.stderr)
-        return False
-    return True
+    return 0 if written(parsed.json, json.dumps(found, indent=1, ensure_ascii=False) + "\n") else 3
 
 
 # ------------------------------------------------------------------ scenes
 
 
 def _compare(parsed: argparse.Namespace, progress: Progress) -> int:
-    from softmark.interpreter.commands.scenes import show
-    from softmark.interpreter.commands.shelf import message, unusable
-    from softmark.interpreter.scene import SceneError
-
     subjects = _subjects(parsed, progress)
     if subjects is None:
         return 2
     folder = Path(parsed.out if parsed.out is not None else _default(subjects))
-    places = [("--out", str(folder))] + ([("--json", parsed.json)] if parsed.json not in (None, "-") else [])
-    if problem := unusable(places):
-        return _refused(progress, problem)
-    from softmark.interpreter.study import compare, journal, pool
-
-    try:
-        comparison = compare.compare(subjects, _request(parsed, folder, progress))
-    except SceneError as error:
-        progress.clear()
-        show(error.diagnostics)
-        return 2
-    except (journal.Refused, pool.Unavailable, compare.TooMany) as refused:
-        return _refused(progress, f"error: {refused}")
-    except OSError as error:
-        return _refused(progress, message(str(folder), error, "--out"), 3)
-    except compare.Interrupted as stop:
-        return _refused(progress, f"interrupted; {stop}", 130)
-    progress.clear()
-    return _shelve(comparison, folder, parsed)
+    found = carried_out(lambda: _compared(subjects, _request(parsed, folder, progress)), folder, parsed, progress)
+    return found if isinstance(found, int) else _shelve(found, folder, parsed)
 
 
-def _refused(progress: Progress, words: str, status: int = 2) -> int:
-    progress.clear()
-    print(words, file=sys.stderr)
-    return status
+def _compared(subjects: list[Subject], request: Request) -> Comparison:
+    from softmark.interpreter.study.compare import compare
+
+    return compare(subjects, request)
 
 
 def _subjects(parsed: argparse.Namespace, progress: Progress) -> list[Subject] | None:
@@ -175,20 +126,9 @@ def _subjects(parsed: argparse.Namespace, progress: Progress) -> list[Subject] |
             show(diagnostics)
             sound = False
         else:
-            _warn(concerning(scene, tuple(parsed.model), diagnostics))
+            warn(concerning(scene, tuple(parsed.model), diagnostics))
             found.append(subject_of(scene, [s.name for s in found]))
     return found if sound else None
-
-
-def _warn(warnings: Sequence[Diagnostic]) -> None:
-    """A line for each code: who compares again and again has read them, and the page has all."""
-    first: dict[str, list[Diagnostic]] = {}
-    for w in warnings:
-        first.setdefault(w.code, []).append(w)
-    for code, own in first.items():
-        where = f" line {own[0].span.line}" if own[0].span else ""
-        more = f" (and {len(own) - 1} more of the kind)" if len(own) > 1 else ""
-        print(f"{code}{where}: {own[0].message}{more}", file=sys.stderr)
 
 
 def _default(subjects: list[Subject]) -> str:
@@ -209,21 +149,11 @@ def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> Re
 
 def _shelve(comparison: Comparison, folder: Path, parsed: argparse.Namespace) -> int:
     """Write the result and show it; the exit status."""
-    from softmark.interpreter.commands.shelf import message
     from softmark.interpreter.report.compare_page import page
     from softmark.interpreter.report.compare_terminal import table
-    from softmark.interpreter.report.files import replace
 
     found, text = comparison.to_json(), comparison.dumps()
-    sound = True
-    try:
-        replace(folder / "compare.json", text)
-        replace(folder / "compare.html", page(found))
-    except OSError as error:
-        print(message(str(folder), error, "--out"), file=sys.stderr)
-        sound = False
-    if parsed.json is not None:
-        sound &= _written(parsed.json, text)
+    sound = shelved({"compare.json": lambda: text, "compare.html": lambda: page(found)}, text, folder, parsed)
     if parsed.json != "-":
         print(table(found, sys.stdout.isatty(), str(folder / "compare.html") if sound else None))
     return comparison.exit_status if sound else 3

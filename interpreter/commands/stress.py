@@ -8,12 +8,13 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from softmark.interpreter.commands.compare import _count, _refused, _seconds, _warn, _written
 from softmark.interpreter.commands.options import scene_options
+from softmark.interpreter.commands.studying import again_options, carried_out, count, positive, shelved, warn
 
 if TYPE_CHECKING:
     from softmark.interpreter.commands.progress import Progress
     from softmark.interpreter.study.stress.engine import Request, Stress
+    from softmark.interpreter.study.variations import Subject
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,14 +28,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="DIR", help="folder for stress.html, stress.json and journal.jsonl"
                         " (default: NAME-stress)")  # fmt: skip
     parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
-    parser.add_argument("--jobs", type=_count, default=1, metavar="N", help="compute points in N processes at a time")
-    parser.add_argument("--timeout", type=_seconds, default=60.0, metavar="S",
+    parser.add_argument("--jobs", type=count, default=1, metavar="N", help="compute points in N processes at a time")
+    parser.add_argument("--timeout", type=positive, default=60.0, metavar="S",
                         help="give up a point after S seconds of CPU time (default: 60)")  # fmt: skip
-    parser.add_argument("--memory", type=_seconds, default=4.0, metavar="GIB",
+    parser.add_argument("--memory", type=positive, default=4.0, metavar="GIB",
                         help="address space of each process in GiB (default: 4)")  # fmt: skip
-    again = parser.add_mutually_exclusive_group()
-    again.add_argument("--resume", action="store_true", help="go on with what an earlier run finished there")
-    again.add_argument("--fresh", action="store_true", help="forget what an earlier run finished there")
+    again_options(parser)
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -51,40 +50,25 @@ def run(parsed: argparse.Namespace) -> int:
 
 def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
     from softmark.interpreter.commands.scenes import load, show
-    from softmark.interpreter.commands.shelf import message, unusable
     from softmark.interpreter.names import concerning
-    from softmark.interpreter.scene import SceneError
+    from softmark.interpreter.study.variations import subject_of
 
     scene, diagnostics = load(parsed.file, parsed.overrides)
     progress.clear()
     if scene is None:
         show(diagnostics)
         return 2
-    _warn(concerning(scene, tuple(parsed.model), diagnostics))
-    from softmark.interpreter.study.variations import subject_of
-
+    warn(concerning(scene, tuple(parsed.model), diagnostics))
     subject = subject_of(scene)
     folder = Path(parsed.out if parsed.out is not None else f"{subject.name}-stress")
-    places = [("--out", str(folder))] + ([("--json", parsed.json)] if parsed.json not in (None, "-") else [])
-    if problem := unusable(places):
-        return _refused(progress, problem)
-    from softmark.interpreter.study import journal, pool
-    from softmark.interpreter.study.stress import engine
+    found = carried_out(lambda: _stressed(subject, _request(parsed, folder, progress)), folder, parsed, progress)
+    return found if isinstance(found, int) else _shelve(found, folder, parsed)
 
-    try:
-        found = engine.stress(subject, _request(parsed, folder, progress))
-    except SceneError as error:
-        progress.clear()
-        show(error.diagnostics)
-        return 2
-    except (journal.Refused, pool.Unavailable) as refused:
-        return _refused(progress, f"error: {refused}")
-    except OSError as error:
-        return _refused(progress, message(str(folder), error, "--out"), 3)
-    except engine.Interrupted as stop:
-        return _refused(progress, f"interrupted; {stop}", 130)
-    progress.clear()
-    return _shelve(found, folder, parsed)
+
+def _stressed(subject: Subject, request: Request) -> Stress:
+    from softmark.interpreter.study.stress.engine import stress
+
+    return stress(subject, request)
 
 
 def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> Request:
@@ -100,32 +84,13 @@ def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> Re
 def _shelve(found: Stress, folder: Path, parsed: argparse.Namespace) -> int:
     """Write the result and show it; the exit status."""
     from softmark.interpreter.commands.scenes import coloured
-    from softmark.interpreter.commands.shelf import message
-    from softmark.interpreter.report.files import replace
+    from softmark.interpreter.report.stress_page import page
     from softmark.interpreter.report.stress_terminal import table
 
-    text, sound = found.dumps(), True
-    try:
-        replace(folder / "stress.json", text)
-        page = _page(found)
-        if page is not None:
-            replace(folder / "stress.html", page)
-    except OSError as error:
-        print(message(str(folder), error, "--out"), file=sys.stderr)
-        sound = False
-    if parsed.json is not None:
-        sound &= _written(parsed.json, text)
+    text = found.dumps()
+    files = {"stress.json": lambda: text, "stress.html": lambda: page(found.to_json())}
+    sound = shelved(files, text, folder, parsed)
     if parsed.json != "-":
-        shown = folder / ("stress.html" if (folder / "stress.html").exists() else "stress.json")
-        colour = sys.stdout.isatty() and coloured()
-        print(table(found.to_json(), parsed.file, parsed.overrides, colour, str(shown) if sound else None))
+        colour, shown = sys.stdout.isatty() and coloured(), str(folder / "stress.html")
+        print(table(found.to_json(), parsed.file, parsed.overrides, colour, shown if sound else None))
     return found.exit_status if sound else 3
-
-
-def _page(found: Stress) -> str | None:
-    """The page; None where this installation has none."""
-    try:
-        from softmark.interpreter.report.stress_page import page
-    except ImportError:
-        return None
-    return page(found.to_json())

@@ -351,7 +351,8 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
                 error.code,
                 at,
                 f"the mesh of `{case.body.name}` cannot be used: {error}",
-                help=error.remedy or "hex8 takes hexahedra; tet4 and tet10 take tetrahedra, or hexahedra that are split",
+                help=error.remedy
+                or "hex8 takes hexahedra; tet4 and tet10 take tetrahedra, or hexahedra that are split",
             ) from error
         workshop.seconds[key] = time.perf_counter() - wall, time.process_time() - cpu
     mesh: Mesh = workshop.meshes[key]

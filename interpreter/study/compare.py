@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.environment import describe, environment
 from softmark.interpreter.study import form, pool
-from softmark.interpreter.study.journal import Journal, Refused
+from softmark.interpreter.study.journal import Interrupted, Journal, Refused
 from softmark.interpreter.study.problems import marked
 from softmark.interpreter.study.reading import SOLVED, part_of
 from softmark.interpreter.study.tasks import FINE, clean, failed
@@ -53,10 +53,6 @@ class Request:
     say: Say = field(default=lambda what, detail: None, repr=False)
     # told, once the journal is open, whom to ask what an interrupt would leave
     saying: Callable[[Callable[[], str]], None] = field(default=lambda words: None, repr=False)
-
-
-class Interrupted(KeyboardInterrupt):
-    """The comparison was interrupted; the text says what is on disk."""
 
 
 @dataclass(frozen=True)

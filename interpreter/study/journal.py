@@ -26,6 +26,10 @@ class Refused(Exception):
     """The folder cannot be used for this comparison; the text says why and what to do."""
 
 
+class Interrupted(KeyboardInterrupt):
+    """A study was interrupted; the text says what is on disk."""
+
+
 def identity(entry: Json) -> Identity:
     """What an entry is about: entries that share it are one."""
     return str(entry["kind"]), str(entry["key"]), int(entry.get("repeat", 0))

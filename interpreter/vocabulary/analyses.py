@@ -62,8 +62,8 @@ class Dynamic:
     damping ratio a / 2w + b w / 2. Central differences are explicit: their step must stay below the critical one, which
     is computed at rest and followed on the way; a longer one is refused, or halved.
 
-    Energy is accounted for: numerical damping is a loss, which is said where it is large, and a gain, which no body has,
-    ends the motion as `diverged`. The report says how many steps there are to a period of the slowest vibration that
+    Energy is accounted for: numerical damping is a loss, said where it is large, and a gain, which no body has, ends
+    the motion as `diverged`. The report says how many steps there are to a period of the slowest vibration that
     loads excite, and warns where it is not resolved.
     """
 

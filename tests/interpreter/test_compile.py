@@ -139,7 +139,7 @@ def test_one_mistake_one_error(text: str) -> None:
 
 def test_all_independent_mistakes_in_one_pass() -> None:
     text = """param L = 178 mn
-material gel = linear_elastic(young = 60 mm, poisson = 0.5, density = 1070)
+material gel = linear_elastic(young = 60 mm, poisson = 0.6, density = 1070)
 body bar = solid(cylinder(lenght = 3 mm, radius = 2), gell)
 support wall = fixed(bar, where = x <= 0)
 probe axis = line(bar, from = (0, 0, 0), to = (0, 0 mm))
@@ -147,7 +147,7 @@ expect rod.eta < 5 mm
 load push: gravity(9.81 m/s^2)
 """
     assert wrong(text) == [
-        ("E106", ":"), ("E209", "mn"), ("E204", "60 mm"), ("E301", "0.5"), ("E204", "1070"),
+        ("E106", ":"), ("E209", "mn"), ("E204", "60 mm"), ("E301", "0.6"), ("E204", "1070"),
         ("E205", "lenght"), ("E204", "2"),
         ("E201", "gell"), ("E204", "0"), ("E204", "(0, 0, 0)"), ("E218", "0 mm"), ("E201", "rod.eta"),
     ]  # fmt: skip
@@ -189,7 +189,7 @@ def test_an_override_may_name_parameters() -> None:
         ("L=3 mm +", "E129", ""), ("M=3 mm", "E201", "M"),
         ("L=2 * L", "E210", "L"), ("L=k", "E201", "k"), ("gel=3", "E213", "gel"),
         ("gel.yung=3 kPa", "E205", "gel.yung"),
-        ("gel.young=3", "E204", "3"), ("gel.poisson=0.5", "E301", "0.5"), ("rod.segments=2.5", "E204", "2.5"),
+        ("gel.young=3", "E204", "3"), ("gel.poisson=0.6", "E301", "0.6"), ("rod.segments=2.5", "E204", "2.5"),
         ("wall.where=x < 0 mm", "E302", "x < 0 mm"), ("wall.where=x", "E207", "x"),
         ("beam.material=weight", "E213", "weight"),
         ("soft.young=3 kPa", "E205", "soft.young"), ("a.b.c=3", "E201", "a.b.c"), ("L=1\0", "E125", "\0"),

@@ -12,7 +12,7 @@ from typing import Any
 from softmark.interpreter.environment import describe, environment
 from softmark.interpreter.names import at_name, unknown_models
 from softmark.interpreter.scene import Declared, Scene, SceneError
-from softmark.interpreter.study.journal import Journal, Refused
+from softmark.interpreter.study.journal import Interrupted, Journal, Refused
 from softmark.interpreter.study.keys import reached
 from softmark.interpreter.study.stress import maps
 from softmark.interpreter.study.stress.asking import Asked, asked_of, judges, no_judge
@@ -49,10 +49,6 @@ class Request:
     fresh: bool = False
     command: str = ""
     say: Say = field(default=lambda what, detail: None, repr=False)
-
-
-class Interrupted(KeyboardInterrupt):
-    """The study was interrupted; the text says what is on disk."""
 
 
 @dataclass(frozen=True)
