@@ -62,6 +62,7 @@ class Ruler:
         return shown(value, self.unit)
 
 
+DIGITS = 4  # edges are bisected to no more than two
 GAP_LIMIT, LEAST_GAP = 0.5, 1e-10  # of Poisson's ratio, the one quantity that is walked by its gap
 
 
@@ -90,10 +91,12 @@ def ruler(asked: Json, values: Sequence[Any]) -> Ruler:
 
 
 def shown(value: Any, unit: str) -> str:
-    """A value of a quantity; Poisson's ratios keep all their nines."""
+    """A value of a quantity in four digits; Poisson's ratios keep all their nines."""
     if not isinstance(value, int | float) or isinstance(value, bool):
         return str(value)
-    return quantity(float(value), unit) if unit not in ("1", "") else signed(f"{value:.10g}")
+    if unit not in ("1", ""):
+        return quantity(float(value), unit, DIGITS)
+    return signed(f"{value:.10g}" if 0.0 < GAP_LIMIT - value < 0.01 else f"{value:.{DIGITS}g}")
 
 
 def varied(point: Json, study: Json) -> dict[str, Any]:
