@@ -2,10 +2,12 @@
 
 Four parts are added up. Discretisation: how far the same model on a coarser mesh is from it, times a safety factor.
 Model: how far the same model with the best strain measure that its material has is, on that coarser mesh; of beams,
-estimates of what their theory leaves out. Rounding: from how near to singular the stiffness is. Solver: the Newton step
-that would come next. Where one of them cannot be told the model vouches for nothing, and says why.
+estimates of what their theory leaves out. Rounding: from how near to singular the stiffness is, or from the forces and
+coordinates. Solver: the Newton step that would come next. Where one of them cannot be told the model vouches for
+nothing, and says why. Each is told in the terms of a metric, by the metric itself, or not at all.
 
-A warning of DOUBTS counts as said as well: with it a model says of itself that its answer may be off.
+A warning of DOUBTS counts as said as well: with it a model says of itself that its answer may be off. With one of VOID
+it vouches for nothing.
 """
 
 from __future__ import annotations
@@ -21,7 +23,10 @@ from numpy.typing import NDArray
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.case import Case, Fault, case_for
-from softmark.interpreter.measuring import View
+from softmark.interpreter.measuring import View, measured_by
+from softmark.interpreter.metrics.course_norm import CourseNorm
+from softmark.interpreter.metrics.seen import Known
+from softmark.interpreter.metrics.seen import Seen as Looked
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.beam6dof import Beam6Dof
 from softmark.interpreter.models.fem import Fem
@@ -32,6 +37,7 @@ from softmark.interpreter.scene import Declared, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic
 
 Floats = NDArray[np.float64]
+Field = Callable[[Floats], Floats]
 
 # warnings by which a model, or the scene for it, says that its answer may be off
 DOUBTS: dict[str, str] = {
@@ -55,6 +61,8 @@ DOUBTS: dict[str, str] = {
     "W364": "its mesh has slivers",
 }
 
+VOID = ("W351",)  # states of which no part of the error says anything
+
 SAFETY = 3.0  # of two grids (Roache 1994): times their distance over r - 1, as if errors fell with the size alone
 COARSE = 0.3  # relative distance of two grids above which neither says anything
 FINER = 2.0  # how much finer or coarser the other mesh is
@@ -64,6 +72,9 @@ THEORY = 2.0  # times the distance of two strain measures
 CLAMPED = 2.5  # (d/L)^2 times that: what clamps and end faces do to a beam; solids show up to 1.8
 LEFT = 2.0  # times the next Newton step
 FACTORED = 300_000  # unknowns up to which that step is computed
+EPS = float(np.finfo(np.float64).eps)
+USUAL = 1e6 * EPS  # what rounding does at least where the stiffness was not looked at: a condition number of 1e6
+LOST = 1e-6  # of a cell that the rounding of coordinates may take: with more, nobody knows what it does
 
 
 def is_doubt(code: str) -> bool:
@@ -88,17 +99,40 @@ class Unknown(Exception):
     """A part of the error that cannot be told; the text says why."""
 
 
+NO_ERROR = "no error of this metric can be stated"
+
+
 @dataclass(frozen=True)
 class Seen:
-    """What a probe saw of a model: displacements (n, 3), or with times those of all (t, n, 3)."""
+    """What a probe saw of a model: displacements (n, 3), or with times those of all (t, n, 3).
+
+    `field` are displacements anywhere, at the end; `probe` and `view` what else the metric may look at.
+    """
 
     X: Floats
     u: Floats
     times: Floats | None = None
     metric: Any = None
+    field: Field | None = None
+    probe: ProbeResult | None = None
+    view: View | None = None
 
-    def of(self, solution: Solution) -> Floats:
-        """What the same probe sees of another solution, at the same times."""
+    def of(self, solution: Solution) -> Seen:
+        """What the same probe sees of another solution, at the same times. Raises Unknown."""
+        return replace(self, u=self._of(solution), field=solution.displacement)
+
+    def moved(self, step: Field) -> Seen:
+        """What it would see if displacements were added, static."""
+        own = self.field
+        field = None if own is None else lambda X: own(X) + step(X)
+        return replace(self, u=self.u + np.asarray(step(self.X)), field=field)
+
+    @property
+    def in_displacements(self) -> bool:
+        """Whether it is about an l2 norm of displacements, or a like one of plain arrays."""
+        return self.metric is None or self.times is not None or hasattr(self.metric, "value")
+
+    def _of(self, solution: Solution) -> Floats:
         if solution.displacement is None:
             raise Unknown(solution.message or "there is no solution")
         if self.times is None or solution.history is None:
@@ -108,20 +142,29 @@ class Seen:
         columns = [np.interp(self.times, solution.history.times, column) for column in flat.T]
         return np.array(columns).T.reshape(len(self.times), *theirs.shape[1:])
 
-    def apart(self, other: Floats) -> float:
-        """How far other displacements are, relative as the metric is. Raises Unknown."""
-        if not np.all(np.isfinite(other)):
+    def apart(self, other: Seen) -> float:
+        """How far another solution is from this one, as the metric has it. Raises Unknown."""
+        if not np.all(np.isfinite(other.u)):
             raise Unknown("another solution is not finite")
-        value = getattr(self.metric, "value", None)
-        if value is not None and self.metric.unit == "1" and self.times is None:
-            try:
-                return float(value(self.X, other, self.u))
-            except Undefined as undefined:
-                raise Unknown(str(undefined)) from undefined
+        if self.metric is not None and self.times is None:
+            return self._measured(other)
         size = float(np.linalg.norm(self.u))
         if size == 0.0:
             raise Unknown("the probe does not move, so nothing is relative to it")
-        return float(np.linalg.norm(other - self.u)) / size
+        return float(np.linalg.norm(other.u - self.u)) / size
+
+    def _measured(self, other: Seen) -> float:
+        """The metric of another solution, with this one taken as right. Raises Unknown."""
+        metric, view, probe = self.metric, self.view, self.probe
+        if view is None or probe is None or str(getattr(metric, "statistic", "")).endswith("sd"):
+            raise Unknown(f"{NO_ERROR}: it is no distance of two solutions")
+        known = Known(view.name, self.u, self.field)
+        weights = view.weights.get(metric.probe)
+        try:
+            looked = Looked(view.name, view.case, self.X, other.u, probe.triangles, weights, known, other.field)
+            return measured_by(metric, looked).value
+        except Undefined as undefined:
+            raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
 
 
 @dataclass
@@ -258,6 +301,8 @@ class Stated:
         if isinstance(thing, MassSpring):
             raise Unknown("springs are no solid: no estimate of what they cannot do is known")
         if isinstance(thing, Beam6Dof):
+            if not seen.in_displacements:
+                raise Unknown(f"{NO_ERROR}: what the theory of beams leaves out is known of displacements alone")
             return _of_beams(thing, self.case, self.result)
         if not isinstance(thing, Fem):
             raise Unknown("nothing is known of this kind of model")
@@ -285,15 +330,44 @@ class Stated:
             own, factor = None, 1.0
         better = self._sized(factor, **best)
         solution, _ = self._solved("best", better, case_for(self.scene, better))
-        theirs = seen.of(solution)
-        mine = seen.u if own is None else seen.of(own)
-        return replace(seen, u=theirs).apart(mine)
+        return seen.of(solution).apart(seen if own is None else seen.of(own))
 
     def _rounding(self, seen: Seen) -> float:
-        facts = self.result.solve
+        """What the solver found from its stiffness, or else from forces and coordinates."""
+        facts, (far, cell) = self.result.solve, self._reach(seen)
+        if EPS * far > LOST * cell:
+            raise Unknown(f"it lies so far from the origin that rounding takes {EPS * far / cell:.1g} of a cell")
         if facts.get("rounding") is not None:
             return float(facts["rounding"])
-        return 10.0 * float(np.finfo(np.float64).eps) * float(facts.get("condition") or 1e6)
+        if facts.get("condition") is not None:
+            return 10.0 * EPS * float(facts["condition"])
+        checks = facts.get("checks") or {}
+        # differences of coordinates along a cell, of which strain is a part
+        strain = float(checks.get("largest_strain") or 0.0) or float(np.abs(seen.u).max()) / self._extent(seen)
+        lost = EPS * far / (cell * strain) if strain > 0.0 else math.inf
+        found = 10.0 * (max(USUAL, float(checks.get("rounding") or 0.0)) + lost)
+        if not found <= COARSE:
+            raise Unknown("its strain is so small beside its coordinates that rounding may take all of it")
+        return found
+
+    def _points(self, seen: Seen) -> Floats:
+        found = getattr(self.mesh, "points", None)
+        return seen.X if found is None or not len(found) else np.asarray(found)
+
+    def _extent(self, seen: Seen) -> float:
+        """Of the body, m."""
+        bounds = np.ptp(self._points(seen), axis=0).max()
+        return float(bounds) or float(getattr(self.case.shape, "length", 0.0)) or 1.0
+
+    def _reach(self, seen: Seen) -> tuple[float, float]:
+        """The largest coordinate, before or after deformation, and the shortest side of a cell, m."""
+        points, cells = self._points(seen), getattr(self.mesh, "cells", None)
+        far = float(np.abs(points).max() + np.abs(seen.u).max())
+        if cells is not None and len(cells) and points is not seen.X:
+            corners = points[np.asarray(cells)]  # (m, a, 3)
+            sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+            return far, float(sides.min()) or math.ulp(0.0)
+        return far, self._extent(seen) / self._cells
 
     def _solver(self, seen: Seen) -> float:
         """The Newton step from the solution with the full tangent: of a reduced model, that of the full one."""
@@ -303,8 +377,7 @@ class Stated:
         step = self._newton_step()
         if step is None:
             return 100.0 * float(residual or 0.0)
-        moved = np.asarray(step(seen.X))
-        left = LEFT * seen.apart(seen.u + moved)
+        left = LEFT * seen.apart(seen.moved(step))
         if left > COARSE:
             raise Unknown(f"it is no equilibrium: the next step would change it by {100 * left / LEFT:.2g} %")
         return left
@@ -387,8 +460,10 @@ def stated(
         return {}
     whole = Stated(scene, declared, view.case, prepared, result, measured, result.mesh)
     doubts, found = doubts_of(scene, declared, warnings), {}
-    for name, seen in _asked(scene, result).items():
-        found[name] = clean({**_safely(whole, seen), "doubts": doubts})
+    void = next((f"{code}: {DOUBTS[code]}" for code in VOID if code in doubts), None)
+    for name, seen in _asked(scene, result, view).items():
+        said = _safely(whole, seen) if void is None else {"value": None, "parts": {}, "reason": void}
+        found[name] = clean({**said, "doubts": doubts})
     return found
 
 
@@ -402,18 +477,22 @@ def _safely(whole: Stated, seen: Seen) -> dict[str, Any]:
         return {"value": None, "parts": {}, "reason": reason}
 
 
-def _asked(scene: Scene, result: ModelResult) -> dict[str, Seen]:
-    """What is stated: metrics that are relative errors against something, and probes."""
+def _asked(scene: Scene, result: ModelResult, view: View) -> dict[str, Seen]:
+    """What is stated: metrics that are relative errors against something, and probes.
+
+    Of metrics against the model itself as well: how far it can be trusted as a truth, in their terms.
+    """
     found = {}
     for name, metric in scene.of_kind("metric").items():
         probe = str(getattr(metric.thing, "probe", None))
-        relative = metric.thing.unit == "1" and getattr(metric.thing, "against", None) not in (None, result.name)
+        relative = metric.thing.unit == "1" and getattr(metric.thing, "against", None) is not None
         if relative and probe in result.probes:
-            found[name] = _seen(result.probes[probe], metric.thing)
-    return found | {name: _seen(probe, None) for name, probe in result.probes.items()}
+            found[name] = _seen(result.probes[probe], metric.thing, view)
+    return found | {name: _seen(probe, None, view) for name, probe in result.probes.items()}
 
 
-def _seen(probe: ProbeResult, metric: Any) -> Seen:
-    if probe.course is not None and (metric is None or not hasattr(metric, "value")):
-        return Seen(probe.points, probe.course, probe.times, metric)
-    return Seen(probe.points, probe.displacement, None, metric)
+def _seen(probe: ProbeResult, metric: Any, view: View) -> Seen:
+    course = probe.course is not None and (metric is None or isinstance(metric, CourseNorm))
+    u, times = (probe.course, probe.times) if course else (probe.displacement, None)
+    assert u is not None
+    return Seen(probe.points, u, times, metric, view.displacement, probe, view)

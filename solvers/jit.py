@@ -5,7 +5,9 @@ So the folder of the cache is named by a digest of all solver sources, of numba'
 processor. numba's index of a function is read, changed and written without a lock, too, so that two processes that
 compile it at once for different types can leave the one's machine code under the other's types; and a file that was
 cut off or altered is run as it is. Here a kernel has a file of its own, named by all that decides it, that begins with
-a checksum of what follows: it is there whole, or it is compiled anew.
+a checksum of what follows: it is there whole, or it is compiled anew. The folder knows the sources as they were when
+this file was loaded, and numba's key of a function the operations of its code alone: to the key belong, too, its
+constants, its names, the numbers they stand for, its file when it was loaded, and all that of the kernels it calls.
 
 Kernels live in `kernels.py` files, in `sparse` and in `corotational_tets.py`; what needs none must not
 import these, for numba is slow to load. A kernel is compiled for the types that it is called with and no others, so
@@ -24,9 +26,11 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
+from types import CodeType
 from typing import Any, TypeVar, cast
 
 import numba
+import numpy as np
 from numba.core import caching as _caching
 from numba.core import serialize as _serialize
 
@@ -155,6 +159,14 @@ class _Machinery(caching.CompileResultCacheImpl):  # type: ignore[misc]
     _locator_classes = (_Place,)
 
 
+def _source(file: str) -> str:
+    """SHA-256 of a file as it is now, "" where there is none."""
+    try:
+        return hashlib.sha256(Path(file).read_bytes()).hexdigest()
+    except OSError:
+        return ""
+
+
 class _Cache(caching.FunctionCache):  # type: ignore[misc]
     """numba's cache of a function, on our files."""
 
@@ -163,6 +175,56 @@ class _Cache(caching.FunctionCache):  # type: ignore[misc]
     def __init__(self, function: Any) -> None:
         super().__init__(function)
         self._cache_file = _Files(Path(self._cache_path), self._impl.filename_base)
+        self.source = _source(function.__code__.co_filename)  # now, while it is being loaded
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        """numba's, and what it leaves out; asked for where the function is to be compiled, and no sooner."""
+        return (*super()._index_key(sig, codegen), self.source, stamp(self._py_func))
+
+
+def stamp(function: Any) -> str:
+    """SHA-256 of all that a kernel computes with: code, constants, numbers it finds in its module, kernels it calls."""
+    return hashlib.sha256("\0".join(_told(function, set())).encode()).hexdigest()
+
+
+def _told(function: Any, seen: set[Any]) -> list[str]:
+    """Of a function and of the kernels it calls, each once."""
+    if function in seen:
+        return [function.__qualname__]
+    seen.add(function)
+    told = [function.__qualname__, repr(function.__defaults__)]
+    names: set[str] = set()
+    codes: list[CodeType] = [function.__code__]
+    for code in codes:  # which grows by the functions within
+        codes += (c for c in code.co_consts if isinstance(c, CodeType))
+        told += [code.co_code.hex(), repr(code.co_names)]
+        told += [_plain(c) for c in code.co_consts if not isinstance(c, CodeType)]
+        names.update(code.co_names)
+    for name in sorted(names & function.__globals__.keys()):
+        told += [name, *_value(function.__globals__[name], seen)]
+    for cell in function.__closure__ or ():
+        told += _value(cell.cell_contents, seen)
+    return told
+
+
+def _value(value: Any, seen: set[Any]) -> list[str]:
+    """What a name stands for, as far as machine code depends on it; the same in every process."""
+    callee = getattr(value, "py_func", None) or getattr(value, "_defn", None)  # a kernel, an intrinsic
+    if callee is not None:
+        return [getattr(getattr(value, "_cache", None), "source", ""), *_told(callee, seen)]
+    if isinstance(value, np.ndarray):
+        return [str(value.dtype), str(value.shape), hashlib.sha256(value.tobytes()).hexdigest()]
+    if isinstance(value, tuple):
+        return [str(len(value)), *(text for v in value for text in _value(v, seen))]
+    if isinstance(value, (bool, int, float, complex, str, bytes, np.generic)) or value is None:
+        return [_plain(value)]
+    # a module, a type, a function of numpy
+    return [type(value).__qualname__, str(getattr(value, "__name__", ""))]
+
+
+def _plain(value: Any) -> str:
+    """A constant in words: a set has no order of its own."""
+    return repr(sorted(map(repr, value))) if isinstance(value, frozenset) else repr(value)
 
 
 def kernel(function: Kernel) -> Kernel:

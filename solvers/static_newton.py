@@ -263,13 +263,17 @@ class Newton:
         return length
 
     def definite(self, x: Floats) -> bool | None:
-        """Whether the tangent in x, for follower loads its symmetric part, has no negative eigenvalue.
+        """Whether the tangent in x has no negative eigenvalue; None where that is not known.
 
-        Where the last step was tiny, the tangent before it answers. None: the linear solver cannot tell.
+        Where the last step was tiny, the tangent before it answers. Under follower loads its symmetric part is asked,
+        whatever factor the steps had, and the answer is True or None: v . K v > 0 for all v excludes that any neighbour
+        state is in equilibrium or drifts away (Hill 1958), but not flutter, which needs inertia; and a tangent whose
+        symmetric part is not definite may be stable all the same.
         """
         choice, conservative, last = self.systems.choice, self.assembly.conservative, self.last
         rough = choice.reuse or choice.precision == "single"
-        if choice.method in BLIND or (last is not None and last.negative_pivots is None and not rough):
+        blind = conservative and last is not None and last.negative_pivots is None and not rough
+        if choice.method in BLIND or blind:
             return None
         if self._tiny and conservative and last is not None and last.negative_pivots == 0:
             return True
@@ -277,11 +281,14 @@ class Newton:
         K = self.assembly.tangent(x, 1.0) if exact is None else exact.tangent(x.astype(np.float64), 1.0)
         K = K if conservative else (0.5 * (K + K.T)).tocsr()
         try:
-            self.last, self.matrix = self.systems.direct(K), K
+            found = self.systems.direct(K)
         except Singular:
-            return False
-        pivots = self.last.negative_pivots
-        return None if pivots is None else pivots == 0
+            return False if conservative else None
+        if conservative or rough:  # else the tangent itself is what condition and rounding are told of
+            self.last, self.matrix = found, K
+        if found.negative_pivots is None or not conservative:
+            return found.negative_pivots == 0 or None
+        return found.negative_pivots == 0
 
     def stable(self, x: Floats) -> tuple[Floats, bool | None]:
         """x, or a stable equilibrium of less energy; None where the linear solver cannot tell. Raises NotConverged."""

@@ -50,8 +50,8 @@ def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
         )
     if found.stable is None and found.solved and found.follower:
         return (
-            Diagnostic(
-                "W314",
+            Diagnostic(  # no admission: it says nothing of this state, unlike W314
+                "W319",
                 f"whether the equilibrium of `{declared.name}` is stable could not be established",
                 at.source,
                 at.span,

@@ -67,14 +67,31 @@ def _performed(task: Mapping[str, Any]) -> Json:
     from softmark.interpreter.study.keys import recall
 
     scene, warnings = scene_of(task)
-    asked = (str(task["model"]),) if task.get("stated") else None
+    truth = task.get("truth") or {}  # of a stability study: a model taken as right, and the metric that does so
+    asked = (str(task["model"]), *([truth["model"]] if truth else [])) if task.get("stated") else None
     options = Options(only=tuple(task["models"]), draw=False, recall=recall, stated=asked)
-    report = run(scene, warnings, options)
+    try:
+        report = run(scene, warnings, options)
+    except SceneError as error:
+        if not truth or not all(_within(scene, [scene.declared[truth["model"]]], d) for d in error.diagnostics):
+            raise
+        refused = {"status": "failed", "message": told(error.diagnostics), "stated": None}
+        return {**failed(told(error.diagnostics)), "truths": {truth["model"]: refused}}
     model = report.models.get(str(task["model"]))
     references = {name: _reference(r) for name, r in report.references.items()}
     if model is None:
         return {**failed("nothing asks for this model: add a probe or a metric of its body"), "references": references}
-    return {"point": _point(scene, report, model), "references": references}
+    found = {"point": _point(scene, report, model), "references": references}
+    return found | ({"truths": {truth["model"]: _truth(report, **truth)}} if truth else {})
+
+
+def _truth(report: Report, model: str, metric: str) -> Json:
+    """What a model that is taken as right says of itself."""
+    result = report.models.get(model)
+    if result is None:
+        return {"status": "skipped", "message": "it was not computed", "stated": None}
+    said: Json = clean(result.stated.get(metric))
+    return {"status": result.status, "message": result.message, "stated": said}
 
 
 def scene_of(task: Mapping[str, Any]) -> tuple[Scene, list[Diagnostic]]:
@@ -97,8 +114,13 @@ def _of_another(scene: Scene, task: Mapping[str, Any], error: Diagnostic) -> boo
     if not task.get("alone") or error.span is None:
         return False
     others = [d for n, d in scene.of_kind("model").items() if n not in reached(scene, task["models"])]
-    places = [p for d in others for p in (d.location, *d.fields.values())]
-    return any(p.source is error.source and p.span.start <= error.span.start < p.span.end for p in places)
+    return _within(scene, others, error)
+
+
+def _within(scene: Scene, declared: Sequence[Declared], error: Diagnostic) -> bool:
+    """Whether an error points into one of some declarations, or into an override of one of their fields."""
+    at, places = error.span, [p for d in declared for p in (d.location, *d.fields.values())]
+    return at is not None and any(p.source is error.source and p.span.start <= at.start < p.span.end for p in places)
 
 
 # ------------------------------------------------------------------ as JSON

@@ -15,6 +15,7 @@ from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, jacobians
 COINCIDENT = 1e-6  # of the extent, and at most a hundredth of the shortest edge: nodes so close are one
 ABSURD = 1e50  # m: cubes of larger coordinates leave the range of numbers
 FLAT = 1e-13  # of the cube of a cell's longest edge
+ASIDE = (0.11, 0.07, 0.03)  # of the edges of a hexahedron: how far from its middle it is asked for
 INSIDE = 1e-3  # least barycentric coordinate of a point that is well inside a tetrahedron
 PAIRS = 4_000_000  # of points and cells near them: where a mesh has more, it is not searched for overlaps
 
@@ -309,7 +310,7 @@ def overlap(mesh: Mesh) -> tuple[Floats, int] | None:
     edge = np.flatnonzero(touched[mesh.cells].any(axis=1))
     corners = mesh.points[mesh.cells]
     middles = corners.mean(axis=1)
-    queries = np.concatenate([mesh.points[outer], middles[edge]])
+    queries = np.concatenate([mesh.points[outer], _within(mesh, edge)])
     radii = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
     for cells in _by_size(radii):
         tree = cKDTree(middles[cells])
@@ -324,6 +325,22 @@ def overlap(mesh: Mesh) -> tuple[Floats, int] | None:
         if found is not None:
             return found
     return None
+
+
+def _within(mesh: Mesh, cells: Ints) -> Floats:
+    """A point inside each of some cells that is on no face of tetrahedra that fill one in the same place.
+
+    The middle of a hexahedron is on a diagonal, which is an edge of all six tetrahedra of a twin, however its nodes are
+    numbered.
+    """
+    corners = mesh.points[mesh.cells[cells]]
+    if mesh.kind != "hex8":
+        middles: Floats = corners.mean(axis=1)
+        return middles
+    ends = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
+    weights = np.prod(0.5 + (2 * ends - 1) * ASIDE, axis=1)  # trilinear
+    points: Floats = np.einsum("k,mki->mi", weights, corners)
+    return points
 
 
 def _by_size(radii: Floats) -> list[Ints]:

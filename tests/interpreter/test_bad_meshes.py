@@ -244,6 +244,32 @@ def test_a_slit_that_ends_inside_may_be_meant(tmp_path: Path) -> None:
     assert len(kept.facets) == len(mesh.facets) + 2
 
 
+TWINS = [[0, 1, 2, 3, 4, 5, 6, 7], [1, 2, 3, 0, 5, 6, 7, 4], [4, 0, 3, 7, 5, 1, 2, 6], [6, 5, 4, 7, 2, 1, 0, 3]]
+
+
+@pytest.mark.parametrize("order", TWINS)
+@pytest.mark.parametrize("skewed", [False, True])
+def test_hexahedra_in_one_and_the_same_place_overlap(order: list[int], skewed: bool) -> None:
+    """Every corner of the one is a corner of the other, and their middles are on a diagonal of both."""
+    mesh = grid(1)
+    points = mesh.points @ np.array([[1, 0.3, 0.1], [0, 1, 0.4], [0, 0, 1]]) if skewed else mesh.points
+    cells = np.concatenate([mesh.cells, 8 + mesh.cells[:, order]])
+    assert Mesh(np.concatenate([points, points]), cells, "hex8").volumes.min() > 0
+    assert overlap(Mesh(np.concatenate([points, points]), cells, "hex8")) is not None
+    assert overlap(Mesh(np.concatenate([points, points + np.array([0, 0, 0.02])]), cells, "hex8")) is None
+
+
+def test_a_coil_whose_second_turn_lies_in_its_first_is_refused(tmp_path: Path) -> None:
+    """Cell for cell and node for node, where nodes in the same place are meant: none may be a slit."""
+    points, cells = bar("hex8", 60)
+    angle = 3 * np.pi * points[:, 0] / 600
+    radius = 50 + points[:, 1]
+    coil = np.stack([radius * np.cos(angle), radius * np.sin(angle), points[:, 2]], axis=1)
+    file = saved(tmp_path / "coil.vtu", coil, cells, "hex8")
+    assert refused(file, "hex8").code == "E565"
+    assert refused(file, "hex8", coincident="keep").code == "E569"
+
+
 @pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
 def test_sound_meshes_do_not_overlap(kind: str) -> None:
     assert overlap(Cylinder(0.178, 0.019).mesh(kind, 0.012)) is None

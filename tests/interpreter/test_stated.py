@@ -110,6 +110,74 @@ probe tip = point(b, at = (40, 5, 5) mm)
     assert 0.0 < parts["time"] < 0.1
 
 
+BLOCK = """
+param    x0   = 0 m
+material gel  = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     b    = solid(box(size = (20, 10, 10) mm, origin = (x0, 0 m, 0 m)), gel)
+support  wall = fixed(b, where = x <= x0)
+"""
+
+
+def block(more: str, **values: str) -> Any:
+    """The report of a short block whose models are all asked."""
+    scene = softmark.loads(BLOCK + more, **values)
+    return run(scene.scene, list(scene.warnings), Options(draw=False, stated=()))
+
+
+def test_the_error_in_a_norm_of_strains_is_stated_in_it() -> None:
+    """Strains of linear cells are of first order, displacements of second: an l2 norm is no bound of theirs."""
+    report = block("""
+load   weight = gravity(2 m/s^2, direction = -z)
+model  fine   = fem(hex8, strain = finite, integration = selective, size = 1.25 mm)
+model  coarse = fem(hex8, strain = finite, integration = selective, size = 2.5 mm)
+model  rod    = beam6dof(segments = 8)
+probe  all    = volume(b, size = 2 mm)
+metric energy = strain_energy_norm(all, against = fine)
+metric points = mean_error(all, against = fine, statistic = relative_mean)
+metric spread = mean_error(all, against = fine, statistic = relative_sd)
+metric eta    = energy_norm(all, against = fine)
+""")
+    coarse, fine, rod = (report.models[n] for n in ("coarse", "fine", "rod"))
+    # that of the model taken as right is stated as well, in the terms of the metric that does so
+    assert fine.stated["energy"]["value"] > 5 * fine.stated["eta"]["value"]
+    assert coarse.metrics["energy"].value > coarse.stated["eta"]["value"]
+    for name in ("energy", "points", "eta"):
+        stated = coarse.stated[name]["value"]
+        assert stated is None or stated >= coarse.metrics[name].value
+    assert coarse.stated["spread"]["value"] is None
+    assert "no error of this metric can be stated" in coarse.stated["spread"]["reason"]
+    assert rod.stated["energy"]["value"] is None
+    assert "model: no error of this metric can be stated" in rod.stated["energy"]["reason"]
+
+
+def test_cells_inside_out_vouch_for_nothing() -> None:
+    report = block("""
+load   press = traction(b, where = x >= 20 mm, vector = (-90000, 0, 0) Pa)
+model  tet   = fem(tet4, strain = small, size = 5 mm)
+probe  tip   = point(b, at = (20, 5, 5) mm)
+""")
+    said = report.models["tet"].stated["tip"]
+    assert "W351" in said["doubts"]
+    assert said["value"] is None
+    assert "inside out" in said["reason"]
+
+
+def test_digits_that_coordinates_lose_are_stated() -> None:
+    """Without a factor of the stiffness: a cell of 5 mm, 1 m and 1000 km away, by eps * distance / (cell * strain)."""
+    more = """
+load     pull = gravity(2 m/s^2, direction = +x)
+analysis rest = dynamic(duration = 2 ms, step = 1 ms)
+model    hex  = fem(hex8, strain = corotational, size = 5 mm)
+probe    tip  = point(b, at = (x0 + 20 mm, 5 mm, 5 mm))
+"""
+    parts = {x0: block(more, x0=x0).models["hex"].stated["tip"] for x0 in ("0 m", "10 km", "100000 km")}
+    near, far, lost = (said["parts"]["rounding"] for said in parts.values())
+    assert 2e-9 < near < 1e-6
+    assert far > 100 * near
+    assert lost is None
+    assert "rounding takes" in parts["100000 km"]["reason"]
+
+
 def test_it_costs_nothing_unasked_and_is_in_every_report_when_asked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -40,7 +40,9 @@ def stated(value: float | None, *doubts: str) -> dict[str, Any]:
         (outcome(0.5, stated=stated(None)), "inaccurate"),  # it vouches for nothing
         (outcome(0.5, stated=stated(0.0, "W351")), "inaccurate"),  # it doubts itself
         (outcome(0.5, codes=["W301"]), "inaccurate"),
-        (outcome(0.5, codes=["W355"]), "inaccurate"),  # every warning of the watchdog
+        (outcome(0.5, codes=["W353"]), "inaccurate"),  # its forces were not found again
+        (outcome(0.5, codes=["W314"]), "inaccurate"),  # it buckled
+        (outcome(0.5, codes=["W319"]), "silent"),  # that stability is not known says nothing about the answer
         (outcome(0.5, codes=["W310"]), "silent"),  # an unlikely stiffness says nothing about the answer
         (outcome(0.5, status="capped"), "inaccurate"),
         (outcome(0.01, status="capped"), "right"),
@@ -64,6 +66,72 @@ def test_a_truth_that_is_uncertain_judges_nothing() -> None:
     assert classify(outcome(0.01), "eta", WITHIN, 0.06).word == "unjudged"
     doubted = classify(outcome(0.5), "eta", WITHIN, 0.0, "strains are too large for the theory")
     assert (doubted.word, doubted.message) == ("unjudged", "strains are too large for the theory")
+
+
+def by_model(status: str = "converged", said: dict[str, Any] | None = None, error: float = 0.1) -> dict[str, Any]:
+    """An outcome that is measured from a model."""
+    found = outcome(error, stated=stated(0.0))
+    truth = {"status": status, "message": "a cap", "stated": said}
+    return {**found, "references": {}, "truths": {"theory": truth}}
+
+
+@pytest.mark.parametrize(
+    ("found", "message"),
+    [
+        (by_model("capped", stated(0.0)), "has no answer: a cap"),
+        (by_model("converged", stated(0.0, "W301")), "doubts its answer (W301, its element locks)"),
+        (by_model("converged", stated(None)), "vouches for nothing: no coarser mesh"),
+        (by_model("converged", stated(0.06)), "uncertain by 0.06"),
+        ({**by_model(), "truths": {}}, "nothing is known of how far `theory` can be trusted"),
+    ],
+)
+def test_a_model_that_is_no_truth_judges_nothing(found: dict[str, Any], message: str) -> None:
+    known = classify(found, "eta", WITHIN, uncertainty_of(found, "theory", "axis"))
+    assert known.word == "unjudged"
+    assert message in str(known.message)
+
+
+def test_what_a_model_states_is_the_uncertainty_of_a_truth() -> None:
+    near, far = (by_model(said=stated(0.04), error=error) for error in (0.085, 0.095))
+    assert uncertainty_of(lean(near), "theory", "axis") == 0.04
+    assert [classify(lean(o), "eta", WITHIN, 0.04).word for o in (near, far)] == ["right", "silent"]
+
+
+def test_a_truth_that_cannot_be_built_refuses_nobody() -> None:
+    found = outcome(None, status="failed", message="E304: too fine")
+    assert classify(found, "eta", WITHIN, None).word == "refused"
+    refused = {**found, "truths": {"fine": {"status": "failed", "message": "E304: too fine", "stated": None}}}
+    known = classify(refused, "eta", WITHIN, None)
+    assert (known.word, known.code) == ("unjudged", "E304")
+
+
+def test_a_locking_truth_judges_nothing(tmp_path: Any) -> None:
+    """The task asks the model that is taken as right what it states, and one that cannot be built is no fault."""
+    import softmark
+    from softmark.interpreter.study.stress.asking import asked_of
+    from softmark.interpreter.study.stress.points import Ground
+    from softmark.interpreter.study.tasks import perform
+    from softmark.interpreter.study.variations import Subject
+
+    text = """
+param    h    = 10 mm in 0.1 mm .. 100 mm
+material gel  = neo_hookean(young = 600 kPa, poisson = 0.499, density = 1000 kg/m^3)
+body     beam = solid(box(size = (40 mm, 20 mm, 20 mm)), gel)
+support  wall = fixed(beam, where = x <= 0 mm)
+load     pull = gravity(1 m/s^2, direction = -z)
+model    fine = fem(tet4, strain = corotational, size = h)
+model    same = fem(tet4, strain = finite, size = 10 mm)
+probe    axis = line(beam, from = (0, 10, 10) mm, to = (40, 10, 10) mm, points = 3)
+metric   eta  = energy_norm(axis, against = fine)
+"""
+    scene = softmark.loads(text).scene
+    ground = Ground(Subject("a", scene, tmp_path), asked_of(scene, None))
+    found = lean(perform(ground.task((), "same")))
+    known = classify(found, "eta", WITHIN, uncertainty_of(found, "fine", "axis"))
+    assert known.error is not None
+    assert known.error < WITHIN  # both lock, so they agree
+    assert known.word == "unjudged"
+    assert "W301" in str(known.message)
 
 
 def test_what_a_class_keeps() -> None:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from softmark.solvers import jit
@@ -176,6 +177,93 @@ def test_a_disk_that_is_full_keeps_no_kernel_and_stops_nothing(package: Path) ->
     )  # fmt: skip
     assert (run.stdout, run.stderr) == ("6.0\n", "")
     assert kept(package) == []
+
+
+def told(folder: Path, text: str) -> str:
+    """What a new process prints, which never takes bytecode for a source."""
+    environment = {**os.environ, "XDG_CACHE_HOME": str(folder.parent / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+    run = subprocess.run(
+        [sys.executable, "-c", text], cwd=folder.parent, env=environment,
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert run.returncode == 0, run.stderr
+    return run.stdout.strip()
+
+
+EDITED = """
+import re
+from pathlib import Path
+from package import jit
+file = Path("package/{file}.py")
+old = file.read_text()
+file.write_text(old.replace("{old}", "{new}"))
+from package import caller
+print(caller.twice(1.0))
+file.write_text(old)
+"""
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "answer"),
+    [("callee", "3.0", "5.0", "10.0"), ("caller", "2.0", "4.0", "12.0"), ("callee", "* x", "+ x", "8.0")],
+)
+def test_a_source_that_is_edited_while_a_process_starts(
+    package: Path, file: str, old: str, new: str, answer: str
+) -> None:
+    """Between the import of jit.py, which takes the digest of all sources, and that of the kernel."""
+    edited = EDITED.format(file=file, old=old, new=new)
+    assert told(package, edited) == answer  # kept under the digest of the sources that are there again
+    assert ask(package)[0] == "6.0"
+    assert told(package, edited) == answer  # and the other way round
+    assert ask(package) == ["6.0", "True", "True", "1"]
+
+
+OUTSIDE = """
+from package.jit import kernel
+{constant}
+
+@kernel
+def f(x):
+    return x * {factor}
+"""
+
+
+@pytest.mark.parametrize("named", [False, True])
+def test_a_kernel_elsewhere_whose_constant_is_edited(package: Path, named: bool) -> None:
+    """Its file is not among the sources, and its operations stay the same: a script of somebody else's."""
+    script = package.parent / "script.py"
+    for number in ("2.0", "3.0", "2.0"):
+        script.write_text(
+            OUTSIDE.format(constant=f"A = {number}" if named else "", factor="A" if named else number),
+            encoding="utf-8",
+        )
+        assert told(package, "import script; print(script.f(1.0))") == number
+    assert told(package, "import script; script.f(1.0); print(len(script.f.stats.cache_hits))") == "1"
+
+
+def of(text: str, **names: object) -> str:
+    """The stamp of a function f of such a text, which has no file."""
+    exec(text, names)
+    return jit.stamp(names["f"])
+
+
+def test_the_stamp_of_a_kernel_tells_what_it_computes_with() -> None:
+    """The same in every process, too: no address and no order of a set."""
+    g, h = (jit.numba.njit(eval(f"lambda x: x * {c}")) for c in (2.0, 3.0))
+    text = "def f(x): return A * x"
+    stamps = [
+        of(text, A=2.0), of(text, A=2), of(text, A=True), of(text, A=(1.0, 2.0)), of(text, A=np.arange(3)),
+        of(text, A=np.arange(4)), of(text, A=g), of(text, A=h), of(text, A=np), of("def f(x): return B * x", B=2.0),
+        of("def f(x): return 2.0 * x"), of("def f(x): return 3.0 * x"), of("def f(x, y=1): return 2.0 * x"),
+        of("def f(x): return (lambda y: 2.0 * y)(x)"), of("def f(x): return (lambda y: 3.0 * y)(x)"),
+    ]  # fmt: skip
+    assert len(set(stamps)) == len(stamps)
+    assert of(text, A=2.0, unused=1.0) == stamps[0]
+    itself = "def f(x): return f(x - 1) if x in {'a', 'b', 'c', 'd'} else 0"
+    script = f"import sys; from softmark.solvers import jit; n = {{}}; exec({itself!r}, n); print(jit.stamp(n['f']))"
+    seeds = [{**os.environ, "PYTHONHASHSEED": str(seed)} for seed in (1, 2)]
+    found = {subprocess.run([sys.executable, "-c", script], env=e, capture_output=True).stdout for e in seeds}
+    assert found == {f"{of(itself)}\n".encode()}
 
 
 def copied(tmp_path: Path) -> list[Path]:

@@ -48,10 +48,21 @@ def asked_of(scene: Scene, study: Declared | None, only: tuple[str, ...] = ()) -
 
 
 def judges(scene: Scene) -> Iterator[str]:
-    """Metrics that can judge: relative errors against something."""
+    """Metrics that can judge: relative errors against something, whose own error is known in their terms."""
     for metric in scene.of_kind("metric").values():
-        if getattr(metric.thing, "against", None) and getattr(metric.thing, "probe", None) and metric.thing.unit == "1":
+        thing = metric.thing
+        relative = getattr(thing, "against", None) and getattr(thing, "probe", None) and thing.unit == "1"
+        if relative and _comparable(scene, metric):
             yield metric.name
+
+
+def _comparable(scene: Scene, metric: Declared) -> bool:
+    """Whether the error of what is taken as right is known in the metric's terms.
+
+    References know theirs as a displacement; models state it by the metric itself.
+    """
+    against = scene.declared.get(metric.thing.against)
+    return hasattr(metric.thing, "value") or (against is not None and against.kind == "model")
 
 
 def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str, ...]:
@@ -104,9 +115,13 @@ def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
             yield no_judge(scene, study.at(), study.name)
     elif name not in usable:
         thing = scene.declared[name].thing
+        against = getattr(thing, "against", None)
         why = "it is in " + thing.unit if thing.unit != "1" else "it is measured from nothing"
+        if thing.unit == "1" and against is not None:
+            why = f"how uncertain `{against}` is, is known of its displacements and not in the terms of this metric"
         help = f"metrics that can: {', '.join(usable)}" if usable else no_judge(scene, None, study.name).help
-        message = f"`{name}` is no relative error, so it cannot tell right from wrong: {why}"
+        what = "cannot tell" if thing.unit == "1" and against is not None else "is no relative error, so it cannot tell"
+        message = f"`{name}` {what} right from wrong: {why}"
         yield _at(study.at("metric"), "E513", message, "cannot judge", help)
 
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from softmark.interpreter.stated import is_doubt
+from softmark.interpreter.stated import DOUBTS, is_doubt
 
 CLASSES = (
     "right", "inaccurate", "silent", "not_converged", "diverged", "refused", "failed", "timed_out", "unjudged"
@@ -47,6 +47,8 @@ def classify(
     codes = tuple(dict.fromkeys(str(w["code"]) for w in point.get("warnings") or ()))
     status, message = str(point["status"]), point.get("message")
     code = match[1] if (match := CODE.match(message or "")) else None
+    if status == "failed" and (truth := _untrue_of(outcome)) is not None:
+        return Classified("unjudged", message=truth, code=code, warnings=codes)
     if status == "failed" and code is not None:
         word = "unjudged" if code in ABOUT_REFERENCES else "refused"
         return Classified(word, message=message, code=code, warnings=codes)
@@ -82,13 +84,39 @@ def _blind(
     outcome: Mapping[str, Any], entry: Mapping[str, Any], within: float, uncertainty: float | None
 ) -> str | None:
     """Why an answer cannot be judged, if it cannot."""
-    reference = (outcome.get("references") or {}).get(entry.get("against"))
+    against = entry.get("against")
+    reference = (outcome.get("references") or {}).get(against)
     if reference is not None and reference.get("status") != "converged":
         return f"the reference has no answer: {reference.get('message')}"
+    truth = (outcome.get("truths") or {}).get(against)
+    if truth is not None and (reason := _untrue(str(against), truth)) is not None:
+        return reason
+    if against is not None and reference is None and truth is None:
+        return f"nothing is known of how far `{against}` can be trusted"
     if entry.get("value") is None:
         return str(entry.get("reason") or "the metric has no value")
     if uncertainty is not None and uncertainty > within:
         return f"the reference is uncertain by {uncertainty:.2g}, more than the {within:g} that counts as right"
+    return None
+
+
+def _untrue_of(outcome: Mapping[str, Any]) -> str | None:
+    """Why nothing could be computed, where that is because of a model that is taken as right."""
+    failed = ((n, t) for n, t in (outcome.get("truths") or {}).items() if t.get("status") == "failed")
+    return next((_untrue(n, t) for n, t in failed), None)
+
+
+def _untrue(name: str, truth: Mapping[str, Any]) -> str | None:
+    """Why a model is no truth, if it is none: it has to have an answer, without doubts, and vouch for it."""
+    stated = truth.get("stated") or {}
+    if truth.get("status") != "converged":
+        return f"`{name}`, which is taken as right, has no answer: {truth.get('message') or truth.get('status')}"
+    if stated.get("doubts"):
+        said = (f"{code}, {DOUBTS[code]}" if code in DOUBTS else str(code) for code in stated["doubts"])
+        return f"`{name}`, which is taken as right, doubts its answer ({'; '.join(said)})"
+    if stated.get("value") is None:
+        reason = stated.get("reason") or "it states no error"
+        return f"`{name}`, which is taken as right, vouches for nothing: {reason}"
     return None
 
 

@@ -72,10 +72,20 @@ class Ground:
         """What performing this point needs; its key is that of the configuration and of what is asked of it."""
         if (values, model) not in self._tasks:
             task = task_of(self.subject, self.site(values).scene, model)
-            key = hashlib.sha256(f"{task['key']} stated".encode()).hexdigest()
+            truth = self._truth()
+            asked = "stated" if truth is None else f"stated, and {truth['model']} by {truth['metric']}"
+            key = hashlib.sha256(f"{task['key']} {asked}".encode()).hexdigest()
             first = {} if values else {"limit_s": COMPILING}
-            self._tasks[values, model] = {**task, **first, "key": key, "stated": True, "alone": True}
+            own = {} if truth is None else {"truth": truth}
+            self._tasks[values, model] = {**task, **first, **own, "key": key, "stated": True, "alone": True}
         return self._tasks[values, model]
+
+    def _truth(self) -> dict[str, str] | None:
+        """The model that is taken as right and the metric that does so; None where a reference is."""
+        known = self.subject.scene.declared.get(self.asked.against)
+        if known is None or known.kind != "model":
+            return None
+        return {"model": self.asked.against, "metric": self.asked.metric}
 
     def refusal(self, values: Values, model: str) -> Classified | None:
         """The class of a point whose scene is in error; None where it is not."""
@@ -83,15 +93,24 @@ class Ground:
         if not site.errors:
             return None
         own = [d for d in site.errors if not _elsewhere(site.scene, self.subject.scene, d, model)]
-        if not own and model in site.scene.declared:
+        of_truth = [d for d in site.errors if self._is_of_truth(site.scene, d)]
+        if not own and not of_truth and model in site.scene.declared:
             return None  # what other models cannot do is no affair of this one
-        worst = (own or list(site.errors))[0]
+        worst = (own or of_truth or list(site.errors))[0]
         message = f"{worst.code}: {worst.message}" + (f"; {worst.help}" if worst.help else "")
         if not own:
             return Classified("unjudged", message=f"the scene cannot be built there: {message}", code=worst.code)
         word = "unjudged" if _is_about(self.subject.scene.of_kind("reference").values(), worst) else "refused"
         word = "unjudged" if worst.code in ABOUT_REFERENCES else word
         return Classified(word, message=message, code=worst.code)
+
+
+    def _is_of_truth(self, scene: Scene, error: Diagnostic) -> bool:
+        """Whether an error is about the model that is taken as right."""
+        if self._truth() is None:
+            return False
+        known = [s.declared.get(self.asked.against) for s in (scene, self.subject.scene)]
+        return _is_about([d for d in known if d is not None], error)
 
 
 def _elsewhere(scene: Scene, nominal: Scene, error: Diagnostic, model: str) -> bool:

@@ -27,7 +27,13 @@ LINES = ("elastica", "simo_reissner", "small_deflection")
 
 
 def uncertainty_of(outcome: Mapping[str, Any], against: str, probe: str) -> float | None:
-    """The numerical error of a reference relative to what it says the probe moves; None where it is not known."""
+    """The numerical error of a reference relative to what it says the probe moves; None where it is not known.
+
+    Of a model that is taken as right it is what the model states, in the terms of the metric.
+    """
+    if (truth := (outcome.get("truths") or {}).get(against)) is not None:
+        value = (truth.get("stated") or {}).get("value")
+        return None if value is None else float(value)
     reference = (outcome.get("references") or {}).get(against) or {}
     error, size = reference.get("estimated_error"), (reference.get("sizes") or {}).get(probe)
     return None if error is None or not size else float(error) / float(size)
