@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 Json = dict[str, Any]
@@ -26,7 +27,7 @@ def ranges_of(stress: Mapping[str, Any], constructors: Mapping[str, str]) -> Jso
         for m in study["models"]
     ]  # fmt: skip
     return {
-        "scene": stress["scene"]["file"], "title": stress["scene"]["title"], "within": study["within"],
+        "scene": Path(stress["scene"]["file"]).stem, "title": stress["scene"]["title"], "within": study["within"],
         "softmark": stress["environment"].get("softmark"), "points": stress["summary"]["points"],
         "silent": stress["summary"]["silent"], "models": models,
     }  # fmt: skip
@@ -42,14 +43,13 @@ def _range(study: Mapping[str, Any], model: str, name: str, nominal: Any, unit: 
     own = _edges(study, model, name)
     ends = [own[d].get("last_right") if d in own else nominal for d in ("down", "up")]
     said = [None if v is None else shown(v, unit) for v in ends]
-    return {"quantity": name, "from": said[0], "to": said[1], "beyond": {d: _beyond(e, unit) for d, e in own.items()}}
+    beyond = {d: _beyond(e, unit) for d, e in own.items() if e.get("class") is not None}
+    return {"quantity": name, "from": said[0], "to": said[1], "beyond": beyond}
 
 
 def _beyond(edge: Json, unit: str) -> str:
     from softmark.interpreter.report.stress_view import class_of, shown
 
-    if edge.get("class") is None:
-        return f"not walked further than {shown(edge['reached'], unit)}"
     at = f" from {shown(edge['first_wrong'], unit)}" if edge.get("first_wrong") is not None else ""
     return class_of(edge["class"]).words + at
 
@@ -64,7 +64,8 @@ def lines(constructor: str) -> list[str]:
     head = [
         f"Measured range: `{measured['title']}`, all else as that scene has it; right means within "
         f"{100 * measured['within']:g} % of its reference.",
-        f"From {measured['points']} points by `dsl stress {measured['scene']}`, softmark {measured['softmark']}:",
+        f"From {measured['points']} points by `dsl stress {measured['scene']}`, softmark {measured['softmark']}; "
+        "an end of which nothing is said is as far as it was walked:",
     ]
     return head + [line for model in own for line in _lines(model)]
 
