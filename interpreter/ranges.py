@@ -38,20 +38,12 @@ def _edges(study: Mapping[str, Any], model: str, name: str) -> dict[str, Json]:
 
 
 def _range(study: Mapping[str, Any], model: str, name: str, nominal: Any, unit: str) -> Json:
-    from softmark.interpreter.report.stress_view import shown
+    from softmark.interpreter.report.stress_view import beyond, reach
 
     own = _edges(study, model, name)
-    ends = [own[d].get("last_right") if d in own else nominal for d in ("down", "up")]
-    said = [None if v is None else shown(v, unit) for v in ends]
-    beyond = {d: _beyond(e, unit) for d, e in own.items() if e.get("class") is not None}
-    return {"quantity": name, "from": said[0], "to": said[1], "beyond": beyond}
-
-
-def _beyond(edge: Json, unit: str) -> str:
-    from softmark.interpreter.report.stress_view import class_of, shown
-
-    at = f" from {shown(edge['first_wrong'], unit)}" if edge.get("first_wrong") is not None else ""
-    return class_of(edge["class"]).words + at
+    said = {d: words for d, e in own.items() if (words := beyond(e, unit)) is not None}
+    chosen = any(e.get("right") is not None for e in own.values())
+    return {"quantity": name, "choice": chosen, "right": reach(own, nominal, unit), "beyond": said}
 
 
 def lines(constructor: str) -> list[str]:
@@ -76,8 +68,9 @@ def _lines(model: Json) -> list[str]:
 
 
 def _words(found: Json) -> str:
-    ends = list(dict.fromkeys(v for v in (found["from"], found["to"]) if v is not None))
-    right = f"right from {ends[0]} to {ends[1]}" if len(ends) == 2 else f"right at {ends[0]}" if ends else "never right"
-    sides = {"down": "below", "up": "above"}
-    beyond = [f"{sides[d]}: {said}" for d, said in found["beyond"].items()]
-    return "; ".join([right, *beyond])
+    right, sides = found["right"], {"down": "below: ", "up": "above: "}
+    if found["choice"]:
+        return "; ".join([f"right with {', '.join(right)}" if right else "never right", *found["beyond"].values()])
+    words = " to ".join(right)
+    words = f"right from {words}" if len(right) == 2 else f"right at {words}" if right else "never right"
+    return "; ".join([words, *(sides[d] + said for d, said in found["beyond"].items())])

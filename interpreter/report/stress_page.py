@@ -11,7 +11,7 @@ from softmark.interpreter.report.document import document, moment
 from softmark.interpreter.report.markup import count, listed, plain, prose, section, tag, text
 from softmark.interpreter.report.plate import details
 from softmark.interpreter.report.provenance import listing, table_of
-from softmark.interpreter.report.stress_view import CLASSES, class_of, percent, shown, told
+from softmark.interpreter.report.stress_view import CLASSES, beyond, class_of, percent, reach, shown, told
 
 Json = Mapping[str, Any]
 
@@ -112,20 +112,23 @@ def _range(study: Json, model: str, name: str, unit: str) -> str:
     if not own:
         return tag("td", "–")
     nominal = next(q.get("nominal") for q in study["quantities"] if q["name"] == name)
-    ends = [own[d].get("last_right") if d in own else nominal for d in ("down", "up")]
-    known = list(dict.fromkeys(shown(v, unit) for v in ends if v is not None))
-    words = " … ".join(text(v) for v in known) or "nowhere"
-    beyond = [tag("small", _beyond(e, unit)) for e in own.values()]
+    words = (", " if _chosen(own) else " … ").join(text(v) for v in reach(own, nominal, unit)) or "nowhere"
+    said = [tag("small", _beyond(e, unit)) for e in own.values()]
     worst = next((str(e["class"]) for e in own.values() if e.get("class")), "right")
-    return tag("td", words, *beyond, class_=worst)
+    return tag("td", words, *said, class_=worst)
+
+
+def _chosen(own: Mapping[str, Json]) -> bool:
+    """Whether it is a choice that was walked, which has no sides."""
+    return any(e.get("right") is not None for e in own.values())
 
 
 def _beyond(edge: Json, unit: str) -> str:
+    met = beyond(edge, unit)
+    if edge.get("right") is not None:
+        return text(met or "right with all")
     side = "above" if edge["direction"] == "up" else "below"
-    if edge.get("class") is None:
-        return text(f"{side}: right as far as it was walked, to {shown(edge['reached'], unit)}")
-    at = f" from {shown(edge['first_wrong'], unit)}" if edge.get("first_wrong") is not None else ""
-    return text(f"{side}: {class_of(edge['class']).words}{at}")
+    return text(f"{side}: {met or 'right as far as it was walked, to ' + shown(edge['reached'], unit)}")
 
 
 def _strips(stress: Json) -> str:

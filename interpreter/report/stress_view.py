@@ -99,6 +99,25 @@ def shown(value: Any, unit: str) -> str:
     return signed(f"{value:.10g}" if 0.0 < GAP_LIMIT - value < 0.01 else f"{value:.{DIGITS}g}")
 
 
+def reach(own: Mapping[str, Json], nominal: Any, unit: str) -> list[str]:
+    """Both ends of where a model is right, by its edges in each direction, or the choices with which it is."""
+    chosen = next((e["right"] for e in own.values() if e.get("right") is not None), None)
+    if chosen is not None:
+        return [str(c) for c in chosen]
+    ends = [own[d].get("last_right") if d in own else nominal for d in ("down", "up")]
+    return list(dict.fromkeys(shown(v, unit) for v in ends if v is not None))
+
+
+def beyond(edge: Json, unit: str) -> str | None:
+    """What a model is beyond an edge, and from where; None where it is right as far as it was walked."""
+    if edge.get("class") is None:
+        return None
+    words = class_of(edge["class"]).words
+    if edge.get("wrong"):
+        return f"{words} with {', '.join(map(str, edge['wrong']))}"
+    return words if edge.get("first_wrong") is None else f"{words} from {shown(edge['first_wrong'], unit)}"
+
+
 def varied(point: Json, study: Json) -> dict[str, Any]:
     """The quantities of a point that are not at their nominal values."""
     nominal = {q["name"]: q.get("nominal") for q in study["quantities"]}

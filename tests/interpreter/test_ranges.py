@@ -16,13 +16,17 @@ EDGES = [
      "class": "not_converged", "last_answer": None, "reason": None, "remedy": None, "reached": 0.1},
     {"model": "tets", "quantity": "L", "direction": "up", "last_right": 10.0, "first_wrong": None,
      "class": None, "last_answer": 10.0, "reason": None, "remedy": None, "reached": 10.0},
+    {"model": "tets", "quantity": "kind", "direction": "up", "last_right": None, "first_wrong": None,
+     "class": "inaccurate", "last_answer": None, "reason": None, "remedy": None, "reached": None,
+     "right": ["tet10", "hex8"], "wrong": ["tet4"]},
 ]  # fmt: skip
 STRESS: dict[str, Any] = {
     "scene": {"file": "beam-at-the-extremes", "title": "A beam"}, "environment": {"softmark": "0.1.0"},
     "summary": {"points": 12, "silent": 0},
     "studies": [{
         "within": 0.05, "models": ["tets"], "outlines": {"tets": "tet4 of about 5 mm, small strain"}, "edges": EDGES,
-        "quantities": [{"name": "nu", "unit": "1", "nominal": 0.3}, {"name": "L", "unit": "m", "nominal": 1.0}],
+        "quantities": [{"name": "nu", "unit": "1", "nominal": 0.3}, {"name": "L", "unit": "m", "nominal": 1.0},
+                       {"name": "kind", "unit": "1", "nominal": None}],
     }],
 }  # fmt: skip
 
@@ -30,10 +34,17 @@ STRESS: dict[str, Any] = {
 def test_ranges_say_where_a_model_is_right_and_what_comes_beyond() -> None:
     found = ranges.ranges_of(STRESS, {"tets": "fem"})
     assert found["models"][0]["ranges"] == [
-        {"quantity": "nu", "from": "0.3", "to": "0.4", "beyond": {"up": "inaccurate as stated from 0.49"}},
-        {"quantity": "L", "from": None, "to": "10\u00a0m",
-         "beyond": {"down": "not converged from 1\u00a0m"}},
+        {"quantity": "nu", "choice": False, "right": ["0.3", "0.4"],
+         "beyond": {"up": "inaccurate as stated from 0.49"}},
+        {"quantity": "L", "choice": False, "right": ["10\u00a0m"], "beyond": {"down": "not converged from 1\u00a0m"}},
+        {"quantity": "kind", "choice": True, "right": ["tet10", "hex8"],
+         "beyond": {"up": "inaccurate as stated with tet4"}},
     ]  # fmt: skip
+    assert [ranges._words(r) for r in found["models"][0]["ranges"]] == [
+        "right from 0.3 to 0.4; above: inaccurate as stated from 0.49",
+        "right at 10\u00a0m; below: not converged from 1\u00a0m",
+        "right with tet10, hex8; inaccurate as stated with tet4",
+    ]
 
 
 @pytest.mark.parametrize("model", ["fem", "beam6dof", "mass_spring", "modal"])

@@ -53,6 +53,9 @@ def made_of(silent: bool = False, hostile: str = "") -> Json:
          "remedy": "use `formulation = mixed`", "reached": 0.5},
         {"model": "mixed", "quantity": "rubber.poisson", "direction": "up", "last_right": 0.5, "first_wrong": None,
          "class": None, "last_answer": 0.5, "reason": None, "remedy": None, "reached": 0.5},
+        {"model": "tets", "quantity": "tets.precision", "direction": "up", "last_right": None, "first_wrong": None,
+         "class": None, "last_answer": None, "reason": None, "remedy": None, "reached": None,
+         "right": ["double", "single"], "wrong": []},
     ]  # fmt: skip
     counts = Counter(p["class"] for p in points)
     study = {
@@ -89,6 +92,7 @@ def test_each_end_of_a_range_says_what_comes_beyond(parsed: Parsed) -> None:
     found = parsed(page(made_of())).text
     assert "above: inaccurate as stated from 0.4999" in found
     assert "0.3 … 0.499" in found
+    assert "double, singleright with all" in found
     assert "above: right as far as it was walked, to 0.5" in found
     assert "linear tetrahedra lock; use formulation = mixed" in found
 
