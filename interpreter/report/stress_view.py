@@ -128,10 +128,11 @@ def walked(study: Json, model: str, name: str) -> list[tuple[Any, Json]]:
     """The points of a model along one quantity, all others nominal; in no order."""
     own = []
     asked = next(q for q in study["quantities"] if q["name"] == name)
+    here = asked.get("text") if asked.get("kind") == "choice" else asked.get("nominal")
     for point in study["points"]:
         others = varied(point, study)
         if point["model"] == model and set(others) <= {name}:
-            value = others.get(name, asked.get("nominal"))
+            value = others.get(name, here)
             if value is not None:
                 own.append((value, point))
     return own
