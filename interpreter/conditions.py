@@ -61,35 +61,67 @@ def _range(value: Range | float) -> Range:
 
 @dataclass(frozen=True)
 class Term:
-    """Arithmetic over coordinates; `at` takes (x, y, z) as floats, numpy arrays or ranges."""
+    """Arithmetic over coordinates; `at` takes (x, y, z) as floats, numpy arrays or ranges.
+
+    `plane` (a, b, c, d) is there where the term is a x + b y + c z + d.
+    """
 
     at: Callable[[tuple[Any, Any, Any]], Any]
     varies: bool
     value: float = math.nan  # of a constant
+    plane: Plane | None = None
 
     @staticmethod
     def constant(value: float) -> Term:
         """A number."""
-        return Term(lambda p: value, False, value)
+        return Term(lambda p: value, False, value, (0.0, 0.0, 0.0, value))
 
     @staticmethod
     def coordinate(axis: int) -> Term:
         """x, y or z."""
-        return Term(lambda p: p[axis], True)
+        return Term(lambda p: p[axis], True, plane=tuple(float(i == axis) for i in range(4)))  # type: ignore[arg-type]
 
     def negated(self) -> Term:
         """Minus this."""
-        return Term(lambda p: -self.at(p), self.varies, -self.value)
+        return Term(lambda p: -self.at(p), self.varies, -self.value, _scaled(self.plane, -1.0))
 
     def combine(self, operator: str, other: Term) -> Term:
         """This and another term under + - * / ^."""
         f = _OPERATORS[operator]
-        return Term(lambda p: f(self.at(p), other.at(p)), True)
+        return Term(lambda p: f(self.at(p), other.at(p)), True, plane=self._plane(operator, other))
+
+    def _plane(self, operator: str, other: Term) -> Plane | None:
+        """What stays linear in the coordinates: sums, and products and quotients with a constant."""
+        match operator:
+            case "+":
+                return _summed(self.plane, other.plane)
+            case "-":
+                return _summed(self.plane, _scaled(other.plane, -1.0))
+            case "*" if not other.varies:
+                return _scaled(self.plane, other.value)
+            case "*" if not self.varies:
+                return _scaled(other.plane, self.value)
+            case "/" if not other.varies:
+                return _scaled(self.plane, 1.0 / other.value)
+        return None
 
     def function(self, name: str) -> Term:
         """sqrt or abs of this."""
         f = _FUNCTIONS[name]
         return Term(lambda p: f(self.at(p)), True)
+
+
+Plane = tuple[float, float, float, float]  # of a x + b y + c z + d
+
+
+def _scaled(plane: Plane | None, factor: float) -> Plane | None:
+    return None if plane is None else (plane[0] * factor, plane[1] * factor, plane[2] * factor, plane[3] * factor)
+
+
+def _summed(one: Plane | None, other: Plane | None) -> Plane | None:
+    if one is None or other is None:
+        return None
+    return (one[0] + other[0], one[1] + other[1], one[2] + other[2], one[3] + other[3])
 
 
 _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
@@ -132,12 +164,38 @@ Truth = tuple[bool, bool]  # may it be false somewhere, may it be true somewhere
 
 
 @dataclass(frozen=True)
+class Border:
+    """A surface across which a comparison changes: where `level` (a difference of two terms) is zero."""
+
+    level: Term  # in m^power
+    power: int
+
+    def at(self, x: Any, y: Any, z: Any) -> Any:
+        """The level at points: zero on the border, of one sign on each side of it, m^power."""
+        return self.level.at((x, y, z))
+
+    def over(self, low: Point, high: Point) -> Range:
+        """Bounds of the level over a box, m^power."""
+        x, y, z = (Range(a, b) for a, b in zip(low, high, strict=True))
+        return _range(self.level.at((x, y, z)))
+
+    @property
+    def plane(self) -> Plane | None:
+        """(a, b, c, d) of a x + b y + c z + d = 0 where the border is a plane, and None where it is curved."""
+        return self.level.plane
+
+
+@dataclass(frozen=True)
 class Condition:
-    """A selection of points: `holds` works on floats and on arrays, `over` on a box; `said` is its text with values."""
+    """A selection of points: `holds` works on floats and on arrays, `over` on a box; `said` is its text with values.
+
+    `borders` are the surfaces that can bound it: between them it is true or false throughout.
+    """
 
     _test: Callable[[tuple[Any, Any, Any], float], Any] = field(repr=False)
     _bound: Callable[[tuple[Range, Range, Range], float], Truth] = field(repr=False)
     said: str = field(default="", compare=False)
+    borders: tuple[Border, ...] = field(default=(), compare=False, repr=False)
 
     def holds(self, x: Any, y: Any, z: Any, extent: float) -> Any:
         """True where (x, y, z), in m, satisfies the condition in a body of this extent (m)."""
@@ -165,7 +223,7 @@ class Condition:
             d = _range(a.at(box)) - b.at(box)
             return _BOUND[operator](d.low, d.high, tolerance(extent))
 
-        return Condition(test, bound)
+        return Condition(test, bound, borders=(Border(a.combine("-", b), length_power),))
 
     @staticmethod
     def negation(a: Condition) -> Condition:
@@ -179,7 +237,7 @@ class Condition:
             held = a._test(p, extent)
             return ~held if hasattr(held, "dtype") else not held
 
-        return Condition(test, bound)
+        return Condition(test, bound, borders=a.borders)
 
     @staticmethod
     def junction(operator: str, a: Condition, b: Condition) -> Condition:
@@ -194,7 +252,7 @@ class Condition:
             (fa, ta), (fb, tb) = a._bound(box, extent), b._bound(box, extent)
             return (fa or fb, ta and tb) if both else (fa and fb, ta or tb)
 
-        return Condition(test, bound)
+        return Condition(test, bound, borders=(*a.borders, *b.borders))
 
 
 _SIGN: dict[str, Callable[[Any, float], Any]] = {

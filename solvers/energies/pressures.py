@@ -121,15 +121,7 @@ class Mixed:
         """The saddle's matrix, N/m. Projected: the block of displacements is made definite, without its pressures."""
         p, width = self.pressure(x), 3 * self.cells.shape[1]
         F = self.F(x).reshape(*self.w.shape, 3, 3)
-        tangent = self.law.dPdF_projected if projected else self.law.dPdF
-        for some in self._shape._some():
-            flat = F[some].reshape(-1, 3, 3)
-            A = tangent(flat)
-            if not projected:
-                A = A + self.constraint.curvature(flat, p[some].ravel())
-            A = np.ascontiguousarray(A).reshape(*F[some].shape, 3, 3)
-            own = np.ascontiguousarray(slots[some, :width, :width])
-            kernels.add_stiffness(A, self.dNdX[some], self.w[some], scale, own, data)
+        _add_stiffness(self._shape, self.constraint, F, p, slots[:, :width, :width], data, scale, projected)
         self._add_coupling(x, data, slots, scale * self.unit, width)
 
     def _add_coupling(self, x: Floats, data: Floats, slots: Ints, scale: float, width: int) -> None:
@@ -242,14 +234,7 @@ class MeanDilatation:
         if each is None:
             each = self.bulk * self._means(F.reshape(-1, 3, 3))
         p: Floats = np.repeat(each, self.w.shape[1]).reshape(self.w.shape)
-        tangent = self.law.dPdF_projected if projected else self.law.dPdF
-        for some in self._shape._some():
-            flat = F[some].reshape(-1, 3, 3)
-            A = tangent(flat)
-            if not projected:
-                A = A + self.constraint.curvature(flat, p[some].ravel())
-            A = np.ascontiguousarray(A).reshape(*F[some].shape, 3, 3)
-            kernels.add_stiffness(A, self.dNdX[some], self.w[some], scale, slots[some], data)
+        _add_stiffness(self._shape, self.constraint, F, p, slots, data, scale, projected)
         for some in _thousands(len(self.w)):
             b = self._grown(F[some], some)
             block = (scale * self.bulk / self._volumes[some])[:, None, None] * b[:, :, None] * b[:, None, :]
@@ -260,6 +245,22 @@ class MeanDilatation:
         G = self.constraint.gradient(F.reshape(-1, 3, 3)).reshape(F.shape)
         b = np.einsum("mq,mqiJ,mqaJ->mai", self.w[some], G, self.dNdX[some], optimize=True)
         return np.ascontiguousarray(b.reshape(len(F), -1))
+
+
+def _add_stiffness(
+    shape: Elastic, constraint: Constraint, F: Floats, p: Floats,
+    slots: Ints, data: Floats, scale: float, projected: bool,
+) -> None:  # fmt: skip
+    """The tangent of a shape's law at F (m, q, 3, 3) and of pressures p (m, q), N/m; projected: of the law alone."""
+    tangent = shape.law.dPdF_projected if projected else shape.law.dPdF
+    for some in shape._some():
+        flat = F[some].reshape(-1, 3, 3)
+        A = tangent(flat)
+        if not projected:
+            A = A + constraint.curvature(flat, p[some].ravel())
+        A = np.ascontiguousarray(A).reshape(*F[some].shape, 3, 3)
+        own = np.ascontiguousarray(slots[some])
+        kernels.add_stiffness(A, shape.dNdX[some], shape.w[some], scale, own, data)
 
 
 @dataclass(frozen=True)

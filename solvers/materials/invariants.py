@@ -42,17 +42,17 @@ class OfInvariants(Hyperelastic):
         """c = 2 d2psi/dI1 dJ, None where it is zero, and d = d2psi/dJ2 (m,), Pa; psi is linear in I1."""
 
     def _psi(self, f: Array) -> Array:
-        return self.energy(*_invariants(f))
+        return self.energy(*invariants(f))
 
     def _P(self, f: Array) -> Array:
-        a, s = self.slopes(*_invariants(f))
+        a, s = self.slopes(*invariants(f))
         P = cofactor(f)
         P *= s
         P += a * f
         return P
 
     def _dPdF(self, f: Array, H: Array) -> None:
-        stretch, j = _invariants(f)
+        stretch, j = invariants(f)
         (a, s), (c, d) = self.slopes(stretch, j), self.curvatures(stretch, j)
         C, rows = cofactor(f).reshape(9, -1), f.reshape(9, -1)
         set_outer(H, C, d * C if c is None else d * C + c * rows)
@@ -62,7 +62,7 @@ class OfInvariants(Hyperelastic):
         add_identity(H, a)
 
 
-def _invariants(f: Array) -> tuple[Array, Array]:
+def invariants(f: Array) -> tuple[Array, Array]:
     """I1 - 3 and J - 1 (m,)."""
     h = displacement_gradient(f)
     return 2.0 * trace(h) + inner(h, h), volume_change(h)

@@ -13,10 +13,10 @@ from softmark.solvers.materials.components import (
     displacement_gradient,
     inner,
     set_outer,
-    trace,
     volume_change,
 )
 from softmark.solvers.materials.hyperelastic import Hyperelastic
+from softmark.solvers.materials.invariants import invariants
 from softmark.solvers.materials.isotropic import Isotropic
 
 if TYPE_CHECKING:
@@ -57,14 +57,12 @@ class StableNeoHookean(Hyperelastic, Isotropic):
 
     def _psi(self, f: Array) -> Array:
         m, l = self._moduli
-        h = displacement_gradient(f)
-        stretch, j = 2.0 * trace(h) + inner(h, h), volume_change(h)  # I1 - 3 and J - 1
+        stretch, j = invariants(f)
         return 0.5 * m * (stretch - np.log1p(0.25 * stretch)) + j * (0.5 * l * j - 0.75 * m)
 
     def _P(self, f: Array) -> Array:
         m, l = self._moduli
-        h = displacement_gradient(f)
-        stretch, j = 2.0 * trace(h) + inner(h, h), volume_change(h)
+        stretch, j = invariants(f)
         # 3/4 m (F - cof F), zero at rest, is kept apart from terms of higher order
         P = (l * j) * cofactor(f)
         P += 0.75 * m * (f - cofactor(f))

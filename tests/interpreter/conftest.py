@@ -6,6 +6,8 @@ import re
 from collections.abc import Callable
 from functools import lru_cache
 from html.parser import HTMLParser
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 
@@ -53,3 +55,10 @@ class Page(HTMLParser):
 def parsed() -> Callable[[str], Page]:
     """Reads a page, once for several tests."""
     return lru_cache(maxsize=8)(Page)
+
+
+@pytest.fixture(scope="session")
+def fuzz_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Files that fuzzed scenes may name, a pipe and a link to an endless device among them."""
+    found: Path = import_module("scene").stage(tmp_path_factory.mktemp("fuzz"))  # tests/fuzz/scene.py
+    return found

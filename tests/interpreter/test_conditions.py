@@ -200,3 +200,26 @@ def test_a_hundred_thousand_sections_cost_little(monkeypatch: pytest.MonkeyPatch
     stations = [0.2 * i / 131072 for i in range(131073)]
     assert coverages(condition("x <= 0 mm"), SHAPES[0], stations) == {"all", "none"}
     assert calls < 60
+
+
+@pytest.mark.parametrize(
+    ("text", "plane"),
+    [
+        ("x <= 2 mm", (1, 0, 0, -2e-3)),
+        ("2 * (x - y) / 4 > z + 1 mm", (0.5, -0.5, -1, -1e-3)),
+        ("-z < 3 mm", (0, 0, -1, -3e-3)),
+        ("x^2 + y^2 <= 4 mm^2", None),
+        ("abs(x) <= 2 mm", None),
+        ("x * y <= 4 mm^2", None),
+    ],
+)
+def test_a_border_that_is_a_plane_is_known_as_one(text: str, plane: tuple[float, ...] | None) -> None:
+    (border,) = condition(text).borders
+    assert border.plane == (None if plane is None else pytest.approx(plane))
+
+
+def test_every_comparison_is_a_border() -> None:
+    first, second, third = condition("not (x < 1 mm or z >= 2 mm) and sqrt(x^2 + y^2) < 5 mm").borders
+    assert (first.plane, second.plane) == (pytest.approx((1, 0, 0, -1e-3)), pytest.approx((0, 0, 1, -2e-3)))
+    assert third.at(3e-3, 4e-3, 0.0) == pytest.approx(0.0, abs=1e-18)
+    assert third.over((0.0, 0.0, 0.0), (1e-3, 1e-3, 1.0)).high < 0

@@ -11,8 +11,8 @@ import os
 import random
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -31,36 +31,23 @@ DRAWN = settings(
 )
 
 
-def target(name: str) -> ModuleType:
-    """A module of tests/fuzz, which import each other by their names."""
-    sys.path.insert(0, str(FUZZ))
-    try:
-        return __import__(name)
-    finally:
-        sys.path.remove(str(FUZZ))
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Files that scenes may name, a pipe and a link to an endless device among them."""
-    found: Path = target("scene").stage(tmp_path_factory.mktemp("fuzz"))
-    return found
-
-
 @pytest.mark.parametrize("file", CORPUS, ids=lambda p: p.name)
-def test_what_broke_a_promise_keeps_it(file: Path, folder: Path) -> None:
+def test_what_broke_a_promise_keeps_it(file: Path, fuzz_folder: Path) -> None:
     name = TARGETS.get(file.suffix)
-    word = target("meshes").examine(file) if name is None else target(name).target(folder)(file.read_bytes())
+    if name is None:
+        word = import_module("meshes").examine(file)
+    else:
+        word = import_module(name).target(fuzz_folder)(file.read_bytes())
     assert word  # `refused`, `accepted` ...: raises where a promise is broken
 
 
 @DRAWN
 @given(seed=st.integers(0, 2**32))
-def test_changed_scenes(folder: Path, seed: int) -> None:
+def test_changed_scenes(fuzz_folder: Path, seed: int) -> None:
     """A standard scene or a golden after some changes of its tokens and declarations."""
-    scene, mutate = target("scene"), target("mutate")
+    scene, mutate = import_module("scene"), import_module("mutate")
     chance, others = random.Random(seed), SEEDS or SEEDS.extend(scene.texts(scene.seeds())) or SEEDS
-    scene.examine(mutate.changed(chance.choice(others), chance, others), folder)
+    scene.examine(mutate.changed(chance.choice(others), chance, others), fuzz_folder)
 
 
 SEEDS: list[str] = []
@@ -71,33 +58,33 @@ SEEDS: list[str] = []
     text=st.text(st.characters(codec="utf-8"), max_size=60)
     | st.text("()[]{}=<>.,\"'#^*/-+0123 \nmkPaxe\r\t\0", max_size=60)
 )
-def test_letters(folder: Path, text: str) -> None:
-    target("scene").examine(text, folder)
+def test_letters(fuzz_folder: Path, text: str) -> None:
+    import_module("scene").examine(text, fuzz_folder)
 
 
 @DRAWN
 @given(seed=st.integers(0, 2**32))
-def test_changed_overrides(folder: Path, seed: int) -> None:
-    overrides, mutate = target("overrides"), target("mutate")
+def test_changed_overrides(fuzz_folder: Path, seed: int) -> None:
+    overrides, mutate = import_module("overrides"), import_module("mutate")
     chance = random.Random(seed)
     text = mutate.changed(chance.choice(overrides.SEEDS), chance, list(overrides.SEEDS))
-    overrides.target(folder)(text.encode("utf-8", errors="replace"))
+    overrides.target(fuzz_folder)(text.encode("utf-8", errors="replace"))
 
 
 @DRAWN
 @given(seed=st.integers(0, 2**32))
-def test_changed_results_and_journals(folder: Path, seed: int) -> None:
-    journals = target("journals")
+def test_changed_results_and_journals(fuzz_folder: Path, seed: int) -> None:
+    journals = import_module("journals")
     chance = random.Random(seed)
-    journals.target(folder)(journals.changed(chance.choice(journals.seeds()), chance))
+    journals.target(fuzz_folder)(journals.changed(chance.choice(journals.seeds()), chance))
 
 
 @DRAWN
 @given(seed=st.integers(0, 2**32))
-def test_changed_mesh_files(folder: Path, seed: int) -> None:
-    meshes = target("meshes")
+def test_changed_mesh_files(fuzz_folder: Path, seed: int) -> None:
+    meshes = import_module("meshes")
     chance, own = random.Random(seed), FILES or FILES.extend(meshes.seeds()) or FILES
-    meshes.target(folder)(meshes.changed(chance.choice(own), chance, own))
+    meshes.target(fuzz_folder)(meshes.changed(chance.choice(own), chance, own))
 
 
 FILES: list[bytes] = []
