@@ -1,0 +1,68 @@
+"""No model of a random scene is wrong by more than it states: partial supports, partial loads, courses, files.
+
+The truth is scikit-fem's on meshes that conform to the selections (tests/laws/truth.py), and each test grants what that
+truth itself may be off. The whole law, over hundreds of scenes, is `python tests/laws/standing.py`.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+import pytest
+
+QUICK = (0, 1, 2, 6)  # each kind of body, a disc and a band among them
+
+
+def rows(seed: int) -> list[dict[str, object]]:
+    """What came of every model of a random scene."""
+    cases, standing = import_module("cases"), import_module("standing")
+    return list(standing.judged(standing.for_files(cases.random_case(seed))))
+
+
+def silent(found: list[dict[str, object]]) -> list[str]:
+    """Who is wrong by more than he states, without a doubt."""
+    return [f"{r['model']}: {r['error']:.3g} off, states {r['value']:.3g}" for r in found if r["word"] == "silent"]
+
+
+@pytest.mark.parametrize("seed", QUICK)
+def test_no_model_is_wrong_by_more_than_it_states(seed: int) -> None:
+    assert silent(rows(seed)) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(300, 340))
+def test_nor_in_many_more_scenes(seed: int) -> None:
+    assert silent(rows(seed)) == []
+
+
+def test_truth_is_that_of_a_bar_in_tension() -> None:
+    """sigma L / E: a bar that is held over its whole end in a way that leaves it free to narrow would be exact; a clamp
+    adds less than a hundredth at nu = 0 none at all."""
+    cases, truth = import_module("cases"), import_module("truth")
+    size, inf = (40.0, 10.0, 8.0), float("inf")
+    case = cases.Case(
+        0, size, 0.0, cases.Region(high=(0.0, inf, inf)), cases.Load(cases.Region(low=(40.0, -inf, -inf)), (2.0, 0, 0)), 5.0
+    )
+    found = truth.at_rest(case, 5.0)
+    exact = 2.0 / 60e3 * 1e-3 * 38.0  # at the probe's last point, 0.95 of the length, nu = 0
+    assert found.u[-1] == pytest.approx([exact, 0.0, 0.0], rel=1e-9, abs=1e-15)
+
+
+def test_truth_in_motion_is_that_of_an_oscillator() -> None:
+    """A mode under a step: p / w^2 (1 - cos w t), and under a sine beside its frequency Duhamel's integral."""
+    import numpy as np
+
+    cases, truth = import_module("cases"), import_module("truth")
+    inf = float("inf")
+    region = cases.Region(high=(0.0, inf, inf))
+    w, t = 7.0, np.linspace(0.0, 2.0, 41)
+
+    def answer(course: object) -> np.ndarray:
+        case = cases.Case(0, (1.0, 1.0, 1.0), 0.0, region, cases.Load(region, None), 1.0, course, 0.05)
+        fine = truth._grid(case, t, 2 * np.pi / w)
+        return truth._answer(case, w * w, 3.0, fine)[np.searchsorted(fine, t - 1e-12)]
+
+    assert answer(cases.Course("pulse", (0.0, 5.0))) == pytest.approx(3 / w**2 * (1 - np.cos(w * t)), abs=1e-12)
+    v = 2 * np.pi * 2.0
+    forced = 3 / (w**2 - v**2) * (np.sin(v * t) - v / w * np.sin(w * t))
+    assert answer(cases.Course("sine", (2.0,))) == pytest.approx(forced, abs=2e-4)  # 100 pieces a swing
