@@ -36,13 +36,11 @@ def test_nor_in_many_more_scenes(seed: int) -> None:
 
 
 def test_truth_is_that_of_a_bar_in_tension() -> None:
-    """sigma L / E: a bar that is held over its whole end in a way that leaves it free to narrow would be exact; a clamp
-    adds less than a hundredth at nu = 0 none at all."""
+    """sigma x / E: with a Poisson's ratio of 0 a clamp holds nothing that would move sideways."""
     cases, truth = import_module("cases"), import_module("truth")
     size, inf = (40.0, 10.0, 8.0), float("inf")
-    case = cases.Case(
-        0, size, 0.0, cases.Region(high=(0.0, inf, inf)), cases.Load(cases.Region(low=(40.0, -inf, -inf)), (2.0, 0, 0)), 5.0
-    )
+    pulled = cases.Load(cases.Region(low=(40.0, -inf, -inf)), (2.0, 0.0, 0.0))
+    case = cases.Case(0, size, 0.0, cases.Region(high=(0.0, inf, inf)), pulled, 5.0)
     found = truth.at_rest(case, 5.0)
     exact = 2.0 / 60e3 * 1e-3 * 38.0  # at the probe's last point, 0.95 of the length, nu = 0
     assert found.u[-1] == pytest.approx([exact, 0.0, 0.0], rel=1e-9, abs=1e-15)
