@@ -1,10 +1,14 @@
-"""What all tests share: one thread each, where measured data lie, and reports of scenes that take long.
+"""What all tests share: workers, one thread each, where measured data lie, and reports of scenes that take long.
 
 Tests of measured data take them from $SOFTMARK_DATA, by default ../shared/data beside the repository, or from the
 cache of downloads; they are skipped where a data set is in none of these places. Nothing is downloaded.
 
-With pytest-xdist, tests of one file run in one process, and so do all that look at the report of one scene: it is run
-once. A test belongs to a scene by its parameter, or by its file (OWNERS).
+Where folders of tests are run, there is a worker for each processor; files that are named, or `-n 0`, run right here.
+Tests of one file run in one worker, and so do all that look at the report of one scene: it is run once. A test belongs
+to a scene by its parameter, or by its file (OWNERS). What takes longest begins early (LONG): the first
+worker has a scene that needs most of the kernels, others what needs none, so that they are compiled once.
+
+Tests marked `slow` (kill and resume, sieges) are left to `-m slow`, which .ci/run adds; `-m ""` runs all.
 """
 
 from __future__ import annotations
@@ -35,11 +39,28 @@ OWNERS = {
     "test_truth_cube": "truth-cube",
     "test_api": "silicone-beam",
 }
+WORKERS = 8  # at most: each compiles, and holds a few hundred MB
+FIRST = ("silicone-beam",)  # needs most kernels
+PLAIN = (  # without kernels
+    "test_mutation", "test_print", "test_extremes", "test_syntax_errors", "test_fuzz_corpus", "test_table",
+)  # fmt: skip
+LONG = ("silicone-beam-as-published", "truth-cube")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
+    """As many as there are processors, a few at most; none where files or tests are named."""
+    if any(not Path(argument).is_dir() for argument in config.args):
+        return 0
+    if "PYTEST_XDIST_AUTO_NUM_WORKERS" in os.environ:
+        return None  # it says how many
+    mine = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(WORKERS, mine) if mine > 1 else 0
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Hand tests out by what they share, unless the command line says otherwise."""
+    """Hand tests out by what they share, in a good order, unless the command line says otherwise."""
     if config.getoption("dist") != "load":
         return None
     from xdist.scheduler import LoadScopeScheduling
@@ -48,7 +69,14 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
         def _split_scope(self, nodeid: str) -> str:
             return shared_by(nodeid)
 
+    config.option.loadscopereorder = False  # not by the number of tests: by their turn
     return ByReport(config, log)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """In a worker, tests come in the order in which they are to begin."""
+    if hasattr(config, "workerinput"):
+        items.sort(key=lambda item: turn(shared_by(item.nodeid)))
 
 
 def shared_by(nodeid: str) -> str:
@@ -56,6 +84,13 @@ def shared_by(nodeid: str) -> str:
     file, _, test = nodeid.partition("::")
     parameter = test[test.find("[") + 1 :].removesuffix("]")
     return parameter if parameter in SCENES else OWNERS.get(Path(file).stem, file)
+
+
+def turn(scope: str) -> int:
+    """When the tests of a scope begin: one that compiles, what needs no kernels, what takes long, the others."""
+    name = Path(scope).stem
+    order = (*FIRST, *PLAIN, *LONG)
+    return order.index(name) if name in order else len(order)
 
 
 @pytest.fixture(scope="session", autouse=True)

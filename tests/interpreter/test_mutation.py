@@ -1,6 +1,6 @@
 """Every shipped scene with one token deleted, doubled or misspelt is an error or a valid scene.
 
-By default a sample of the mutations is checked, the same in every run. All of them:
+By default a sample of the mutations is checked, the same in every run, and a larger one with `-m slow`. All of them:
 SOFTMARK_ALL_MUTATIONS=1 pytest tests/interpreter/test_mutation.py. Add -s to see the slowest.
 """
 
@@ -22,7 +22,7 @@ from softmark.interpreter.api import checked
 from softmark.scenes import ROOT
 
 SCENES = sorted(ROOT.rglob("*.scene"))
-SAMPLE = 250  # mutations of each scene
+SAMPLES = [60, pytest.param(250, marks=pytest.mark.slow)]  # mutations of each scene
 PLACES = {"(": "[", ")": "]", "[": "(", "]": ")", "=": ":", ",": ";", "<": ">", ">": "<", "+": "-", "-": "+",
           "*": "/", "/": "*"}
 
@@ -60,18 +60,19 @@ def misspelt(word: str, chance: random.Random) -> str:
     return word[:i] + chance.choice("qzQ7_%") + word[i + 1 :]
 
 
-def chosen(scene: Path) -> list[Mutation]:
+def chosen(scene: Path, count: int) -> list[Mutation]:
     """The mutations of a scene that are checked in this run."""
     every = list(mutations(scene.read_text(encoding="utf-8")))
-    if os.environ.get("SOFTMARK_ALL_MUTATIONS") or len(every) <= SAMPLE:
+    if os.environ.get("SOFTMARK_ALL_MUTATIONS") or len(every) <= count:
         return every
-    return random.Random(scene.name).sample(every, SAMPLE)
+    return random.Random(scene.name).sample(every, count)
 
 
+@pytest.mark.parametrize("count", SAMPLES)
 @pytest.mark.parametrize("scene", SCENES, ids=lambda p: p.stem)
-def test_mutations(scene: Path) -> None:
+def test_mutations(scene: Path, count: int) -> None:
     slowest = (0.0, "")
-    for mutation in chosen(scene):
+    for mutation in chosen(scene, count):
         start = time.process_time()
         compiled, found = checked(Source(scene.name, mutation.text), scene.parent, scene)
         slowest = max(slowest, (time.process_time() - start, str(mutation)))
