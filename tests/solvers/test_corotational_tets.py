@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from softmark.solvers.assembly import Assembly, prepare
+from softmark.solvers.assembly import Assembly
+from softmark.solvers.patterns import prepare
 from softmark.solvers.energies import corotational_tets
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic import Elastic
