@@ -47,7 +47,8 @@ class _Blocks:
     @property
     def free(self) -> NDArray[Any]:
         """How many of each block are free (count,)."""
-        return np.count_nonzero(self.number >= 0, axis=1)
+        free: NDArray[Any] = np.count_nonzero(self.number >= 0, axis=1)
+        return free
 
 
 def prepare(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:

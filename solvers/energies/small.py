@@ -21,8 +21,8 @@ SWEEPS = 30  # six suffice: convergence is quadratic
 def orthogonalise(M: Floats) -> None:
     """Turn the columns in the first three rows of M (6, 3) until they are orthogonal, and those below with them.
 
-    One-sided Jacobi rotations (Hestenes 1958): what was F above and I below becomes U S and V of F = U S V^T, det V = 1,
-    in no order.
+    One-sided Jacobi rotations (Hestenes 1958): what was F above and I below becomes U S and V of F = U S V^T, in no
+    order, with det V = 1.
     """
     for _ in range(SWEEPS):
         turned = False
@@ -89,7 +89,8 @@ def nearest_rotation(M: Floats) -> Nine:
 
 @kernel
 def set_above_identity(
-    M: Floats, a00: float, a01: float, a02: float, a10: float, a11: float, a12: float, a20: float, a21: float, a22: float
+    M: Floats, a00: float, a01: float, a02: float, a10: float, a11: float, a12: float, a20: float, a21: float,
+    a22: float,
 ) -> None:  # fmt: skip
     """M (6, 3) = [A; I]."""
     M[0, 0], M[0, 1], M[0, 2] = a00, a01, a02

@@ -22,7 +22,8 @@ BLOCK = 48  # columns that are factorised without the help of BLAS
 
 @kernel
 def minimum_degree(
-    indptr: Ints, indices: Ints, first: int, last: Flags, order: Ints, length: Ints, lists: Ints, flags: Flags, pool: Ints
+    indptr: Ints, indices: Ints, first: int, last: Flags, order: Ints, length: Ints, lists: Ints, flags: Flags,
+    pool: Ints,
 ) -> None:  # fmt: skip
     """Elimination order (n,) of a symmetric graph without loops, by approximate minimum degree.
 
@@ -299,7 +300,7 @@ def _add(
     U: Values,
     source: int,
     m: int,
-    lowest: int,
+    lowest: int | np.int64,
     highest: int,
     local: Places,
     start: int,
