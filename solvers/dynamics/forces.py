@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from softmark.solvers.assembly import Pattern, prepare
 from softmark.solvers.dynamics.problem import Course, Dynamics, constant
 from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.patterns import Pattern, prepare
 
 
 @dataclass(frozen=True)

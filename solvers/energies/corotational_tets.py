@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.small import Nine, nearest_rotation, orthogonalise, set_above_identity
 from softmark.solvers.jit import kernel
 
 Rows = NDArray[np.int32]
 VALUE, FORCE, TANGENT, PROJECTED, LAGGED, KEEP = 1, 2, 4, 8, 16, 32  # what a pass over the cells computes
 _NONE = np.zeros(0)
 _NO_SLOTS = np.zeros((0, 4, 4, 3, 1), dtype=np.int32)
-Nine = tuple[float, float, float, float, float, float, float, float, float]
 Six = tuple[float, float, float, float, float, float]
 BATCH = 64  # cells whose stretches are found together, in vector registers
 FLOOR = GAP = (
@@ -83,7 +83,7 @@ class CorotationalTets:
 
     def sound(self, x: Floats) -> bool:
         """Whether no cell is inside out: det F > 0 in all."""
-        return bool(upright(np.ascontiguousarray(x).reshape(-1, 3), self.cells, self._G))
+        return bool(upright(np.ascontiguousarray(x).reshape(-1, 3), self.cells, self._G, np.empty((3, 3))))
 
     def value(self, x: Floats) -> float:
         """Strain energy, J."""
@@ -123,7 +123,8 @@ class CorotationalTets:
         forces, law = g.reshape(-1, 3), self.law
         u = np.ascontiguousarray(x).reshape(-1, 3)
         body = (u, self.cells, self._G, self._w, law.mu, law.lam)
-        return float(traverse(what, *body, scale, rows, forces, data, traces))
+        memory = (np.empty((BATCH, 9)), np.empty((5, BATCH)), np.empty((4, 4, 3, 3)), np.empty((6, 3)))
+        return float(traverse(what, *body, scale, rows, forces, data, traces, *memory))
 
     @cached_property
     def _G(self) -> Floats:
@@ -199,10 +200,10 @@ def stretch_sums(count: int, det: Floats, q: Floats, x: Floats, step: Floats) ->
 @kernel
 def rotation(
     f00: float, f01: float, f02: float, f10: float, f11: float, f12: float, f20: float, f21: float, f22: float,
-    norm: float, det: float, x: float, step: float,
+    norm: float, det: float, x: float, step: float, memory: Floats,
 ) -> Nine:  # fmt: skip
     """The rotation nearest to F, row by row, by the method of `materials.polar.rotation`; NaN where F is not finite."""
-    s = 1.0 / norm
+    s = 1.0 / norm if norm > 0.0 else 0.0
     g00, g01, g02 = s * f00, s * f01, s * f02
     g10, g11, g12 = s * f10, s * f11, s * f12
     g20, g21, g22 = s * f20, s * f21, s * f22
@@ -257,26 +258,15 @@ def rotation(
             return r00, r01, r02, r10, r11, r12, r20, r21, r22
     if not norm < np.inf:
         return np.nan, np.nan, np.nan, np.nan, np.nan, np.nan, np.nan, np.nan, np.nan
-    return _decomposed(f00, f01, f02, f10, f11, f12, f20, f21, f22)
-
-
-@kernel
-def _decomposed(
-    f00: float, f01: float, f02: float, f10: float, f11: float, f12: float, f20: float, f21: float, f22: float
-) -> Nine:
-    """R = U V^T of the singular value decomposition, last axis turned where det (U V^T) = -1."""
-    F = np.array([[f00, f01, f02], [f10, f11, f12], [f20, f21, f22]])
-    U, _, Vt = np.linalg.svd(F)
-    if np.linalg.det(U) * np.linalg.det(Vt) < 0.0:
-        U[:, 2] *= -1.0
-    R = U @ Vt
-    return R[0, 0], R[0, 1], R[0, 2], R[1, 0], R[1, 1], R[1, 2], R[2, 0], R[2, 1], R[2, 2]
+    set_above_identity(memory, g00, g01, g02, g10, g11, g12, g20, g21, g22)
+    orthogonalise(memory)
+    return nearest_rotation(memory)
 
 
 @kernel
 def _twist(
-    a00: float, a11: float, a22: float, a01: float, a02: float, a12: float, c: float, lowest: float
-) -> Six:
+    a00: float, a11: float, a22: float, a01: float, a02: float, a12: float, c: float, lowest: float, memory: Floats
+) -> Six:  # fmt: skip
     """Y = c A^-1 of symmetric A, six entries; eigenvalues of A kept above FLOOR, those of Y above `lowest`."""
     k00, k11, k22 = a11 * a22 - a12 * a12, a00 * a22 - a02 * a02, a00 * a11 - a01 * a01
     k01, k02, k12 = a02 * a12 - a01 * a22, a01 * a12 - a02 * a11, a01 * a02 - a00 * a12
@@ -285,17 +275,20 @@ def _twist(
     if lowest == -np.inf and det > FLOOR * half * half:
         t = c / det
         return t * k00, t * k11, t * k22, t * k01, t * k02, t * k12
-    A = np.array([[a00, a01, a02], [a01, a11, a12], [a02, a12, a22]])
-    if not np.isfinite(half):
+    if not half * half < np.inf:
         return np.nan, np.nan, np.nan, np.nan, np.nan, np.nan
-    w, v = np.linalg.eigh(A)
-    y = np.zeros((3, 3))
+    # A + shift I is positive: its singular values are its eigenvalues
+    shift = math.sqrt(a00 * a00 + a11 * a11 + a22 * a22 + 2.0 * (a01 * a01 + a02 * a02 + a12 * a12))
+    set_above_identity(memory, a00 + shift, a01, a02, a01, a11 + shift, a12, a02, a12, a22 + shift)
+    orthogonalise(memory)
+    y00, y11, y22, y01, y02, y12 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(3):
-        factor = max(c / max(w[k], FLOOR), lowest)
-        for i in range(3):
-            for j in range(3):
-                y[i, j] += factor * v[i, k] * v[j, k]
-    return y[0, 0], y[1, 1], y[2, 2], y[0, 1], y[0, 2], y[1, 2]
+        w = math.sqrt(memory[0, k] * memory[0, k] + memory[1, k] * memory[1, k] + memory[2, k] * memory[2, k])
+        factor = max(c / max(w - shift, FLOOR), lowest)
+        v0, v1, v2 = memory[3, k], memory[4, k], memory[5, k]
+        y00, y11, y22 = y00 + factor * v0 * v0, y11 + factor * v1 * v1, y22 + factor * v2 * v2
+        y01, y02, y12 = y01 + factor * v0 * v1, y02 + factor * v0 * v2, y12 + factor * v1 * v2
+    return y00, y11, y22, y01, y02, y12
 
 
 @kernel
@@ -319,9 +312,8 @@ def _gather(
 
 
 @kernel
-def upright(u: Floats, cells: Ints, G: Floats) -> bool:
-    """Whether det F > 0 in every cell."""
-    F = np.empty((3, 3))
+def upright(u: Floats, cells: Ints, G: Floats, F: Floats) -> bool:
+    """Whether det F > 0 in every cell; F (3, 3) is memory."""
     for e in range(cells.shape[0]):
         n0 = cells[e, 0]
         for i in range(3):
@@ -440,16 +432,16 @@ def _scatter_entries(e: int, places: Rows, block: Floats, data: Floats) -> None:
 @kernel
 def traverse(
     what: int, u: Floats, cells: Ints, G: Floats, w: Floats, mu: float, lam: float, scale: float,
-    rows: Rows, forces: Floats, data: Floats, traces: Floats,
+    rows: Rows, forces: Floats, data: Floats, traces: Floats, F: Floats, lists: Floats, block: Floats, memory: Floats,
 ) -> float:  # fmt: skip
-    """One pass over the cells: returns the energy, adds `scale` times forces and tangent where `what` asks for them."""
+    """One pass over the cells: returns the energy, adds `scale` times forces and tangent where `what` asks for them.
+
+    F (BATCH, 9), `lists` (5, BATCH), `block` (4, 4, 3, 3) and `memory` (6, 3) are memory, made outside.
+    """
     energy = 0.0
-    block, r = np.empty((4, 4, 3, 3)), np.empty((3, 3))
     lowest = -mu if what & PROJECTED else -np.inf
     single = rows.shape[4] == 1
-    F = np.empty((BATCH, 9))
-    norms, dets, squares = np.empty(BATCH), np.empty(BATCH), np.empty(BATCH)
-    sums, steps = np.empty(BATCH), np.empty(BATCH)
+    norms, dets, squares, sums, steps = lists[0], lists[1], lists[2], lists[3], lists[4]
     for begin in range(0, cells.shape[0], BATCH):
         count = min(BATCH, cells.shape[0] - begin)
         _gather(u, cells, G, begin, count, F, norms, dets, squares)
@@ -458,7 +450,7 @@ def traverse(
             e = begin + j
             f00, f01, f02, f10, f11, f12 = F[j, 0], F[j, 1], F[j, 2], F[j, 3], F[j, 4], F[j, 5]
             f20, f21, f22 = F[j, 6], F[j, 7], F[j, 8]
-            R = rotation(f00, f01, f02, f10, f11, f12, f20, f21, f22, norms[j], dets[j], sums[j], steps[j])
+            R = rotation(f00, f01, f02, f10, f11, f12, f20, f21, f22, norms[j], dets[j], sums[j], steps[j], memory)
             r00, r01, r02, r10, r11, r12, r20, r21, r22 = R
             d00, d01, d02, d10, d11, d12 = f00 - r00, f01 - r01, f02 - r02, f10 - r10, f11 - r11, f12 - r12
             d20, d21, d22 = f20 - r20, f21 - r21, f22 - r22
@@ -487,8 +479,8 @@ def traverse(
                 v02 = 0.5 * (f00 * r20 + f01 * r21 + f02 * r22 + f20 * r00 + f21 * r01 + f22 * r02)
                 v12 = 0.5 * (f10 * r20 + f11 * r21 + f12 * r22 + f20 * r10 + f21 * r11 + f22 * r12)
                 c = lam * (traces[e] if what & LAGGED else t) - 2.0 * mu
-                Y = _twist(v11 + v22, v00 + v22, v00 + v11, -v01, -v02, -v12, c, lowest)
-                _fill(e, G, R, Y, mu, lam, scale * w[e], r, block)
+                Y = _twist(v11 + v22, v00 + v22, v00 + v11, -v01, -v02, -v12, c, lowest, memory)
+                _fill(e, G, R, Y, mu, lam, scale * w[e], memory, block)
                 _complete(block)
                 if single:
                     _scatter_rows(e, rows, block, data)

@@ -88,7 +88,9 @@ class Cholesky:
     def _continue(self, front: int, data: Floats) -> int:
         """With negative pivots from a front on; 0, or 1 + the front where that ends."""
         self._signs, values = np.ones_like(self._x), np.zeros_like(self._x)
-        arrays = (data, *self._matrix, self.plan.first, self._signs, values)
+        pivots, below = self.plan.pivots, self.plan.rows - self.plan.pivots
+        work = np.empty(int((pivots * np.maximum(kernels.BLOCK, below)).max(initial=1)), dtype=self._L.dtype)
+        arrays = (data, *self._matrix, self.plan.first, self._signs, values, work)
         failed = int(kernels.factorise_signed(front, *arrays))
         # a neutral direction, such as the plane in which a round column bends, has a pivot of zero to rounding
         self.negative_pivots = int(np.sum(values < -NEUTRAL * np.abs(values).max()))

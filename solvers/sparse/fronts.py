@@ -14,18 +14,19 @@ Entries = NDArray[np.int32] | NDArray[np.int64]  # of a CSR pattern
 
 
 @kernel
-def tree(indptr: Ints, indices: Ints, order: Ints, weights: Ints, parent: Ints, counts: Ints) -> None:
+def tree(
+    indptr: Ints, indices: Ints, order: Ints, weights: Ints, parent: Ints, counts: Ints, lists: Ints
+) -> None:  # fmt: skip
     """Postorder `order` (n,) in place; parents in the elimination tree and unknowns in each column of the factor.
 
     The tree by Liu (1990), the counts, with the diagonal and weighted by the unknowns of each node, by Gilbert, Ng
-    and Peyton (1994).
+    and Peyton (1994). `lists` (11, n) of -1 is memory.
     """
     n = len(order)
-    place = np.empty(n, np.int64)
+    place, ancestor, above, head, after = lists[0], lists[1], lists[2], lists[3], lists[4]
+    rank, stack, old = lists[5], lists[6], lists[7]
     for k in range(n):
         place[order[k]] = k
-    ancestor = np.full(n, -1, np.int64)
-    above = np.full(n, -1, np.int64)
     for k in range(n):
         for t in range(indptr[order[k]], indptr[order[k] + 1]):
             p = place[indices[t]]
@@ -36,12 +37,11 @@ def tree(indptr: Ints, indices: Ints, order: Ints, weights: Ints, parent: Ints, 
                     above[p] = k
                 p = following
     # postorder: children in their order
-    head, after = np.full(n, -1, np.int64), np.full(n, -1, np.int64)
     for k in range(n - 1, -1, -1):
         if above[k] >= 0:
             after[k] = head[above[k]]
             head[above[k]] = k
-    rank, stack, number = np.empty(n, np.int64), np.empty(n, np.int64), 0
+    number = 0
     for root in range(n):
         if above[root] >= 0:
             continue
@@ -56,14 +56,15 @@ def tree(indptr: Ints, indices: Ints, order: Ints, weights: Ints, parent: Ints, 
                 rank[k] = number
                 number += 1
                 top -= 1
-    old = order.copy()
+    for k in range(n):
+        old[k] = order[k]
     for k in range(n):
         order[rank[k]] = old[k]
         parent[rank[k]] = rank[above[k]] if above[k] >= 0 else -1
     for k in range(n):
         place[order[k]] = k
     # counts
-    first, latest, leaf = np.full(n, -1, np.int64), np.full(n, -1, np.int64), np.full(n, -1, np.int64)
+    first, latest, leaf = lists[8], lists[9], lists[10]
     for k in range(n):
         ancestor[k] = k
         counts[k] = weights[order[k]] if first[k] == -1 else 0
@@ -96,103 +97,59 @@ def tree(indptr: Ints, indices: Ints, order: Ints, weights: Ints, parent: Ints, 
             counts[parent[k]] += counts[k]
 
 
-@kernel
-def merge(
-    parent: Ints, counts: Ints, weights: Ints, columns_up_to: Ints, shares: Floats, starts: Ints
-) -> int:
-    """Starts (fronts + 1,) of runs of columns that are eliminated together; returns how many fronts there are.
+def merge(parent: Ints, counts: Ints, weights: Ints, columns_up_to: Ints, shares: Floats) -> Ints:
+    """Starts (fronts + 1,) of runs of columns that are eliminated together.
 
     Fundamental supernodes, then mergers of a front with its last child where few explicit zeros result: at most
-    `shares` of a front of `columns_up_to` columns.
+    `shares` of a front of `columns_up_to` columns. Plain Python: 1 us a column, once for each pattern.
     """
-    n = len(parent)
-    children = np.zeros(n, np.int64)
-    for k in range(n):
-        if parent[k] >= 0:
-            children[parent[k]] += 1
-    pivots, heights, zeros = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n)
-    top = 0
-    for k in range(n):
-        begin, w, h, z = k, weights[k], counts[k] - weights[k], 0.0
-        if (
-            top > 0
-            and parent[k - 1] == k
-            and children[k] == 1
-            and counts[k - 1] == counts[k] + weights[k - 1]
-        ):
-            top -= 1
-            begin, w, z = starts[top], w + pivots[top], zeros[top]
-        while top > 0 and parent[begin - 1] >= begin and parent[begin - 1] <= k:
-            joined = w + pivots[top - 1]
-            explicit = z + zeros[top - 1] + pivots[top - 1] * (w + h - heights[top - 1])
-            share = 0.0
-            for i in range(len(shares)):
-                if joined <= columns_up_to[i]:
-                    share = shares[i]
-                    break
-            if explicit > share * (0.5 * joined * (joined + 1) + joined * h):
+    n, relaxed = len(parent), list(zip(columns_up_to.tolist(), shares.tolist(), strict=True))
+    only = np.bincount(parent[parent >= 0], minlength=n) == 1
+    same = np.zeros(n, dtype=np.bool_)  # as the column before, which is its one child
+    same[1:] = only[1:] & (parent[:-1] == np.arange(1, n)) & (counts[:-1] == counts[1:] + weights[:-1])
+    parents, fundamental = parent.tolist(), same.tolist()
+    fronts: list[tuple[int, int, int, int]] = []  # start, columns, height and explicit zeros
+    for k, (width, height) in enumerate(zip(weights.tolist(), (counts - weights).tolist(), strict=True)):
+        begin, w, z = k, width, 0
+        if fronts and fundamental[k]:
+            begin, before, _, z = fronts.pop()
+            w += before
+        while fronts and begin <= parents[begin - 1] <= k:
+            start, other, tall, explicit = fronts[-1]
+            joined = w + other
+            explicit += z + other * (w + height - tall)
+            share = next((s for limit, s in relaxed if joined <= limit), 0.0)
+            if explicit > share * (0.5 * joined * (joined + 1) + joined * height):
                 break
-            top -= 1
-            begin, w, z = starts[top], joined, explicit
-        starts[top], pivots[top], heights[top], zeros[top] = begin, w, h, z
-        top += 1
-    starts[top] = n
-    return top
+            fronts.pop()
+            begin, w, z = start, joined, explicit
+        fronts.append((begin, w, height, z))
+    return np.array([front[0] for front in fronts] + [n], dtype=np.int64)
 
 
 @kernel
 def structures(
-    indptr: Ints, indices: Ints, order: Ints, starts: Ints, offset: Ints, index_start: Ints, parents: Ints,
-    index: Places, local: Places,
+    indptr: Ints, indices: Ints, order: Ints, place: Ints, owner: Ints, starts: Ints, offset: Ints, index_start: Ints,
+    parents: Ints, filled: Ints, mark: Ints, index: Places, local: Places,
 ) -> None:  # fmt: skip
     """Unknowns below each front in order (`index`), and where they are in the front of its parent (`local`).
 
-    `offset` (n + 1,) is the first unknown of each node in the order of elimination.
+    A node is below every front on the ways up the tree from those it touches to its own, and nodes come in order:
+    nothing has to be sorted. `place` is the inverse of `order`, `owner` (n,) the front of each node in that order,
+    `offset` (n + 1,) its first unknown; `filled` begins as index_start, `mark` (fronts,) with -1.
     """
-    n, fronts = len(order), len(parents)
-    place = np.empty(n, np.int64)
-    for k in range(n):
-        place[order[k]] = k
-    head, after = np.full(fronts, -1, np.int64), np.full(fronts, -1, np.int64)
-    for s in range(fronts):
-        if parents[s] >= 0:
-            after[s] = head[parents[s]]
-            head[parents[s]] = s
-    node_start = np.zeros(fronts + 1, np.int64)
-    below = np.empty(1024, np.int64)
-    mark = np.full(n, -1, np.int64)
-    found = np.empty(n, np.int64)
-    for s in range(fronts):
-        number, last = 0, starts[s + 1]
-        for k in range(starts[s], last):
-            for t in range(indptr[order[k]], indptr[order[k] + 1]):
-                p = place[indices[t]]
-                if p >= last and mark[p] != s:
-                    mark[p] = s
-                    found[number] = p
-                    number += 1
-        c = head[s]
-        while c >= 0:
-            for t in range(node_start[c], node_start[c + 1]):
-                p = below[t]
-                if p >= last and mark[p] != s:
-                    mark[p] = s
-                    found[number] = p
-                    number += 1
-            c = after[c]
-        used = node_start[s]
-        node_start[s + 1] = used + number
-        if used + number > len(below):
-            larger = np.empty(2 * (used + number), np.int64)
-            larger[:used] = below[:used]
-            below = larger
-        below[used : used + number] = np.sort(found[:number])
-        at = index_start[s]
-        for t in range(used, used + number):
-            for unknown in range(offset[below[t]], offset[below[t] + 1]):
-                index[at] = unknown
-                at += 1
-    for s in range(fronts):
+    for k in range(len(order)):
+        for t in range(indptr[order[k]], indptr[order[k] + 1]):
+            if place[indices[t]] > k:
+                continue
+            s = owner[place[indices[t]]]
+            while s != owner[k] and mark[s] != k:
+                mark[s] = k
+                for unknown in range(offset[k], offset[k + 1]):
+                    index[filled[s]] = unknown
+                    filled[s] += 1
+                s = parents[s]
+    for s in range(len(parents)):
         p = parents[s]
         if p < 0:
             continue
@@ -212,10 +169,12 @@ def structures(
 @kernel
 def entries(
     indptr: Entries, indices: Entries, unknowns: Ints, place: Ints, first: Ints, pivots: Ints, rows: Ints,
-    panel: Ints, index_start: Ints, index: Places, source: Places, target: Places, entry_start: Ints,
+    panel: Ints, index_start: Ints, index: Places, source: Places, target: Places, entry_start: Ints, position: Ints,
 ) -> None:  # fmt: skip
-    """Which entries of the matrix each front assembles (`source`), and where in L they go (`target`)."""
-    position = np.zeros(len(unknowns), np.int64)
+    """Which entries of the matrix each front assembles (`source`), and where in L they go (`target`).
+
+    `position` (n,) is memory.
+    """
     at = 0
     for s in range(len(first)):
         entry_start[s] = at
@@ -234,34 +193,27 @@ def entries(
     entry_start[len(first)] = at
 
 
-@kernel
 def stack(parents: Ints, sizes: Ints, update: Ints) -> int:
     """Places of the update matrices: two stacks, by the parity of the depth, so that none overwrites its children.
 
     Returns the length of both together.
     """
-    fronts = len(parents)
-    side = np.zeros(fronts, np.int64)
-    for s in range(fronts - 1, -1, -1):
-        side[s] = 1 - side[parents[s]] if parents[s] >= 0 else 0
-    top, peak = np.zeros(2, np.int64), np.zeros(2, np.int64)
-    held, seen = (
-        np.zeros(fronts, np.int64),
-        np.zeros(fronts, np.bool_),
-    )  # first place of the children of a front
-    for s in range(fronts):
-        if seen[s]:
+    above, squares = parents.tolist(), (sizes**2).tolist()
+    side, places = [0] * len(above), [0] * len(above)
+    for s in range(len(above) - 1, -1, -1):
+        side[s] = 1 - side[above[s]] if above[s] >= 0 else 0
+    top, peak = [0, 0], [0, 0]
+    held: dict[int, int] = {}  # first place of the children of a front
+    for s, p in enumerate(above):
+        if s in held:
             top[1 - side[s]] = held[s]
-        update[s] = top[side[s]]
-        p = parents[s]
-        if p >= 0 and not seen[p]:
-            held[p], seen[p] = top[side[s]], True
-        top[side[s]] += sizes[s] ** 2
+        places[s] = top[side[s]]
+        if p >= 0:
+            held.setdefault(p, top[side[s]])
+        top[side[s]] += squares[s]
         peak[side[s]] = max(peak[side[s]], top[side[s]])
-    for s in range(fronts):
-        update[s] += side[s] * peak[0]
-    total: int = peak[0] + peak[1]
-    return total
+    update[:] = np.array(places, dtype=np.int64) + np.array(side, dtype=np.int64) * peak[0]
+    return peak[0] + peak[1]
 
 
 @kernel

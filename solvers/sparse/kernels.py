@@ -21,28 +21,30 @@ BLOCK = 48  # columns that are factorised without the help of BLAS
 
 
 @kernel
-def minimum_degree(indptr: Ints, indices: Ints, first: int, last: Flags, order: Ints) -> None:
+def minimum_degree(
+    indptr: Ints, indices: Ints, first: int, last: Flags, order: Ints, length: Ints, lists: Ints, flags: Flags,
+    pool: Ints,
+) -> None:  # fmt: skip
     """Elimination order (n,) of a symmetric graph without loops, by approximate minimum degree.
 
-    Its first `first` places are filled; nodes marked in `last` (n,) are not eliminated.
+    Its first `first` places are filled; nodes marked in `last` (n,) are not eliminated. `indices`, the `length` (n,) of
+    each adjacency list, `lists` (10, n + 1), five of -1 and five of 0, `flags` (2, n) True and False, and
+    the memory `pool` are changed: arrays are made outside, for to compile that takes longer than the loops.
 
     Quotient graph with element absorption and the degree bound of Amestoy, Davis and Duff (1996), without
     supervariables. An adjacency list keeps its place: it never grows, for each new element replaces an old entry.
     """
     n = len(indptr) - 1
-    entries = indices.copy()  # elements first, then variables, of each live variable
-    elements = np.zeros(n, np.int64)
-    length = np.diff(indptr)
-    degree = length.copy()
-    alive = np.ones(n, np.bool_)  # not eliminated
-    absorbed = np.zeros(n, np.bool_)
-    start = np.zeros(n, np.int64)  # variables of an element, in `pool`
-    count = np.zeros(n, np.int64)
-    pool = np.empty(4 * len(indices) + 16 * n, np.int64)
+    entries = indices  # elements first, then variables, of each live variable
+    head, after, before = lists[0], lists[1], lists[2]  # variables by degree, in linked lists
+    mark, stamp = lists[3], lists[4]
+    elements, start, count = lists[5], lists[6], lists[7]  # the latter: variables of an element, in `pool`
+    outside = lists[8]  # |L_e \ L_p|
+    degree = lists[9]
+    alive, absorbed = flags[0], flags[1]  # not eliminated
+    for i in range(n):
+        degree[i] = length[i]
     used = 0
-    head = np.full(n + 1, -1, np.int64)  # variables by degree, in linked lists
-    after = np.full(n, -1, np.int64)
-    before = np.full(n, -1, np.int64)
     for i in range(n - 1, -1, -1):
         if last[i]:
             continue
@@ -51,9 +53,6 @@ def minimum_degree(indptr: Ints, indices: Ints, first: int, last: Flags, order: 
         if head[d] >= 0:
             before[head[d]] = i
         head[d] = i
-    mark = np.full(n, -1, np.int64)
-    outside = np.zeros(n, np.int64)  # |L_e \ L_p|
-    stamp = np.full(n, -1, np.int64)
     lowest = 0
     for step in range(first):
         while head[lowest] < 0:
@@ -67,7 +66,8 @@ def minimum_degree(indptr: Ints, indices: Ints, first: int, last: Flags, order: 
         # L_p: live variables that p touches, directly or through its elements
         if used + n > len(pool):
             larger = np.empty(2 * len(pool) + n, np.int64)
-            larger[:used] = pool[:used]
+            for q in range(used):
+                larger[q] = pool[q]
             pool = larger
         start[p] = used
         mark[p] = step
@@ -185,12 +185,13 @@ def factorise(
     for s in range(len(pivots)):
         k, n = pivots[s], rows[s]
         m = n - k
-        L[panel[s] : panel[s] + n * k] = 0
+        for t in range(panel[s], panel[s] + n * k):
+            L[t] = 0.0
         for t in range(np.uint64(entry_start[s]), np.uint64(entry_start[s + 1])):
             L[target[t]] += data[source[t]]
         for q in range(child_start[s], child_start[s + 1]):
             c = children[q]
-            _add(U, update[c], rows[c] - pivots[c], 0, k, local, index_start[c], L, panel[s], n)
+            _add(U, update[c], rows[c] - pivots[c], np.int64(0), k, local, index_start[c], L, panel[s], n)
         numbers[0], numbers[1], numbers[2], numbers[3] = k, m, n, 0
         at = L.ctypes.data + size * panel[s]
         call(potrf, (lower, K, at, LD, INFO))
@@ -213,12 +214,12 @@ def factorise(
 def factorise_signed(
     begin: int, data: Floats, source: Places, target: Places, entry_start: Ints, pivots: Ints, rows: Ints, panel: Ints,
     child_start: Ints, children: Ints, update: Ints, index_start: Ints, local: Places, L: Values, U: Values, blas: Ints,
-    letters: Bytes, numbers: Shorts, reals: Values, first: Ints, signs: Values, values: Values,
+    letters: Bytes, numbers: Shorts, reals: Values, first: Ints, signs: Values, values: Values, work: Values,
 ) -> int:  # fmt: skip
     """K = L S L^T, S = diag(+-1), without a change of order: from front `begin`, where `factorise` stopped.
 
-    Writes S into `signs` and the pivots into `values`; 0, or 1 + the front in which a pivot vanishes. Memory that BLAS
-    is given by address must be named once more behind the call, lest it be freed before.
+    Writes S into `signs` and the pivots into `values`; 0, or 1 + the front in which a pivot vanishes. `work` has room
+    for BLOCK columns, or for all that lie below the pivots, of every front.
     """
     trsm, syrk, gemm = blas[TRSM], blas[SYRK], blas[GEMM]
     size = L.itemsize
@@ -234,13 +235,13 @@ def factorise_signed(
     for s in range(begin, len(pivots)):
         k, n, p = pivots[s], rows[s], panel[s]
         m = n - k
-        L[p : p + n * k] = 0
+        for t in range(p, p + n * k):
+            L[t] = 0.0
         for t in range(np.uint64(entry_start[s]), np.uint64(entry_start[s + 1])):
             L[target[t]] += data[source[t]]
         for q in range(child_start[s], child_start[s + 1]):
             c = children[q]
-            _add(U, update[c], rows[c] - pivots[c], 0, k, local, index_start[c], L, p, n)
-        work = np.empty(k * BLOCK, L.dtype)
+            _add(U, update[c], rows[c] - pivots[c], np.int64(0), k, local, index_start[c], L, p, n)
         at = L.ctypes.data + size * p
         for begun in range(0, k, BLOCK):
             end = min(begun + BLOCK, k)
@@ -275,20 +276,19 @@ def factorise_signed(
                         gemm,
                         (plain, transposed, R, C, B, minus, panel_at, N, work.ctypes.data, C, one, to, N),
                     )
-        work[0] = 0.0
         if m > 0:
             to = U.ctypes.data + size * update[s]
             numbers[0], numbers[1], numbers[3] = m, k, n
             call(syrk, (lower, plain, R, B, minus, at + size * k, N, zero, to, R))
-            negative = np.flatnonzero(signs[first[s] : first[s] + k] < 0.0)
-            if len(negative) > 0:  # these columns were subtracted instead of added
-                columns = np.empty(m * len(negative) + 1, L.dtype)
-                for q in range(len(negative)):
-                    start = p + negative[q] * n + k
-                    columns[q * m : (q + 1) * m] = L[start : start + m]
-                numbers[4] = len(negative)
-                call(syrk, (lower, plain, R, D, two, columns.ctypes.data, R, one, to, R))
-                columns[0] = 0.0
+            negative = 0
+            for j in range(k):
+                if signs[first[s] + j] < 0.0:
+                    for i in range(m):
+                        work[negative * m + i] = L[p + j * n + k + i]
+                    negative += 1
+            if negative > 0:  # these columns were subtracted instead of added
+                numbers[4] = negative
+                call(syrk, (lower, plain, R, D, two, work.ctypes.data, R, one, to, R))
             for q in range(child_start[s], child_start[s + 1]):
                 c = children[q]
                 _add(U, update[c], rows[c] - pivots[c], k, n, local, index_start[c], U, update[s], m)
@@ -300,7 +300,7 @@ def _add(
     U: Values,
     source: int,
     m: int,
-    lowest: int,
+    lowest: int | np.int64,
     highest: int,
     local: Places,
     start: int,

@@ -23,7 +23,11 @@ def eliminate(indptr: Ints, indices: Ints, points: Floats | None = None) -> Ints
     if points is not None and n > LEAF:
         first = dissect(indptr, indices, points, LEAF, order)
         last[order[first:]] = True
-    minimum_degree(indptr, indices, first, last, order)
+    lists = np.zeros((10, n + 1), dtype=np.int64)
+    lists[:5] = -1
+    flags = np.repeat([[True], [False]], n, axis=1)
+    pool = np.empty(4 * len(indices) + 16 * n, dtype=np.int64)
+    minimum_degree(indptr, indices.copy(), first, last, order, np.diff(indptr), lists, flags, pool)
     return order
 
 

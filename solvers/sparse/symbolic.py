@@ -123,7 +123,7 @@ def sketch(K: sparse.csr_matrix, motions: Floats | None = None) -> Sketch:
 
 def _tree(start: Ints, graph: tuple[Ints, Ints], order: Ints, weights: Ints) -> Sketch:
     parent, counts = np.empty_like(order), np.empty_like(order)
-    fronts.tree(*graph, order, weights, parent, counts)
+    fronts.tree(*graph, order, weights, parent, counts, np.full((11, len(order)), -1))
     return Sketch(start, graph, order, parent, counts, weights[order])
 
 
@@ -141,9 +141,8 @@ def _graph(K: sparse.csr_matrix, start: Ints) -> tuple[Ints, Ints]:
 
 def plan(K: sparse.csr_matrix, sketched: Sketch) -> Symbolic:
     """Fronts, and numbers for everything, in unknowns."""
-    begins = np.empty(len(sketched.order) + 1, dtype=np.int64)
-    count = fronts.merge(sketched.parent, sketched.counts, sketched.weights, *RELAXED, begins)
-    begins = begins[: count + 1].copy()
+    begins = fronts.merge(sketched.parent, sketched.counts, sketched.weights, *RELAXED)
+    count = len(begins) - 1
     offset = _running(sketched.weights)
     unknowns = _expand(sketched.start[sketched.order], sketched.weights)
     place = np.empty_like(unknowns)
@@ -155,11 +154,14 @@ def plan(K: sparse.csr_matrix, sketched: Sketch) -> Symbolic:
     owner = np.repeat(np.arange(count), np.diff(begins))
     parents = np.where(sketched.parent[last] >= 0, owner[sketched.parent[last]], -1)
     index, local = (np.zeros(int(index_start[-1]), dtype=np.uint64) for _ in range(2))
-    fronts.structures(*sketched.graph, sketched.order, begins, offset, index_start, parents, index, local)
+    nodes = np.empty_like(sketched.order)
+    nodes[sketched.order] = np.arange(len(nodes))
+    tree = (*sketched.graph, sketched.order, nodes, owner, begins, offset, index_start, parents)
+    fronts.structures(*tree, index_start.copy(), np.full(count, -1), index, local)
     source, target = (np.empty((K.nnz + K.shape[0]) // 2, dtype=np.uint64) for _ in range(2))
     entry_start, update = np.empty(count + 1, dtype=np.int64), np.empty(count, dtype=np.int64)
     arrays = (unknowns, place, first, pivots, rows, panel, index_start, index, source, target, entry_start)
-    fronts.entries(K.indptr, K.indices, *arrays)
+    fronts.entries(K.indptr, K.indices, *arrays, np.zeros(len(unknowns), dtype=np.int64))
     children = np.argsort(parents, kind="stable")
     return Symbolic(
         size=K.shape[0],

@@ -1,0 +1,132 @@
+"""The sparse pattern of a tangent, from the stencils of its energies, by scipy's loops and no kernel of our own.
+
+Degrees of freedom that always come together, such as the three of a node, are one block: there are nine times fewer
+pairs to look up, and what must be sorted is short.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from softmark.solvers.energies.energy import Floats, Ints
+
+PAIRS = 1 << 19  # pairs of blocks whose places are found at a time: they stay in the processor's cache
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """The CSR structure of the free-free tangent and, for each energy, where its local entries go."""
+
+    size: int
+    indptr: Any  # int32, or int64 where there are too many entries
+    indices: Any
+    slots: tuple[
+        Any, ...
+    ]  # of the same type, one (n, k, k) per energy, -1 where a row or a column is constrained
+
+    def matrix(self, data: Floats) -> sparse.csr_matrix:
+        """The sparse matrix with these values, sharing the pattern."""
+        return sparse.csr_matrix((data, self.indices, self.indptr), shape=(self.size, self.size), copy=False)
+
+
+@dataclass(frozen=True)
+class _Blocks:
+    """Which blocks are neighbours, themselves included, and what of them is free; `count` blocks of `width`."""
+
+    near: sparse.csr_matrix  # (count, count), its values 0, 1, 2, ...
+    number: NDArray[Any]  # (count, width) row of each degree of freedom, -1 where it is held
+    rank: NDArray[Any]  # (count, width) free ones before it in its block
+    before: NDArray[Any]  # (neighbours,) columns of a row of the block that lie before those of the neighbour
+
+    @property
+    def free(self) -> NDArray[Any]:
+        """How many of each block are free (count,)."""
+        free: NDArray[Any] = np.count_nonzero(self.number >= 0, axis=1)
+        return free
+
+
+def prepare(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
+    """The pattern of all stencils over the degrees of freedom that are not `fixed`."""
+    free = others(dofs, fixed)
+    width = 3 if all(_in_threes(s) for s in stencils) else 1
+    count = -(-dofs // width)
+    number = np.full(count * width, -1, dtype=np.int64)
+    number[free] = np.arange(len(free))
+    members = [np.ascontiguousarray(s[:, ::width]) // width for s in stencils]
+    blocks = _blocks(members, number.reshape(count, width))
+    indptr, indices = _layout(blocks)
+    slots = (_slots(m, blocks, indptr).reshape(*s.shape, s.shape[1]) for m, s in zip(members, stencils, strict=True))
+    return Pattern(len(free), indptr, indices, tuple(slots))
+
+
+def others(dofs: int, fixed: Ints) -> Ints:
+    """The degrees of freedom that are not `fixed`."""
+    free = np.ones(dofs, dtype=np.bool_)
+    free[fixed] = False
+    return np.flatnonzero(free)
+
+
+def _in_threes(stencil: Ints) -> bool:
+    """Whether each stencil is made of runs 3 i, 3 i + 1, 3 i + 2."""
+    if stencil.shape[1] % 3:
+        return False
+    first = stencil[:, ::3]
+    same = all(np.array_equal(first + c, stencil[:, c::3]) for c in (1, 2))
+    return same and not np.any(first % 3)
+
+
+def _blocks(members: Sequence[Ints], number: NDArray[Any]) -> _Blocks:
+    """Neighbours are those that share a stencil: B^T B, B the incidence (stencils, blocks)."""
+    none = [np.zeros(0, dtype=np.int64)]
+    lengths = np.concatenate([np.full(len(m), m.shape[1]) for m in members] + none)
+    flat = np.concatenate([m.ravel() for m in members] + none)
+    layout = (np.ones(len(flat), dtype=np.bool_), flat, np.concatenate([[0], np.cumsum(lengths)]))
+    incidence = sparse.csr_matrix(layout, shape=(len(lengths), len(number)))
+    near = (incidence.T @ incidence).tocsr()
+    near.sort_indices()
+    place = sparse.csr_matrix((np.arange(near.nnz), near.indices, near.indptr), shape=near.shape)
+    free = number >= 0
+    up_to = np.concatenate([[0], np.cumsum(np.count_nonzero(free, axis=1)[near.indices])])
+    before = up_to[:-1] - np.repeat(up_to[near.indptr[:-1]], np.diff(near.indptr))
+    return _Blocks(place, number, np.cumsum(free, axis=1) - free, before)
+
+
+def _layout(blocks: _Blocks) -> tuple[Any, Any]:
+    """indptr and indices of the free-free matrix: all free rows of a block have the columns of its neighbours."""
+    near, free = blocks.near, blocks.free
+    columns = blocks.number[near.indices].ravel()
+    columns = columns[columns >= 0]
+    ends = np.concatenate([[0], np.cumsum(free[near.indices])])[near.indptr]
+    lengths = np.repeat(np.diff(ends), free)
+    indptr = np.concatenate([[0], np.cumsum(lengths)])
+    kind = np.int32 if indptr[-1] < np.iinfo(np.int32).max else np.int64
+    shift = (np.repeat(ends[:-1], free) - indptr[:-1]).astype(kind)
+    at = np.repeat(shift, lengths) + np.arange(indptr[-1], dtype=kind)
+    return indptr.astype(kind), columns.astype(kind)[at]
+
+
+def _slots(members: Ints, blocks: _Blocks, indptr: Any) -> NDArray[Any]:
+    """Where every local entry goes (n, b, width, b, width), -1 where its row or its column is constrained."""
+    (n, b), width = members.shape, blocks.number.shape[1]
+    slots = np.empty((n, b, width, b, width), dtype=indptr.dtype)
+    starts = np.where(blocks.number >= 0, indptr[blocks.number], 0).astype(indptr.dtype)
+    before, rank = blocks.before.astype(indptr.dtype), blocks.rank.astype(indptr.dtype)
+    held = blocks.number < 0
+    step = max(1, PAIRS // max(1, b * b))
+    for first in range(0, n, step):
+        m = members[first : first + step]
+        pairs = np.broadcast_arrays(m[:, :, None], m[:, None, :])
+        t = np.asarray(blocks.near[pairs[0].ravel(), pairs[1].ravel()]).reshape(-1, b, 1, b, 1)
+        part = slots[first : first + step]
+        np.add(starts[m][:, :, :, None, None], before[t], out=part)
+        part += rank[m][:, None, None, :, :]
+        if held[m].any():
+            part[np.broadcast_to(held[m][:, :, :, None, None], part.shape)] = -1
+            part[np.broadcast_to(held[m][:, None, None, :, :], part.shape)] = -1
+    return slots
