@@ -386,7 +386,7 @@ def test_an_incompressible_material_has_no_nan(name: str) -> None:
 
 
 @pytest.mark.parametrize(("strain", "law"), [*CASES, ("finite", "stable_neo_hookean")])
-@pytest.mark.parametrize("poisson", [-0.5, 0.0, 0.2, 0.4])  # where a pressure takes K, K, mu and lam
+@pytest.mark.parametrize("poisson", [-0.5, 0.0, 0.2, 0.4])  # where a pressure takes K, K, mu and lam - mu
 def test_a_split_law_is_the_law(strain: str, law: str, poisson: float) -> None:
     """psi_shape + M/2 g^2 = psi, and the same of P, for random F near rest: to rounding."""
     what = material(law, poisson)
