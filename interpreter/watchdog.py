@@ -248,8 +248,7 @@ def _solid(model: Fem, case: Case, mesh: Any) -> Balance:
 def pressed(model: Fem, case: Case, mesh: Any) -> Pressed:
     """The solid of a formulation with pressures, deformed. Raises Unchecked."""
     E, nu = case.material.young, case.material.poisson
-    mu, compliance = E / (2.0 * (1.0 + nu)), 3.0 * (1.0 - 2.0 * nu) / E
-    split = split_of(case.material, model.strain, mu)
+    split = split_of(case.material, model.strain, E, nu)
     if split is None:
         raise Unchecked(f"there is no other formula for a {type(case.material).__name__} with pressures")
     u, own = np.asarray(mesh.displacement, dtype=np.float64), None
@@ -258,7 +257,7 @@ def pressed(model: Fem, case: Case, mesh: Any) -> Pressed:
             raise Unchecked("its pressures are not known")
     elif model.formulation != "mean_dilatation":
         raise Unchecked(f"there is no other formula for formulation = {model.formulation}")
-    return Pressed(mesh.points, mesh.cells, mesh.kind, u, split, mu, compliance, own)
+    return Pressed(mesh.points, mesh.cells, mesh.kind, u, split, E / (2.0 * (1.0 + nu)), own)
 
 
 def terms_of(model: Fem, case: Case) -> tuple[tuple[Term, ...], float]:

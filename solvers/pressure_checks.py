@@ -1,9 +1,9 @@
 """The forces of a solid with pressures, found once more, and what its volume lacks.
 
-L(u, p) = int psi_shape(F) + p g(F) - p^2 / (2 K) dV is at rest where int (P_shape + p dg/dF) : dN/dX dV balances the
-loads at every node and int N_b (g - p / K) dV = 0 for every pressure. In `mixed` elements the pressures are those of
-the state that is judged, so that its second equation is looked at as well, and 1/K = 0 needs nothing else. With the
-mean dilatation p = K times the mean of g over each cell, which is what its second equation says, put into the first.
+L(u, p) = int psi_shape(F) + p g(F) - p^2 / (2 M) dV is at rest where int (P_shape + p dg/dF) : dN/dX dV balances the
+loads at every node and int N_b (g - p / M) dV = 0 for every pressure. In `mixed` elements the pressures are those of
+the state that is judged, so that its second equation is looked at as well, and 1/M = 0 needs nothing else. With the
+mean dilatation p = M times the mean of g over each cell, which is what its second equation says, put into the first.
 Stresses are written out from the energies that the documentation of each material states.
 """
 
@@ -26,27 +26,39 @@ Measure = Callable[[Floats], Floats]  # F (n, 3, 3) -> (n,), no unit
 
 @dataclass(frozen=True)
 class Split:
-    """A law less K/2 g^2: the stress of `shape`, Pa, `g` and its derivative `dg`; `grown` is the change of volume."""
+    """A law less M/2 g^2: the stress of `shape`, Pa, `g` and its derivative `dg`; `grown` is the change of volume.
+
+    `compliance` is 1/M in 1/Pa.
+    """
 
     shape: Stress
     g: Measure
     dg: Stress
     grown: Measure
+    compliance: float
 
 
 # ------------------------------------------------------------------ laws taken apart
 
 
-def split_of(material: object, strain: str, mu: float) -> Split | None:
-    """What pressures take of a law of shear modulus mu, Pa, and what is left; None where no formula is known."""
+def split_of(material: object, strain: str, young: float, nu: float) -> Split | None:
+    """What pressures take of a law of Young's modulus in Pa, and what is left; None where no formula is known.
+
+    Of small and corotational strain, and of the split law, they take K = mu (r + 2/3), r = lam/mu = 2 nu / (1 - 2 nu).
+    Of the others, mu (r - s), and s mu stays: s = 1 for r >= 2, else r - 1 or -2/3, whichever is more.
+    """
+    mu, each = young / (2.0 * (1.0 + nu)), 1.0 - 2.0 * nu
+    whole = each / (mu * (2.0 * nu + 2.0 / 3.0 * each))
     if strain == "small":
-        return Split(checks.small_stress(mu, -2.0 / 3.0 * mu), _dilatation, _identity, _dilatation)
+        return Split(checks.small_stress(mu, -2.0 / 3.0 * mu), _dilatation, _identity, _dilatation, whole)
     if strain == "corotational":
-        return Split(checks.corotational_stress(mu, -2.0 / 3.0 * mu), _stretching, checks.polar, _stretching)
+        return Split(checks.corotational_stress(mu, -2.0 / 3.0 * mu), _stretching, checks.polar, _stretching, whole)
     if (known := _FINITE.get(type(material))) is None:
         return None
     shape, g, dg = known
-    return Split(lambda F: mu * shape(F), g, dg, _swelling)
+    s = -2.0 / 3.0 if shape is _isochoric else 1.0 if nu >= 1.0 / 3.0 else max(2.0 * nu / each - 1.0, -2.0 / 3.0)
+    taken = each / (mu * (2.0 * nu - s * each))
+    return Split(lambda F: mu * shape(F, s), g, dg, _swelling, taken)
 
 
 def _identity(F: Floats) -> Floats:
@@ -105,32 +117,32 @@ def _green_trace(F: Floats) -> Floats:
     return found
 
 
-def _neo_hookean(F: Floats) -> Floats:
-    """mu/2 (I1 - 3) - mu ln J - mu/3 (ln J)^2, all over mu."""
+def _neo_hookean(F: Floats, s: float) -> Floats:
+    """mu/2 (I1 - 3) - mu ln J + s mu/2 (ln J)^2, all over mu."""
     inverse = _inverse(F)
-    return F - inverse - (2.0 / 3.0 * _logarithm(F))[:, None, None] * inverse
+    return F - inverse + (s * _logarithm(F))[:, None, None] * inverse
 
 
-def _isochoric(F: Floats) -> Floats:
+def _isochoric(F: Floats, s: float) -> Floats:
     """mu/2 (J^(-2/3) I1 - 3)."""
     third = (1.0 + _stretch(F) / 3.0)[:, None, None]
     return np.exp(-2.0 / 3.0 * _logarithm(F))[:, None, None] * (F - third * _inverse(F))
 
 
-def _kirchhoff(F: Floats) -> Floats:
-    """mu tr(E^2) - mu/3 (tr E)^2: twice the deviator of E."""
+def _kirchhoff(F: Floats, s: float) -> Floats:
+    """mu tr(E^2) + s mu/2 (tr E)^2."""
     E = _green(F)
-    return F @ (2.0 * E - (2.0 / 3.0 * _green_trace(F))[:, None, None] * np.eye(3))
+    return F @ (2.0 * E + (s * _green_trace(F))[:, None, None] * np.eye(3))
 
 
-def _stable(F: Floats) -> Floats:
-    """m/2 (I1 - 3) + l/2 (J - a)^2 - m/2 ln((I1 + 1)/4), m = 4 mu/3, l = mu/6, a = 1 + 3m/4l = 7."""
+def _stable(F: Floats, s: float) -> Floats:
+    """m/2 (I1 - 3) + l/2 (J - a)^2 - m/2 ln((I1 + 1)/4), m = 4 mu/3, l = (s + 5/6) mu, l (a - 1) = 3m/4 = mu."""
     first = 4.0 / 3.0 * (1.0 - 1.0 / (_stretch(F) + 4.0))
-    second = (_swelling(F) - 6.0) / 6.0
+    second = (s + 5.0 / 6.0) * _swelling(F) - 1.0
     return first[:, None, None] * F + second[:, None, None] * _cofactor(F)
 
 
-_FINITE: dict[type, tuple[Stress, Measure, Stress]] = {
+_FINITE: dict[type, tuple[Callable[[Floats, float], Floats], Measure, Stress]] = {
     NeoHookean: (_neo_hookean, _logarithm, _inverse),
     NeoHookeanIsochoric: (_isochoric, _swelling, _cofactor),
     StVenantKirchhoff: (_kirchhoff, _green_trace, lambda F: F),
@@ -145,9 +157,9 @@ _FINITE: dict[type, tuple[Stress, Measure, Stress]] = {
 class Pressed:
     """A deformed mesh with pressures: `points` (n, 3), `cells` (m, a), displacements `u` (n, 3), m.
 
-    `mu` is the shear modulus in Pa and `compliance` 1/K in 1/Pa. `pressures` are those of a state, Pa, positive in
+    `mu` is the shear modulus in Pa. `pressures` are those of a state, Pa, positive in
     tension: at the corners of each ten-node tetrahedron (m, 4), or one in each hexahedron (m, 1); None where they are
-    K times the mean of g, with K finite.
+    M times the mean of g, with M finite.
     """
 
     points: Floats
@@ -156,7 +168,6 @@ class Pressed:
     u: Floats
     split: Split
     mu: float
-    compliance: float
     pressures: Floats | None
 
     def _chunks(self) -> Iterator[slice]:
@@ -196,10 +207,10 @@ class Pressed:
             flat, cells, V[some] = F.reshape(-1, 3, 3), self.cells[some], w.sum(axis=1)
             g = self.split.g(flat).reshape(w.shape)
             if self.pressures is None:
-                p = np.broadcast_to(((w * g).sum(axis=1) / V[some] / self.compliance)[:, None], w.shape)
+                p = np.broadcast_to(((w * g).sum(axis=1) / V[some] / self.split.compliance)[:, None], w.shape)
             else:
                 p = known[at[some]] @ N.T
-                np.add.at(lacking, at[some], (w * (g - self.compliance * p)) @ N)
+                np.add.at(lacking, at[some], (w * (g - self.split.compliance * p)) @ N)
             P = self.split.shape(flat) + p.reshape(-1, 1, 1) * self.split.dg(flat)
             local = np.einsum("mq,mqiJ,mqaJ->mai", w, P.reshape(F.shape), dNdX, optimize=True)
             size = np.einsum("mq,mqa->ma", np.abs(w), np.linalg.norm(dNdX, axis=3))
@@ -208,7 +219,7 @@ class Pressed:
             reach += np.bincount(cells.ravel(), size.ravel(), minlength=len(f))
             most = max(most, float(np.abs(p).max()))
         unit = self.mu / float(np.cbrt(V.mean()))
-        stiff = 12.0 * self.mu + 3.0 * most + (3.0 / self.compliance if self.pressures is None else 0.0)
+        stiff = 12.0 * self.mu + 3.0 * most + (3.0 / self.split.compliance if self.pressures is None else 0.0)
         noise = EPS * (stiff * float(np.linalg.norm(reach)) + unit * float(np.linalg.norm(V)))
         return f, unit * float(np.linalg.norm(lacking)), noise
 

@@ -63,10 +63,29 @@ class Newton:
 
     def impose(self, x: Floats, fraction: float, load: float = 1.0) -> Floats:
         """Move the supports by a fraction of their target, and the body with them as its tangent says."""
-        problem = self.problem
-        if not np.any(problem.target):
+        if not np.any(self.problem.target):
             return x
-        d = np.zeros(self.space.dofs)
+        return self._moved(x, self._following(x, fraction, load, projected=True), 1.0)
+
+    def carry(self, x: Floats, fraction: float, load: float) -> Floats:
+        """The same from an equilibrium at that load, by its own tangent and with the pressures that it promises.
+
+        Raises NotConverged where that leaves the domain of the law.
+        """
+        self._promised = None
+        if not np.any(self.problem.target):
+            return x
+        d = self._following(x, fraction, load, projected=False)
+        y = self._moved(x, d, 1.0)
+        if not np.isfinite(self.strain(y)):
+            raise NotConverged("the supports' motion leaves the domain of the law", tuple(self.history))
+        if self.cellular:
+            self._promised = self.mixing.promised(self.assembly, x, d)
+        return y
+
+    def _following(self, x: Floats, fraction: float, load: float, projected: bool) -> Floats:
+        """How the body follows a fraction of the supports' motion (dofs,)."""
+        problem, d = self.problem, np.zeros(self.space.dofs)
         d[problem.fixed] = fraction * problem.target
         eps = 1e-6 / max(1.0, float(np.abs(d).max()) * 1e3)
         exact, here = problem.exact or self.assembly, np.asarray(x, dtype=np.float64)
@@ -75,8 +94,8 @@ class Newton:
         self.towed = max(self.towed, float(np.linalg.norm(coupling)))
         self._goal = TIGHTEST
         b = coupling[self.assembly.free].astype(x.dtype, copy=False)
-        d[self.assembly.free] = -self._factor(x, load, projected=True).solve(b)
-        return self._moved(x, d.astype(x.dtype, copy=False), 1.0)
+        d[self.assembly.free] = -self._factor(x, load, projected).solve(b)
+        return d.astype(x.dtype, copy=False)
 
     @property
     def space(self) -> Space:

@@ -1,13 +1,14 @@
 """Static equilibrium: the state in which the energies' gradient vanishes on every free degree of freedom.
 
-Two ways, in this order. The free one takes whole Newton steps: with the exact tangent of a corotational
+Three ways, in this order. The free one takes whole Newton steps: with the exact tangent of a corotational
 energy they reach a 60-degree bend at full load in about six steps, because that energy grows with stretch
 alone and not with its square; a stiffer law starts from the equilibrium of its corotational twin, or from a
-state that is given. What it finds is kept only if it is a stable equilibrium without inverted cells. The
-careful one then starts again: every step leads to less energy than one of the MEMORY states before it had
-(Armijo 1966; Grippo, Lampariello and Lucidi 1986), the tangent is made definite where it is not, and the load
-comes in steps that shrink and grow. Where it ends on an unstable equilibrium, as a straight column above its
-buckling load does, it steps aside and goes on to a stable one.
+state that is given. What it finds is kept only if it is a stable equilibrium without inverted cells. Where they
+lose themselves, as in large stretches, whole steps at loads that grow follow (`static_steps.py`). The careful one
+then starts again: every step leads to less energy than one of the MEMORY states before it had (Armijo 1966; Grippo,
+Lampariello and Lucidi 1986), the tangent is made definite where it is not, and the load comes in steps that shrink
+and grow. Where it ends on an unstable equilibrium, as a straight column above its buckling load does, it steps aside
+and goes on to a stable one.
 
 With a cap there is only the free way, cut after so many linear systems. Along `arc_length` there is only the path of
 equilibria from rest (`arc_length.py`). An answer whose digits rounding has taken is refused (`condition`).
@@ -26,6 +27,7 @@ from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear import Singular, factor
 from softmark.solvers.static_newton import MEMORY, RIGID, TINY, Newton
 from softmark.solvers.static_problem import Criterion, Equilibrium, Iteration, NotConverged, Statics, Watch
+from softmark.solvers.static_steps import raised
 from softmark.solvers.static_stability import critical_load, direct, loose_motion, rounding_error, softness
 from softmark.solvers.systems import Linear, Systems
 
@@ -72,7 +74,7 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
     """The equilibrium at full load: boldly, then carefully."""
     ways = [_started] if problem.start is not None else []
     unstable = None
-    for way in [*ways, _free] if problem.bold else ways:
+    for way in [*ways, _free, _stepped] if problem.bold else ways:
         try:
             return way(problem, history, systems)
         except NotConverged as failure:  # what it tried is in the history; the careful way starts again from rest
@@ -94,6 +96,12 @@ def _started(problem: Statics, history: list[Iteration], systems: Systems) -> Eq
     newton = Newton(problem, history, systems)
     x = newton.whole_steps(_given(newton), ROUGH)
     return replace(_settled(newton, x), started=True)
+
+
+def _stepped(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+    newton = Newton(problem, history, systems, "steps of load")
+    x, steps = raised(newton)
+    return replace(_settled(newton, x), load_steps=steps)
 
 
 def _begun(newton: Newton, cap: int | None = None) -> Floats:

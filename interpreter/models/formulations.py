@@ -124,7 +124,7 @@ def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str)
     if model.formulation == "mixed":
         return with_pressures(mesh, parts, split, case.material.shear_modulus)
     body = (mesh.cells, parts.dNdX, parts.w)
-    return MeanDilatation(*body, split.shape, split.constraint, case.material.bulk_modulus)
+    return MeanDilatation(*body, split.shape, split.constraint, split.modulus)
 
 
 @dataclass(frozen=True)

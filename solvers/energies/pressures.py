@@ -1,7 +1,7 @@
 """Elastic energies with pressures: unknowns of their own, or one of each cell that is eliminated.
 
-L(u, p) = int psi_shape(F) + p g(F) - p^2 / (2 K) dV. Its stationary point is the equilibrium, of least energy in u and
-of most in p: a saddle. 1/K = 0, the incompressible solid, is no special case.
+L(u, p) = int psi_shape(F) + p g(F) - p^2 / (2 M) dV. Its stationary point is the equilibrium, of least energy in u and
+of most in p: a saddle. 1/M = 0, the incompressible solid, is no special case.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ class Constraint(Protocol):
 
 @dataclass(frozen=True)
 class Mixed:
-    """Displacements and pressures of a solid: int psi_shape(F) + p g(F) - p^2/(2 K) dV, in J.
+    """Displacements and pressures of a solid: int psi_shape(F) + p g(F) - p^2/(2 M) dV, in J.
 
     `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m and `w` (m, q) in m^3 are as in `Elastic`, `law` is psi_shape. The
     state x is the displacements (3 `nodes`,) in m and behind them the pressures, in units of `shear` / `edge`, a shear
     modulus in Pa over the size of a cell in m, so that all unknowns are lengths and all equations forces. `pressures`
-    (m, b) are their places in x, `Np` (q, b) their shape functions, `compliance` is 1/K in 1/Pa. Continuous linear
+    (m, b) are their places in x, `Np` (q, b) their shape functions, `compliance` is 1/M in 1/Pa. Continuous linear
     pressures in ten-node tetrahedra are stable (Taylor and Hood 1973; Boffi, Brezzi and Fortin 2013, section 8.8); one
     in each hexahedron, Q1/P0, is that of Simo, Taylor and Pister (1985), and is not quite.
     """
@@ -125,7 +125,7 @@ class Mixed:
         self._add_coupling(x, data, slots, scale * self.unit, width)
 
     def _add_coupling(self, x: Floats, data: Floats, slots: Ints, scale: float, width: int) -> None:
-        """int N_b dg/du, on both sides of the diagonal, and -int N_a N_b / K."""
+        """int N_b dg/du, on both sides of the diagonal, and -int N_a N_b / M."""
         m, a = self.cells.shape
         G = self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3)
         rows = np.einsum("mqiJ,mqaJ->mqai", G, self.dNdX, optimize=True).reshape(m, -1, 3 * a)
@@ -145,12 +145,12 @@ class Mixed:
 
 @dataclass(frozen=True)
 class MeanDilatation:
-    """int psi_shape(F) dV + sum over cells of V K/2 (mean of g)^2: one pressure in each cell, K times the mean of g.
+    """int psi_shape(F) dV + sum over cells of V M/2 (mean of g)^2: one pressure in each cell, M times the mean of g.
 
     With g = tr eps this is B-bar with the mean dilatation (Hughes 1980, "Generalization of selective integration
     procedures"), and with g = J - 1 the three-field element Q1/P0 of Simo, Taylor and Pister (1985): the consistent
-    form of F-bar, with an energy and a symmetric tangent. `bulk` is K in Pa; `expected` (m,) are pressures in Pa that
-    the tangent takes in place of K times the mean, as `solvers.mixed` explains.
+    form of F-bar, with an energy and a symmetric tangent. `bulk` is M in Pa; `expected` (m,) are pressures in Pa that
+    the tangent takes in place of M times the mean, as `solvers.mixed` explains.
     """
 
     cells: Ints
@@ -191,7 +191,7 @@ class MeanDilatation:
         return V
 
     def expecting(self, x: Floats, d: Floats) -> MeanDilatation:
-        """The same energy with the pressures that a step d from x promises: K (g + dg/du . d)."""
+        """The same energy with the pressures that a step d from x promises: M (g + dg/du . d)."""
         F = self.F(x)
         H = (self.F(d) - np.eye(3)).reshape(*self.w.shape, 3, 3)
         G = self.constraint.gradient(F).reshape(H.shape)

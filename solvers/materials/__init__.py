@@ -89,10 +89,10 @@ def mixed_for(material: Isotropic, strain: str) -> Mixed | None:
 
     Right for every Poisson's ratio, 0.5 included. None where the law does not come apart.
     """
-    mu, compliance = material.shear_modulus, material.compliance
+    mu, K = material.shear_modulus, material.bulk_modulus
     if strain == "small":
-        return Mixed(SmallStrain(mu, -2.0 / 3.0 * mu), Dilatation(), compliance)
+        return Mixed(SmallStrain(mu, -2.0 / 3.0 * mu), Dilatation(), K)
     if strain == "corotational":
-        return Mixed(Corotational(mu, -2.0 / 3.0 * mu), Stretching(), compliance)
+        return Mixed(Corotational(mu, -2.0 / 3.0 * mu), Stretching(), K)
     parts = material.finite_mixed()
-    return None if parts is None else Mixed(*parts, compliance)
+    return None if parts is None else Mixed(*parts, material.pressure_modulus)

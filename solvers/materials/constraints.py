@@ -1,7 +1,7 @@
 """What measures a change of volume in each kind of strain, as a constraint g(F) = 0 that a pressure upholds.
 
-A law whose part of the volume is K/2 g(F)^2 has the same states as p g(F) - p^2 / (2 K) with a pressure p of its own,
-and the latter stays finite where K does not: 1/K = 0 is the incompressible solid, with g = 0. p is in tension positive.
+A law whose part of the volume is M/2 g(F)^2 has the same states as p g(F) - p^2 / (2 M) with a pressure p of its own,
+and the latter stays finite where M does not: 1/M = 0 is the incompressible solid, with g = 0. p is in tension positive.
 Sources: Herrmann (1965), "Elasticity equations for incompressible and nearly incompressible materials by a variational
 theorem"; Simo, Taylor and Pister (1985), Comput. Methods Appl. Mech. Eng. 51:177; Bonet and Wood (2008), section 8.5.
 """
@@ -76,14 +76,20 @@ class Constraint(ABC):
 
 @dataclass(frozen=True)
 class Mixed:
-    """A law taken apart: `shape`, a law without stiffness to volume, and K/2 g^2 of the constraint g.
+    """A law taken apart: `shape`, what stays at every point, and M/2 g^2 of the constraint g.
 
-    `compliance` is 1/K in 1/Pa, K the bulk modulus at rest: 0 where the solid is incompressible.
+    `modulus` is M in Pa, infinite where the solid is incompressible: the bulk modulus K where strains are small or
+    corotational and in laws that are written with K, else what `Isotropic.local_lambda` leaves of lam.
     """
 
     shape: Law
     constraint: Constraint
-    compliance: float
+    modulus: float
+
+    @property
+    def compliance(self) -> float:
+        """1/M, 1/Pa; 0 where the solid is incompressible."""
+        return 1.0 / self.modulus
 
 
 class Dilatation(Constraint):

@@ -34,7 +34,7 @@ class NeoHookean(OfInvariants, Isotropic):
         return _Shear(**vars(self)), _Volume(**vars(self))
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
-        """lam = K - 2 mu/3: the first part has -2 mu/3 for lam."""
+        """The first part has `local_lambda` for lam."""
         from softmark.solvers.materials.constraints import LogarithmicVolume
 
         return _Shape(**vars(self)), LogarithmicVolume()
@@ -66,9 +66,9 @@ class _Volume(NeoHookean):
 
 
 class _Shape(NeoHookean):
-    """All but K/2 g^2: no stiffness to a small change of volume."""
+    """All but what a pressure takes."""
 
     @property
     def lame_lambda(self) -> float:
-        """-2 mu/3, Pa."""
-        return -2.0 / 3.0 * self.shear_modulus
+        """What stays at every point, Pa."""
+        return self.local_lambda

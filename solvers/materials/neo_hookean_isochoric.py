@@ -39,6 +39,11 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
 
         return _Shear(**vars(self)), VolumeRatio()
 
+    @property
+    def pressure_modulus(self) -> float:
+        """K, Pa: the law is split that way."""
+        return self.bulk_modulus
+
     def energy(self, stretch: Array, j: Array) -> Array:
         mu, K = self.shear_modulus, self.bulk_modulus
         shape = stretch + np.expm1(-2.0 / 3.0 * np.log1p(j)) * (stretch + 3.0)

@@ -45,7 +45,7 @@ def energy_of(mesh: Mesh, form: str, what: Any) -> Any:
     if form == "mixed" and split is not None:
         return with_pressures(mesh, parts, split, what.shear_modulus)
     if form == "mean_dilatation" and split is not None:
-        return MeanDilatation(*body, split.shape, split.constraint, what.bulk_modulus)
+        return MeanDilatation(*body, split.shape, split.constraint, split.modulus)
     if form == "selective":
         middle, laws = integration(mesh, rule=centre_rule(mesh.element)), parts_for(what, "small")
         assert laws is not None
