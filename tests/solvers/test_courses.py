@@ -24,7 +24,7 @@ NAMES = sorted(INTEGRATORS)
 NONE = np.zeros(0, dtype=np.int64)  # nothing is held
 COURSES = [
     Pulse(start=0.0312, until=0.0318),  # between two steps of 10 ms
-    Pulse(start=0.004, until=0.0571),
+    Pulse(start=0.004, until=0.0971),
     Ramp(over=0.033, start=0.0123),
     Ramp(over=0.002, start=0.0413),
     Smooth(over=0.015, start=0.0177),
