@@ -17,6 +17,7 @@ from softmark.interpreter.comparisons import comparisons
 from softmark.interpreter.conditions import Point
 from softmark.interpreter.ledger import shortened
 from softmark.interpreter.models.disturbing import doubts as disturbed
+from softmark.interpreter.resolving import unresolved
 from softmark.interpreter.scene import Declared, Location, Scene
 from softmark.interpreter.selfconverged import doubts as doubts_of_refined
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -266,7 +267,7 @@ def _refined(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """In a dynamic analysis, all supports of a body that move share one course."""
+    """In a dynamic analysis, all supports of a body that move share one course, and steps show every course."""
     moved: dict[str, Declared] = {}
     analyses = list(scene.of_kind("analysis").values())
     for support in scene.of_kind("support").values():
@@ -277,6 +278,7 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             yield _diagnostic("E501", support.at("course"),
                               f"`{support.name}` and `{first.name}` move by different courses",
                               "another course", "all supports that move share one course")  # fmt: skip
+    yield from unresolved(scene)
 
 
 def _looks_at(scene: Scene, metric: str) -> str | None:

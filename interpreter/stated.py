@@ -32,6 +32,7 @@ from softmark.interpreter.models.beam6dof import Beam6Dof
 from softmark.interpreter.models.fem import Fem
 from softmark.interpreter.models.mass_spring import MassSpring
 from softmark.interpreter.models.prepared import Solution, Workshop
+from softmark.interpreter.resolving import shows
 from softmark.interpreter.results import ModelResult, ProbeResult, clean
 from softmark.interpreter.scene import Declared, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -59,6 +60,8 @@ DOUBTS: dict[str, str] = {
     "W361": "the integrator has taken much of the energy",
     "W362": "the step does not resolve the slowest vibration",
     "W364": "its mesh has slivers",
+    "W377": "there are few steps to a swing of its loads",
+    "W378": "steps do not show all of a course",
 }
 
 VOID = ("W351",)  # states of which no part of the error says anything
@@ -410,11 +413,12 @@ class Stated:
         return displacement_of(self.mesh.mesh, d.reshape(-1, 3))
 
     def _time(self, seen: Seen) -> float:
-        """The same with a step twice as long, or of an explicit integrator half as long."""
+        """The same with a step twice as long, or half as long where that is explicit or would not show a course."""
         analysis = self.case.analysis
-        finer = getattr(analysis, "integrator", "") == "central_differences"
         if not isinstance(analysis, Dynamic):
             return 0.0
+        # where a step twice as long would not show a course, it might miss it just as this one does
+        finer = analysis.integrator == "central_differences" or not shows(self.case, 2.0 * analysis.step)
         longer = replace(analysis, step=analysis.step * (0.5 if finer else 2.0))
         case = replace(self.case, analysis=longer)
         solution, _ = self._solved("step", self.declared, case)

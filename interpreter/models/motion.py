@@ -20,8 +20,9 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS, Integrator
 from softmark.solvers.dynamics.balance import LOSS
+from softmark.solvers.dynamics.loading import Constant, Course
 from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.problem import Course, Dynamics, Rayleigh, constant
+from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.resolution import FEW, WRONG, Resolution, resolution, resolved
 from softmark.solvers.dynamics.scheme import Motion, StepTooLong
 from softmark.solvers.dynamics.trajectory import Diverged, NotConverged, Trajectory
@@ -329,12 +330,12 @@ def _velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
 
 def course_of(load: Declared) -> Course:
     """How a load or support grows in time; in full from the start where the scene does not say."""
-    course = getattr(load.thing, "course", None)
-    return constant if course is None else course.at
+    course: Course | None = getattr(load.thing, "course", None)
+    return course or Constant()
 
 
 def _support_course(case: Case) -> Course:
     """The one course of all supports that move; scenes in which they differ are refused when they are checked."""
     moving = (s for s in case.supports if hasattr(s.thing, "course"))
     first = next(moving, None)
-    return constant if first is None else course_of(first)
+    return Constant() if first is None else course_of(first)

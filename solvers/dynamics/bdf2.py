@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from softmark.solvers.dynamics.loading import steady
 from softmark.solvers.dynamics.newmark import newmark_stage
 from softmark.solvers.dynamics.scheme import Motion, Past, Stage
 
@@ -32,7 +33,8 @@ class BDF2:
         """The trapezoidal rule at the start, the formula from then on."""
         now, before = past.now, past.before
         if before is None:
-            return system.solve(newmark_stage(now, step, 0.25, 0.5))
+            load = system.forces.graded(now.time, now.time + step)
+            return system.solve(newmark_stage(system, now, step, load, 0.25, 0.5))
         ratio = step / (now.time - before.time)
         c0 = (1.0 + 2.0 * ratio) / (1.0 + ratio) / step
         c2 = ratio**2 / (1.0 + ratio) / step
@@ -41,4 +43,7 @@ class BDF2:
         surge = c2 / c0 * (now.v - before.v)  # where D v = 0: v1 = v0 + surge
         speed = now.v + surge
         coast = now.x + drift + speed / c0
-        return system.solve(Stage(now, step, c0**2, c0, coast, speed))
+        # D of the impulse since the start: a free body gets the right velocity whatever the course
+        mean, last = system.forces.mean(now.time, now.time + step), system.forces.mean(before.time, now.time)
+        load = steady(mean + ratio / (1.0 + ratio) * (mean - last))
+        return system.solve(Stage(now, step, load, c0**2, c0, coast, speed))

@@ -41,14 +41,16 @@ class CentralDifferences:
         """Half a kick, a drift, half a kick. Raises StepFailed where the body has become too stiff for the step."""
         if step > system.longest:
             raise StepFailed(_too_stiff(system.longest))
-        now, end = past.now, past.now.time + step
+        end = past.now.time + step
+        load = system.forces.graded(past.now.time, end)
+        now = system.under(past.now, load.first)
         half = now.v + 0.5 * step * now.a
         x = system.supported(now.x + step * half, end)
-        a, v = system.kick(now, x, half, end)
+        a, v = system.kick(now, x, half, end, load.last)
         system.longest = self.safety * system.frequencies.after(now, x, a, end)
         if step > system.longest:
             raise StepFailed(_too_stiff(system.longest))
-        return Motion(end, x, v, a)
+        return Motion(end, x, v, a, load.last)
 
 
 def _swing(step: float, critical: float) -> float:

@@ -75,5 +75,5 @@ class Damping:
         if largest == 0.0:
             return np.zeros_like(d)
         eps = 1e-6 * max(1e-3, float(np.abs(self._x).max())) / largest
-        ahead, back = (self.forces.at(self._x + s * eps * d, 0.0).internal for s in (1.0, -1.0))
+        ahead, back = (self.forces.within(self._x + s * eps * d) for s in (1.0, -1.0))
         return (ahead - back) / (2.0 * eps)

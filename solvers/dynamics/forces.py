@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from softmark.solvers.dynamics.problem import Course, Dynamics, constant
+from softmark.solvers.dynamics.loading import Constant, Course, Load, graded, mean_of
+from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.patterns import Pattern, prepare
 
@@ -32,7 +33,7 @@ class Forces:
     def __init__(self, problem: Dynamics) -> None:
         assembly = problem.assembly
         self.dofs, self.internal, self.loads = assembly.dofs, assembly.internal, assembly.loads
-        self.courses: tuple[Course, ...] = problem.courses or (constant,) * len(self.loads)
+        self.courses: tuple[Course, ...] = problem.courses or (Constant(),) * len(self.loads)
         self.conservative = assembly.conservative
         self.fixed = np.asarray(problem.fixed, dtype=np.int64)
         self.free = np.setdiff1d(np.arange(self.dofs), self.fixed)
@@ -47,31 +48,48 @@ class Forces:
         product: Floats = self.M @ a if self.lumped is None else self.lumped * a
         return product
 
-    def factors(self, time: float) -> list[float]:
-        """The factor of each load at a time."""
-        return [course(time) for course in self.courses]
+    def factors(self, time: float) -> Floats:
+        """The factor of each load at a time (l,)."""
+        return np.array([course.at(time) for course in self.courses])
 
-    def scaled(self, time: float) -> list[tuple[Energy, float]]:
+    def graded(self, begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> Load:
+        """The loads of a step, see loading.graded."""
+        return graded(self.courses, begin, end, weight, ahead)
+
+    def mean(self, begin: float, end: float) -> Floats:
+        """Mean factors (l,) over a time."""
+        return mean_of(self.courses, begin, end)
+
+    def scaled(self, factors: Floats) -> list[tuple[Energy, float]]:
         """Every energy with its factor, in the order of the pattern's slots."""
-        return [(e, 1.0) for e in self.internal] + list(zip(self.loads, self.factors(time), strict=True))
+        return [(e, 1.0) for e in self.internal] + list(zip(self.loads, factors.tolist(), strict=True))
 
-    def value(self, x: Floats, time: float) -> float:
-        """Potential energy, J; infinite outside the domain of a law."""
-        return sum(scale * e.value(x) for e, scale in self.scaled(time) if scale != 0.0)
+    def value(self, x: Floats, factors: Floats) -> float:
+        """Potential energy under loads with `factors` (l,), J; infinite outside the domain of a law."""
+        return sum(scale * e.value(x) for e, scale in self.scaled(factors) if scale != 0.0)
 
     def strain(self, x: Floats) -> float:
         """Energy of the internal forces, J."""
         return sum(e.value(x) for e in self.internal)
 
-    def at(self, x: Floats, time: float) -> Force:
-        """Gradients of the energies."""
-        internal, external = np.zeros(self.dofs), np.zeros(self.dofs)
+    def at(self, x: Floats, factors: Floats) -> Force:
+        """Gradients of the energies, the loads with `factors` (l,)."""
+        return Force(self.within(x), self.pushed(x, factors))
+
+    def within(self, x: Floats) -> Floats:
+        """Gradient of the internal energies (dofs,), N."""
+        internal = np.zeros(self.dofs)
         for energy in self.internal:
             energy.add_gradient(x, internal)
-        for energy, scale in zip(self.loads, self.factors(time), strict=True):
+        return internal
+
+    def pushed(self, x: Floats, factors: Floats) -> Floats:
+        """Gradient of the loads with `factors` (l,), (dofs,), N."""
+        external = np.zeros(self.dofs)
+        for energy, scale in zip(self.loads, factors.tolist(), strict=True):
             if scale != 0.0:
                 energy.add_gradient(x, external, scale)
-        return Force(internal, external)
+        return external
 
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the forces, N."""
@@ -85,10 +103,10 @@ class Forces:
                 energy.add_hessian(x, data, slots, 1.0, True)
         return data
 
-    def tangent(self, x: Floats, time: float, projected: bool = False) -> sparse.csr_matrix:
-        """K over the free degrees of freedom, in the shared pattern."""
+    def tangent(self, x: Floats, factors: Floats, projected: bool = False) -> sparse.csr_matrix:
+        """K over the free degrees of freedom under loads with `factors` (l,), in the shared pattern."""
         data = np.zeros(len(self.pattern.indices))
-        for (energy, scale), slots in zip(self.scaled(time), self.pattern.slots, strict=False):
+        for (energy, scale), slots in zip(self.scaled(factors), self.pattern.slots, strict=False):
             if energy.stencils.size and scale != 0.0:
                 energy.add_hessian(x, data, slots, scale, projected)
         return self.pattern.matrix(data)

@@ -98,7 +98,7 @@ class Frequencies:
         tangent K and the definite one K', of which the damping is made, differ: the h with h^2 w^2 + 2 b h w'^2 = 4.
         """
         before, spent = self.omega, self._age
-        self.omega = self.definite = self._largest("tangent", self.forces.tangent(x, time))
+        self.omega = self.definite = self._largest("tangent", self.forces.tangent(x, self.forces.factors(time)))
         if self.damping.beta:
             data = self.forces.stiffness(x)
             self.definite = self._largest("definite", self.forces.pattern.matrix(data))

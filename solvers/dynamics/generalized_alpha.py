@@ -35,4 +35,7 @@ class GeneralizedAlpha:
         r = self.spectral_radius
         alpha_m, alpha_f = (2.0 * r - 1.0) / (r + 1.0), r / (r + 1.0)
         beta, gamma = 0.25 * (1.0 - alpha_m + alpha_f) ** 2, 0.5 - alpha_m + alpha_f
-        return system.solve(newmark_stage(past.now, step, beta, gamma, alpha_m, alpha_f))
+        now = past.now
+        # its accelerations are those of a time (alpha_m - alpha_f) h after the state's
+        load = system.forces.graded(now.time, now.time + step, ahead=alpha_m - alpha_f)
+        return system.solve(newmark_stage(system, now, step, load, beta, gamma, alpha_m, alpha_f))

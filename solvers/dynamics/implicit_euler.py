@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from softmark.solvers.dynamics.loading import steady
 from softmark.solvers.dynamics.scheme import Motion, Past, Stage
 
 if TYPE_CHECKING:
@@ -29,4 +30,5 @@ class ImplicitEuler:
     def advance(self, system: System, past: Past, step: float) -> Motion:
         """a1 = (x1 - x0 - h v0) / h^2, v1 = (x1 - x0) / h."""
         now = past.now
-        return system.solve(Stage(now, step, 1.0 / step**2, 1.0 / step, now.x + step * now.v, now.v))
+        load = steady(system.forces.mean(now.time, now.time + step))
+        return system.solve(Stage(now, step, load, 1.0 / step**2, 1.0 / step, now.x + step * now.v, now.v))

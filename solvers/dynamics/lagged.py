@@ -96,7 +96,7 @@ class Lagged:
         self._pause = 0
         self._pending = trial.x, balance.now
         self.system.newton.scale = trial.scale
-        return Motion(balance.end, trial.x, trial.v, trial.a), outcome
+        return balance.motion(trial), outcome
 
     def _fail(self) -> None:
         """Count a step that Newton's method has to take; after several, leave it some more."""
@@ -180,9 +180,7 @@ class Lag(Balance):
         super().__init__(lagged.system, stage)
         self.lagged, self.traces, self.now = lagged, traces, np.empty_like(traces)
         self._fresh = True
-        self._external = np.zeros(self.forces.dofs)
-        for load, scale in zip(self.forces.loads, self.forces.factors(self.time), strict=True):
-            load.add_gradient(stage.start.x, self._external, scale)
+        self._external = self.forces.pushed(stage.start.x, self.factors)
 
     def force(self, x: Floats) -> Force:
         """The forces that count for the end x."""

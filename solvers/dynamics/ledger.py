@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from softmark.solvers.dynamics.forces import Force
 from softmark.solvers.dynamics.scheme import Motion
 from softmark.solvers.dynamics.system import System
+from softmark.solvers.energies.energy import Floats
 
 NAMES = ("kinetic", "strain", "load_work", "support_work", "damping", "drift")
 
@@ -18,7 +18,7 @@ class Entry:
     """Energies at a time, J (see Trajectory)."""
 
     motion: Motion
-    force: Force
+    internal: Floats  # minus the internal forces (dofs,), N
     kinetic: float
     strain: float
     load_work: float = 0.0
@@ -35,19 +35,20 @@ class Entry:
 def open_entry(system: System, motion: Motion) -> Entry:
     """Energies of a motion by itself."""
     kinetic = 0.5 * float(motion.v @ (system.forces.M @ motion.v))
-    force = system.forces.at(motion.x, motion.time)
-    return Entry(motion, force, kinetic, system.forces.strain(motion.x))
+    return Entry(motion, system.forces.within(motion.x), kinetic, system.forces.strain(motion.x))
 
 
 def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
-    """Work over a step by the trapezoidal rule; damping by the mean velocity of the step."""
+    """Work over a step by the trapezoidal rule, of loads by their mean over it; damping by the mean velocity."""
     here = open_entry(system, motion)
     h, way = motion.time - last.motion.time, motion.x - last.motion.x
     drag = system.damping.force(way / h) + system.damping.reaction(way / h)
-    mean = 0.5 * (last.force.total + here.force.total)
+    factors = system.forces.mean(last.motion.time, motion.time)
+    pushed = 0.5 * (system.forces.pushed(last.motion.x, factors) + system.forces.pushed(motion.x, factors))
+    mean = 0.5 * (last.internal + here.internal) + pushed
     reaction = system.forces.M @ ((motion.v - last.motion.v) / h) + mean + drag
     fixed = system.forces.fixed
-    load_work = last.load_work - 0.5 * float((last.force.external + here.force.external) @ way)
+    load_work = last.load_work - float(pushed @ way)
     support_work = last.support_work + float(reaction[fixed] @ way[fixed])
     damping = last.damping + float(drag @ way)
     gained = here.kinetic + here.strain - last.kinetic - last.strain

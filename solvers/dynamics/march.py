@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,6 @@ from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.dynamics.scheme import Motion, Past, StepFailed
 from softmark.solvers.dynamics.system import System
 from softmark.solvers.dynamics.trajectory import Diverged, Event, NotConverged, Trajectory
-
-NOISE = 1e4  # times the rounding of forces
 
 NOISE = 1e4  # times the rounding of forces
 
@@ -110,7 +109,7 @@ class _March:
         motion = self.problem.integrator.advance(self.system, past, end - past.now.time)
         if not self.system.outcome.lagged and not self.problem.sound(motion.x):  # else it has been asked
             raise StepFailed("cells are inside out")
-        return Motion(end, motion.x, motion.v, motion.a)
+        return replace(motion, time=end)
 
     def _sound(self, entry: Entry) -> Entry:
         if not finite(entry):

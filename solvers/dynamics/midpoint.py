@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from softmark.solvers.dynamics.loading import steady
 from softmark.solvers.dynamics.scheme import Motion, Past, Stage
 
 if TYPE_CHECKING:
@@ -30,5 +31,6 @@ class Midpoint:
         """The unknown end of the step, balanced at its middle; `a` is the mean acceleration of the step."""
         now = past.now
         coast = now.x + step * now.v
-        stage = Stage(now, step, 2.0 / step**2, 2.0 / step, coast, now.v, alpha_f=0.5, between=True)
+        load = steady(system.forces.mean(now.time, now.time + step))
+        stage = Stage(now, step, load, 2.0 / step**2, 2.0 / step, coast, now.v, alpha_f=0.5, between=True)
         return system.solve(stage)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from softmark.solvers.dynamics.scheme import Motion, Past, Stage
 
 if TYPE_CHECKING:
+    from softmark.solvers.dynamics.loading import Load
     from softmark.solvers.dynamics.system import System
 
 
@@ -32,13 +33,22 @@ class Newmark:
 
     def advance(self, system: System, past: Past, step: float) -> Motion:
         """One Newmark step."""
-        return system.solve(newmark_stage(past.now, step, self.beta, self.gamma))
+        load = system.forces.graded(past.now.time, past.now.time + step, self.gamma)
+        return system.solve(newmark_stage(system, past.now, step, load, self.beta, self.gamma))
 
 
 def newmark_stage(
-    now: Motion, h: float, beta: float, gamma: float, alpha_m: float = 0.0, alpha_f: float = 0.0
+    system: System,
+    before: Motion,
+    h: float,
+    load: Load,
+    beta: float,
+    gamma: float,
+    alpha_m: float = 0.0,
+    alpha_f: float = 0.0,
 ) -> Stage:
     """Newmark's formulas solved for a1 and v1: a1 = (x1 - coast) / (beta h^2), v1 as in `Stage`."""
+    now = system.under(before, load.first)
     coast = now.x + h * now.v + h**2 * (0.5 - beta) * now.a
     speed = now.v + h * (1.0 - gamma) * now.a
-    return Stage(now, h, 1.0 / (beta * h**2), gamma / (beta * h), coast, speed, alpha_m, alpha_f)
+    return Stage(now, h, load, 1.0 / (beta * h**2), gamma / (beta * h), coast, speed, alpha_m, alpha_f)

@@ -63,7 +63,7 @@ class Newton:
         balance = Balance(self.system, stage)
         trial, outcome = self._descend(balance)
         self.scale = trial.scale
-        return Motion(balance.end, trial.x, trial.v, trial.a), outcome
+        return balance.motion(trial), outcome
 
     def _descend(self, balance: Balance) -> tuple[Trial, Outcome]:
         most, cap = self.system.problem.max_iterations, self.system.problem.cap
@@ -108,7 +108,7 @@ class Trial:
     def potential(self) -> float:
         """Potential energy of the forces, J; of the internal ones alone where loads have none."""
         forces, x = self.balance.forces, self.balance.weighted(self.x)
-        return forces.value(x, self.balance.time) if forces.conservative else forces.strain(x)
+        return forces.value(x, self.balance.factors) if forces.conservative else forces.strain(x)
 
     @cached_property
     def r(self) -> Floats:
@@ -144,9 +144,10 @@ class Balance:
         self.weight = 1.0 if stage.between else self.share  # of the forces in the residual
         self.end = start.time + stage.step
         self.time = start.time + self.share * stage.step if stage.between else self.end  # of the forces
+        self.factors = stage.load.mean if stage.between else stage.load.end
         self.past: Floats | float = 0.0
         if stage.alpha_f and not stage.between:
-            self.past = stage.alpha_f * self.forces.at(start.x, start.time).total
+            self.past = stage.alpha_f * self.forces.at(start.x, stage.load.start).total
 
     def trial(self, x: Floats) -> Trial:
         """The end x, with the velocity and the acceleration that belong to it."""
@@ -159,9 +160,13 @@ class Balance:
         drag = system.damping.force(self.share * v + stage.alpha_f * stage.start.v)
         return Trial(self, x, v, a, inertia, drag)
 
+    def motion(self, trial: Trial) -> Motion:
+        """What it is at the end."""
+        return Motion(self.end, trial.x, trial.v, trial.a, self.stage.load.last)
+
     def force(self, x: Floats) -> Force:
         """The forces that count for the end x."""
-        return self.forces.at(self.weighted(x), self.time)
+        return self.forces.at(self.weighted(x), self.factors)
 
     def weighted(self, x: Floats) -> Floats:
         """The state whose forces count."""
@@ -250,7 +255,7 @@ class Balance:
     def _jacobian(self, x: Floats, projected: bool) -> sparse.csr_matrix:
         """dr/dx = (1 - alpha_m) A M + (1 - alpha_f) (B C + K), in the shared pattern."""
         stage = self.stage
-        J = self.forces.tangent(self.weighted(x), self.time, projected)
+        J = self.forces.tangent(self.weighted(x), self.factors, projected)
         J.data *= self.share
         self.forces.add_mass(J.data, (1.0 - stage.alpha_m) * stage.A)
         if self.system.damping.active:

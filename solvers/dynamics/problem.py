@@ -10,13 +10,11 @@ import numpy as np
 from scipy import sparse
 
 from softmark.solvers.assembly import Assembly
+from softmark.solvers.dynamics.loading import Constant, Course
 from softmark.solvers.dynamics.scheme import Integrator
 from softmark.solvers.dynamics.trapezoidal import Trapezoidal
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.linear import factor
-
-Course = Callable[[float], float]
-
 
 class LinearSolver(Protocol):
     """Solves one system after the other; may keep what it knows of a pattern from step to step."""
@@ -51,20 +49,15 @@ class Rayleigh:
     beta: float = 0.0
 
 
-def constant(time: float) -> float:
-    """The course of what has its full size from the start: 1."""
-    return 1.0
-
-
 @dataclass(frozen=True)
 class Dynamics:
     """M a + C v + dE/dx = 0, E(x, t) = internal energies + sum_i courses_i(t) loads_i, from `rest` at time 0.
 
     A state is its own degrees of freedom (`VectorSpace`): displacements of solids or of particles. `mass` is a
     sparse matrix or its diagonal (dofs,), in kg. The degrees of freedom `fixed` are at rest + target *
-    support_course(t); their velocities and accelerations are central differences of that course over one step.
-    `assembly.loads` follow `courses`, one for each; none means constant. Courses are asked for times a step
-    before 0 and a step after the end too.
+    support_course(t); their velocities and accelerations are central differences of that course over one step,
+    so that it is asked for times a step before 0 and a step after the end too. `assembly.loads` follow `courses`,
+    one for each, by their means over each step (loading.py); none means constant.
 
     A step is solved by Newton's method until the out-of-balance force is at most `tolerance` times the largest
     of the forces that balance each other: inertia, internal forces with the reactions of supports, loads, damping,
@@ -87,7 +80,7 @@ class Dynamics:
     velocity: Floats  # (dofs,)
     fixed: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))  # (c,)
     target: Floats = field(default_factory=lambda: np.zeros(0))  # (c,) m
-    support_course: Course = constant
+    support_course: Course = Constant()
     courses: tuple[Course, ...] = ()
     damping: Rayleigh = Rayleigh()
     integrator: Integrator = field(default_factory=Trapezoidal)

@@ -133,7 +133,7 @@ def _newmark(beta: float, gamma: float, m: float, f: float, wh: float) -> comple
 def loaded_frequency(forces: Forces, problem: Dynamics, points: Floats) -> float | None:
     """The angular frequency of the lowest mode at rest that loads, supports or the first velocity excite, rad/s."""
     free = forces.free
-    K, M = forces.tangent(problem.rest, 0.0), forces.M_free
+    K, M = forces.tangent(problem.rest, forces.factors(0.0)), forces.M_free
     push = _push(forces, problem, points)
     if not (len(free) and np.all(np.isfinite(K.data)) and np.all(np.isfinite(push)) and np.any(push)):
         return None
@@ -160,7 +160,7 @@ def _push(forces: Forces, problem: Dynamics, points: Floats) -> Floats:
         size = float(np.abs(problem.target).max())
         eps = 1e-6 * float(np.ptp(points)) / size
         moved[forces.fixed] += eps * problem.target
-        pushes.append(-(forces.at(moved, 0.0).internal - forces.at(problem.rest, 0.0).internal))
+        pushes.append(-(forces.within(moved) - forces.within(problem.rest)))
     total = np.zeros(len(forces.free))
     for number, f in enumerate(pushes):
         size = float(np.linalg.norm(f[forces.free]))

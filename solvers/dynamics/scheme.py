@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from softmark.solvers.dynamics.loading import Load
     from softmark.solvers.dynamics.system import System
 
     Floats = NDArray[np.float64]
@@ -16,12 +17,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Motion:
-    """A state with its velocity and acceleration (dofs,) at a `time` in s."""
+    """A state with its velocity and acceleration (dofs,) at a `time` in s.
+
+    `factors` (l,) are those of the loads that the acceleration balances.
+    """
 
     time: float
     x: Floats
     v: Floats
     a: Floats
+    factors: Floats
 
 
 @dataclass(frozen=True)
@@ -34,7 +39,7 @@ class Past:
 
 @dataclass(frozen=True)
 class Stage:
-    """The equations of an implicit step of `step` seconds from `start`, for its unknown end x.
+    """The equations of an implicit step of `step` seconds under `load` from `start`, for its unknown end x.
 
     The ends of the step are a = A (x - coast) and v = speed + B (x - coast), with `coast` the state to which the
     body would come without forces. The balance holds at a weighted time within the step:
@@ -42,11 +47,12 @@ class Stage:
         (1 - alpha_m) M a + alpha_m M a0 + C ((1 - alpha_f) v + alpha_f v0) + f = 0,
 
     with forces f of the weighted state, f((1 - alpha_f) x + alpha_f x0), where `between`, and otherwise the
-    weighted forces (1 - alpha_f) f(x) + alpha_f f(x0).
+    weighted forces (1 - alpha_f) f(x) + alpha_f f(x0), each under the load of its end of the step.
     """
 
     start: Motion
     step: float
+    load: Load
     A: float  # 1/s^2
     B: float  # 1/s
     coast: Floats

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -17,6 +18,7 @@ from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear import Factor, Singular, factor
 
 SMALL = 500  # unknowns below which SuperLU is as quick
+SAME = 1e-8  # relative: loads that differ by less are one
 
 
 def _linear(forces: Forces) -> LinearSolver:
@@ -63,8 +65,9 @@ class System:
         v = problem.velocity.astype(np.float64)
         v[self.forces.fixed] = self.support_velocity(0.0)
         self.damping.begin(x)
-        g = self.forces.at(x, 0.0).total + self.damping.force(v)
-        return Motion(0.0, x, v, self.acceleration(g, 0.0))
+        factors = self.forces.factors(0.0)
+        g = self.forces.at(x, factors).total + self.damping.force(v)
+        return Motion(0.0, x, v, self.acceleration(g, 0.0), factors)
 
     # ------------------------------------------------------------------ supports
 
@@ -75,7 +78,7 @@ class System:
     def supported(self, x: Floats, time: float) -> Floats:
         """x with the supports where they are at a time."""
         if self._moving:
-            fixed, course = self.forces.fixed, self.problem.support_course(time)
+            fixed, course = self.forces.fixed, self.problem.support_course.at(time)
             x = x.copy()
             x[fixed] = self.problem.rest[fixed] + course * self.problem.target
         return x
@@ -84,14 +87,14 @@ class System:
         """Velocity (c,) of the supports, m/s."""
         if not self._moving:
             return 0.0
-        course, h = self.problem.support_course, self.step
+        course, h = self.problem.support_course.at, self.step
         return (course(time + h) - course(time - h)) / (2.0 * h) * self.problem.target
 
     def support_acceleration(self, time: float) -> Floats | float:
         """Acceleration (c,) of the supports, m/s^2; a kink of their course is spread over a step."""
         if not self._moving:
             return 0.0
-        course, h = self.problem.support_course, self.step
+        course, h = self.problem.support_course.at, self.step
         return (course(time + h) - 2.0 * course(time) + course(time - h)) / h**2 * self.problem.target
 
     # ------------------------------------------------------------------ accelerations
@@ -116,10 +119,25 @@ class System:
         except Singular as error:
             raise ValueError("the mass matrix is singular") from error
 
-    def kick(self, now: Motion, x: Floats, half: Floats, time: float) -> tuple[Floats, Floats]:
-        """Acceleration and velocity at the end of an explicit step, from the velocity `half` of its middle."""
+    def under(self, motion: Motion, factors: Floats) -> Motion:
+        """A motion that is at once under other loads, with `factors` (l,): only its acceleration changes."""
+        change = factors - motion.factors
+        if not np.any(np.abs(change) > SAME * np.maximum(np.abs(factors), np.abs(motion.factors))):
+            return motion
+        a, free = motion.a.copy(), self.forces.free
+        f = self.forces.pushed(motion.x, -change)[free]
+        a[free] += f / self.forces.lumped[free] if self.forces.lumped is not None else self._mass.solve(f)
+        return replace(motion, a=a, factors=factors)
+
+    def kick(
+        self, now: Motion, x: Floats, half: Floats, time: float, factors: Floats
+    ) -> tuple[Floats, Floats]:
+        """Acceleration and velocity at the end of an explicit step, from the velocity `half` of its middle.
+
+        The loads have `factors` (l,) there.
+        """
         h, alpha, fixed = time - now.time, self.problem.damping.alpha, self.forces.fixed
-        g = self.forces.at(x, time).total
+        g = self.forces.at(x, factors).total
         if self.problem.damping.beta:
             g = g + self.damping.force(half) - alpha * (self.forces.M @ half)
         a = self.acceleration(g, time)

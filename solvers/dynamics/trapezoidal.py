@@ -30,4 +30,5 @@ class Trapezoidal:
 
     def advance(self, system: System, past: Past, step: float) -> Motion:
         """The step of average acceleration."""
-        return system.solve(newmark_stage(past.now, step, 0.25, 0.5))
+        load = system.forces.graded(past.now.time, past.now.time + step)
+        return system.solve(newmark_stage(system, past.now, step, load, 0.25, 0.5))

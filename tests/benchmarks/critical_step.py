@@ -140,7 +140,8 @@ def grows(problem: Dynamics, step: float) -> bool:
     free, rng = system.forces.free, np.random.default_rng(7)
     v = np.zeros(problem.rest.size)
     v[free] = SPEED * rng.standard_normal(len(free)) / step
-    motion = Motion(0.0, problem.rest, v, system.start().a)
+    factors = system.forces.factors(0.0)
+    motion = Motion(0.0, problem.rest, v, system.start().a, factors)
     first = float(problem.mass @ v**2)
     for _ in range(STEPS):
         system.damping.begin(motion.x)
@@ -148,10 +149,10 @@ def grows(problem: Dynamics, step: float) -> bool:
         half = motion.v + 0.5 * step * motion.a
         x = motion.x + step * half
         try:
-            a, v = system.kick(motion, x, half, end)
+            a, v = system.kick(motion, x, half, end, factors)
         except StepFailed:
             return True
-        motion = Motion(end, x, v, a)
+        motion = Motion(end, x, v, a, factors)
         energy = float(problem.mass @ v**2)
         if not energy < 1e3 * first:
             return True

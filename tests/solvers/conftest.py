@@ -80,6 +80,23 @@ def problem() -> Callable[..., Statics]:
     return make
 
 
+@pytest.fixture(scope="session")
+def sampled() -> Callable[[Callable[[float], float]], Sampled]:
+    """A course from its values."""
+    return Sampled
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """A smooth course from its values, its means by Gauss's rule of 12 points."""
+
+    at: Callable[[float], float]
+
+    def mean(self, begin: float, end: float) -> float:
+        s, w = np.polynomial.legendre.leggauss(12)
+        return 0.5 * sum(float(b) * self.at(begin + 0.5 * (end - begin) * (1.0 + float(a))) for a, b in zip(s, w))
+
+
 # ------------------------------------------------------------------ a few particles
 
 

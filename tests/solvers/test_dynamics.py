@@ -15,6 +15,7 @@ from softmark.solvers.dynamics import INTEGRATORS, Integrator
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.generalized_alpha import GeneralizedAlpha
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
+from softmark.solvers.dynamics.loading import Course
 from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.mass import angular_momentum, linear_momentum
 from softmark.solvers.dynamics.midpoint import Midpoint
@@ -279,12 +280,12 @@ def test_damping_between_a_moving_support_and_the_body(
     assert path.energies["damping"][-1] > 0.01
 
 
-def test_each_load_has_its_own_course(states: States) -> None:
+def test_each_load_has_its_own_course(states: States, sampled: Callable[..., Course]) -> None:
     """x'' = 2 t + 3 cos t from rest: x = t^3/3 + 3 (1 - cos t). Error of the trapezoidal rule O(h^2)."""
     loads = [DeadForces(np.array([2.0])), DeadForces(np.array([3.0]))]
     problem = Dynamics(
         Assembly(1, NONE, [], loads), np.ones(1), np.zeros(1), np.zeros(1),
-        courses=(lambda t: t, lambda t: float(np.cos(t))),
+        courses=(sampled(lambda t: t), sampled(lambda t: float(np.cos(t)))),
     )  # fmt: skip
     path = march(problem, 2.0, 1e-3)
     np.testing.assert_allclose(

@@ -16,6 +16,7 @@ from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.forces import Forces
 from softmark.solvers.dynamics.generalized_alpha import GeneralizedAlpha
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
+from softmark.solvers.dynamics.loading import Course
 from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.mass import lumped_mass, mass_points
 from softmark.solvers.dynamics.midpoint import Midpoint
@@ -80,7 +81,9 @@ def test_linear_vibrations_gain_nothing_at_any_step(name: str, step: float, osci
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_support_that_moves_and_comes_back(name: str, spring: type[Any]) -> None:
+def test_a_support_that_moves_and_comes_back(
+    name: str, spring: type[Any], sampled: Callable[..., Course]
+) -> None:
     """A mass on a spring whose other end is moved by one length over a second, smoothly."""
     points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     bond = spring(points, np.array([[0, 1]]), 40.0, 1.0)
@@ -90,7 +93,7 @@ def test_a_support_that_moves_and_comes_back(name: str, spring: type[Any]) -> No
 
     problem = Dynamics(
         Assembly(6, np.arange(3), [bond], []), np.ones(6), np.zeros(6), np.zeros(6), np.arange(3),
-        np.array([1.0, 0.0, 0.0]), course, integrator=made(name),
+        np.array([1.0, 0.0, 0.0]), sampled(course), integrator=made(name),
     )  # fmt: skip
     found = march(problem, 2.0, 0.02).balance
     assert found.scale > 1.0  # the support works against 40 N/m

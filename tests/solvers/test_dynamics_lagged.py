@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from softmark.solvers.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.lagged import Differences, Mixer
+from softmark.solvers.dynamics.loading import Course
 from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.system import System
@@ -82,15 +84,17 @@ def test_trajectories_are_those_of_newton(name: str, mesh: Mesh) -> None:
 
 
 @pytest.mark.parametrize("name", ["implicit_euler", "generalized_alpha", "midpoint"])
-def test_with_damping_moving_supports_and_courses_of_loads(name: str, mesh: Mesh) -> None:
+def test_with_damping_moving_supports_and_courses_of_loads(
+    name: str, mesh: Mesh, sampled: Callable[..., Course]
+) -> None:
     """As above, for every term that an equation of a step may have."""
     problem = beam(mesh, name, tolerance=1e-8)
     problem = replace(
         problem,
         damping=Rayleigh(0.5, 1e-3),
         target=np.tile([0.0, 0.01, 0.0], len(problem.fixed) // 3),
-        support_course=lambda t: float(np.sin(20.0 * t)),
-        courses=(lambda t: 1.0 - 0.5 * float(np.cos(9.0 * t)),),
+        support_course=sampled(lambda t: float(np.sin(20.0 * t))),
+        courses=(sampled(lambda t: 1.0 - 0.5 * float(np.cos(9.0 * t))),),
     )
     path, judge = march(problem, 0.3, 0.01), march(replace(problem, lagged=False), 0.3, 0.01)
     agree(path, judge, 1e-6)
@@ -188,9 +192,9 @@ def test_one_newton_iteration_is_the_linearly_implicit_step(mesh: Mesh) -> None:
     path = march(problem, 2 * h, h)
     first, second = path.observed[1], path.observed[2]
     system = System(problem, h)
-    K = system.forces.tangent(first.x, h)
+    K = system.forces.tangent(first.x, system.forces.factors(h))
     mass, free = problem.mass, system.forces.free
-    r = mass * first.v / h - system.forces.at(first.x, h).total  # type: ignore[operator]
+    r = mass * first.v / h - system.forces.at(first.x, system.forces.factors(h)).total  # type: ignore[operator]
     d = np.linalg.solve(K.toarray() + np.diag(mass[free]) / h**2, r[free])  # type: ignore[index]
     np.testing.assert_allclose((second.x - first.x)[free], d, rtol=0, atol=1e-9 * np.abs(d).max())
     assert not path.solved.any()

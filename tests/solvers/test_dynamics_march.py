@@ -17,6 +17,7 @@ from softmark.solvers.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
+from softmark.solvers.dynamics.loading import Constant
 from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.dynamics.trajectory import NotConverged, Trajectory, timing
@@ -85,7 +86,7 @@ def test_nothing_that_is_not_finite_comes_out(states: States, quadratic: type[An
 def test_parts_that_do_not_fit_are_refused(oscillators: Oscillators, quadratic: type[Any]) -> None:
     assembly = Assembly(2, NONE, [quadratic(np.eye(2))], [DeadForces(np.ones(2))])
     with pytest.raises(ValueError, match="2 courses for 1 loads"):
-        Dynamics(assembly, np.ones(2), np.zeros(2), np.zeros(2), courses=(float, float))
+        Dynamics(assembly, np.ones(2), np.zeros(2), np.zeros(2), courses=(Constant(), Constant()))
     with pytest.raises(ValueError, match="1 targets for 0 supports"):
         Dynamics(assembly, np.ones(2), np.zeros(2), np.zeros(2), target=np.ones(1))
     with pytest.raises(ValueError, match="mass of shape"):

@@ -16,6 +16,7 @@ from softmark.solvers.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS, Integrator
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
+from softmark.solvers.dynamics.loading import Course
 from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.mass import (
     angular_momentum,
@@ -280,27 +281,31 @@ def test_backward_euler_with_long_steps_comes_to_rest_in_equilibrium(law: Maker,
     assert np.all(np.isfinite(path.energies["strain"]))
 
 
-def test_a_support_that_tears_through_the_body_halves_steps(law: Maker, elastic: Energies) -> None:
+def test_a_support_that_tears_through_the_body_halves_steps(
+    law: Maker, elastic: Energies, sampled: Callable[..., Course]
+) -> None:
     """One end is driven by half the length in one step: cells cannot follow at once, the halved steps can."""
     mesh = Box((1.0, 0.5, 0.5)).mesh("tet4", 0.25)
     energy = elastic(mesh, law("neo_hookean", 1e3, 0.3))
     ends = np.flatnonzero((mesh.points[:, 0] < 1e-9) | (mesh.points[:, 0] > 1 - 1e-9))
     to = np.where(mesh.points[ends, :1] > 0.5, [[-0.5, 0.0, 0.0]], 0.0).ravel()
     problem = body(mesh, energy, 1.0, INTEGRATORS["bdf2"](), ends)
-    problem = replace(problem, target=to, support_course=lambda t: min(max(t / 0.02, 0.0), 1.0))
+    problem = replace(problem, target=to, support_course=sampled(lambda t: min(max(t / 0.02, 0.0), 1.0)))
     path = march(problem, 0.1, 0.02)
     assert path.complete
     assert np.linalg.det(energy.F(path.observed[-1].x)).min() > 0
 
 
-def test_follower_pressure_has_its_own_tangent(law: Maker, elastic: Energies) -> None:
+def test_follower_pressure_has_its_own_tangent(
+    law: Maker, elastic: Energies, sampled: Callable[..., Course]
+) -> None:
     """A rising pressure on one side of a beam that bends by it: quadratic convergence, no potential needed."""
     mesh = Box((1.0, 0.2, 0.2)).mesh("tet4", 0.1)
     top = np.all(mesh.points[mesh.faces][:, :, 2] > mesh.points[:, 2].max() - 1e-9, axis=1)
     pressure = FollowerPressure(mesh.points, mesh.faces[top], 1000.0)
     energy = elastic(mesh, law("neo_hookean", 1e6, 0.3))
     problem = body(
-        mesh, energy, 1000.0, Trapezoidal(), wall(mesh), (pressure,), courses=(lambda t: min(t, 1.0),)
+        mesh, energy, 1000.0, Trapezoidal(), wall(mesh), (pressure,), courses=(sampled(lambda t: min(t, 1.0)),)
     )
     path = march(problem, 1.0, 0.05)
     assert path.complete
