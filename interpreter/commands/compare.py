@@ -126,7 +126,7 @@ def _subjects(parsed: argparse.Namespace, progress: Progress) -> list[Subject] |
     found: list[Subject] = []
     sound = True
     for name in parsed.files:
-        scene, diagnostics = load(name, parsed.overrides)
+        scene, diagnostics = load(name, parsed.overrides, parsed.model)
         progress.clear()
         if scene is None:
             show(diagnostics)

@@ -53,7 +53,7 @@ def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
     from softmark.interpreter.names import concerning
     from softmark.interpreter.study.variations import subject_of
 
-    scene, diagnostics = load(parsed.file, parsed.overrides)
+    scene, diagnostics = load(parsed.file, parsed.overrides, parsed.model)
     progress.clear()
     if scene is None:
         show(diagnostics)
