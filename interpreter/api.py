@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +11,7 @@ from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.check import check
 from softmark.interpreter.compile import compile_scene, recompiled
 from softmark.interpreter.modules import Missing, locate, read
+from softmark.interpreter.names import needed
 from softmark.interpreter.scene import Scene, SceneError
 
 if TYPE_CHECKING:
@@ -82,10 +83,14 @@ def _loaded(source: Source, folder: Path, file: Path | None, parameters: dict[st
 
 
 def checked(
-    source: Source, folder: Path, file: Path | None, overrides: Sequence[str] = ()
+    source: Source, folder: Path, file: Path | None, overrides: Sequence[str] = (), only: Sequence[str] = ()
 ) -> tuple[Scene | None, list[Diagnostic]]:
-    """The scene, None if it has errors, and all diagnostics about it."""
+    """The scene, None if it has errors, and all diagnostics about it; `only` are the models that are asked for.
+
+    What other models cannot do is no error then, but for those that these are made from.
+    """
     scene, diagnostics = compile_scene(source, folder, file, overrides)
+    scene = replace(scene, chosen=needed(scene, only))
     complete = not any(d.severity == "error" for d in diagnostics)
     diagnostics += check(scene, complete)
     if scene.of_kind("study") and not any(d.severity == "error" for d in diagnostics):

@@ -171,6 +171,8 @@ class Binder:
             return self._listing(constructor)
         if nearest(name, [field.name]):
             return f"did you mean `{field.name}`?"
+        if name in schema.CONVERTED:
+            return f"there is `{field.name}`, which is {schema.CONVERTED[name]}: {field.doc}"
         return f"the field is called `{field.name}`: {field.doc}"
 
     @staticmethod

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter import lints, units
+from softmark.interpreter import given, lints, units
 from softmark.interpreter.cantilever import cantilever_of
 from softmark.interpreter.case import Case, Fault, body_of, case_for, reach
 from softmark.interpreter.comparisons import comparisons
@@ -130,12 +130,12 @@ def _bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _workers(scene: Scene) -> list[Declared]:
-    return [*scene.of_kind("model").values(), *scene.of_kind("reference").values()]
+    return [*scene.asked("model").values(), *scene.of_kind("reference").values()]
 
 
 def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
     """Models or references with their cases, those without a clear body left out."""
-    for declared in scene.of_kind(kind).values():
+    for declared in scene.asked(kind).values():
         try:
             yield declared, case_for(scene, declared)
         except Fault:
@@ -299,6 +299,10 @@ def _lints(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         yield from lint(scene)
 
 
+def _given(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    yield from given.faults(scene, found)
+
+
 def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """What nothing asks for; not worth saying while something else is wrong."""
     if not any(d.severity == "error" for d in found):
@@ -309,6 +313,6 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (
-    _bodies, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses, _published,
+    _bodies, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses, _published,
     _expectations, _use,
 )  # fmt: skip

@@ -48,7 +48,9 @@ def recompiled(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diag
     table = scene.table.again(diagnostics)
     added = [replace(o, place=Place(o.place.source, diagnostics)) for o in more]
     texts = (*scene.overrides, *(o.text for o in more))
-    return _compiled(table, scene.path, overrides.read(scene.overrides, diagnostics) + added, diagnostics, texts)
+    given = overrides.read(scene.overrides, diagnostics) + added
+    other, found = _compiled(table, scene.path, given, diagnostics, texts)
+    return replace(other, chosen=scene.chosen), found
 
 
 def _compiled(

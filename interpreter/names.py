@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.suggest import nearest
 from softmark.grammar.tree import Span
@@ -18,6 +20,17 @@ def unknown_models(scene: Scene, only: tuple[str, ...]) -> list[Diagnostic]:
             message = f"`{name}` is not a model of the scene"
             found.append(at_name("--model", name, "E201", message, "not found", hint))
     return found
+
+
+def needed(scene: Scene, only: Sequence[str]) -> tuple[str, ...]:
+    """The models that are asked for and those that they, or references, are made from; () where one is not known."""
+    models = scene.of_kind("model")
+    if not only or any(name not in models for name in only):
+        return ()
+    from softmark.interpreter.study.keys import reached
+
+    found = reached(scene, [*only, *scene.of_kind("reference")])
+    return tuple(n for n in models if n in found)
 
 
 def at_name(option: str, name: str, code: str, message: str, label: str, help: str) -> Diagnostic:

@@ -20,10 +20,9 @@ def ranges_of(stress: Mapping[str, Any], constructors: Mapping[str, str]) -> Jso
     """What a `softmark-stress/1` says of where its models are right; `constructors`: of each model by its name."""
     study = stress["studies"][0]
     units = {q["name"]: str(q.get("unit") or "1") for q in study["quantities"]}
-    nominal = {q["name"]: q.get("nominal") for q in study["quantities"]}
     models = [
         {"constructor": constructors[m], "outline": study["outlines"].get(m, m),
-         "ranges": [_range(study, m, name, nominal[name], units[name]) for name in nominal if _edges(study, m, name)]}
+         "ranges": [_range(study, m, name, units[name]) for name in units if _edges(study, m, name)]}
         for m in study["models"]
     ]  # fmt: skip
     return {
@@ -37,13 +36,16 @@ def _edges(study: Mapping[str, Any], model: str, name: str) -> dict[str, Json]:
     return {e["direction"]: e for e in study["edges"] if (e["model"], e["quantity"]) == (model, name)}
 
 
-def _range(study: Mapping[str, Any], model: str, name: str, nominal: Any, unit: str) -> Json:
+def _range(study: Mapping[str, Any], model: str, name: str, unit: str) -> Json:
+    from softmark.interpreter.report.stress_reach import nowhere
     from softmark.interpreter.report.stress_view import beyond, reach
 
     own = _edges(study, model, name)
     said = {d: words for d, e in own.items() if (words := beyond(e, unit)) is not None}
     chosen = any(e.get("right") is not None for e in own.values())
-    return {"quantity": name, "choice": chosen, "right": reach(own, nominal, unit), "beyond": said}
+    right = reach(own, unit)
+    found = {"quantity": name, "choice": chosen, "right": right, "beyond": said}
+    return found if right or chosen else {**found, "nowhere": nowhere(own.values())}
 
 
 def lines(constructor: str) -> list[str]:
@@ -72,5 +74,6 @@ def _words(found: Json) -> str:
     if found["choice"]:
         return "; ".join([f"right with {', '.join(right)}" if right else "never right", *found["beyond"].values()])
     words = " to ".join(right)
-    words = f"right from {words}" if len(right) == 2 else f"right at {words}" if right else "never right"
+    words = f"right from {words}" if len(right) == 2 else f"right at {words}"
+    words = words if right else str(found.get("nowhere") or "never right")
     return "; ".join([words, *(sides[d] + said for d, said in found["beyond"].items())])

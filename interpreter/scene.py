@@ -86,10 +86,16 @@ class Scene:
     overrides: tuple[str, ...] = ()  # as given: `L=120mm`
     unused: Mapping[str, Location] = field(default_factory=dict)
     table: Table | None = field(default=None, repr=False, compare=False)  # what it was compiled from
+    chosen: tuple[str, ...] = ()  # models that are asked for, with what they need; all of them without
 
     def of_kind(self, kind: str) -> dict[str, Declared]:
         """The scene's own declarations of a kind, without those that come from `use`."""
         return self._kinds.get(kind, {})
+
+    def asked(self, kind: str) -> dict[str, Declared]:
+        """Those of a kind, without models that were not asked for."""
+        own = self.of_kind(kind)
+        return {n: d for n, d in own.items() if n in self.chosen} if self.chosen and kind == "model" else own
 
     @cached_property
     def _kinds(self) -> dict[str, dict[str, Declared]]:

@@ -300,6 +300,12 @@ SYNONYMS = {
     "values": "over", "range": "over", "sweep": "over", "product": "with", "times": "with",
 }  # fmt: skip
 
+# What is near a field of ours and is another quantity: the number cannot be taken over.
+CONVERTED = {
+    "diameter": "half the diameter", "mass": "mass divided by volume", "total_mass": "mass divided by volume",
+    "totalMass": "mass divided by volume", "center": "not the middle of the shape", "centre": "not the middle of the shape",
+}  # fmt: skip
+
 # What other programs call the choices of a field.
 CHOICES = {
     "linear": "small", "infinitesimal": "small", "small_strain": "small", "engineering": "small",

@@ -60,6 +60,17 @@ class Markers:
     source: ClassVar[str] = "the file that the scene names"
     error_meaning: ClassVar[str] = "uncertainty of a measured displacement, m, as the scene states it"
 
+    def unfit(self) -> tuple[str, str] | None:
+        """Why the table is none of tracked points in these states, and what to do, without a number being read."""
+        try:
+            states = read_table(Path(self.path)).states
+        except Unreadable as error:
+            return error.reason, error.remedy
+        lacking = next((s for s in (self.rest, self.state) if s not in states), None)
+        if lacking is None:
+            return None
+        return f"the table has no state {lacking}", f"its states are {', '.join(map(str, states))}"
+
     def load(self, beside: Path | None = None) -> MeasuredPoints:
         """The points at rest and their displacements, in the scene's frame. Raises Unreadable."""
         table = read_table(find(self.path, beside))

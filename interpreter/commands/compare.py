@@ -78,9 +78,14 @@ def _changes(parsed: argparse.Namespace) -> int:
     """What has changed from one result to another."""
     import json
 
+    from softmark.interpreter.commands.collisions import collision
     from softmark.interpreter.report.compare_changes import changes_table
     from softmark.interpreter.study import changes
 
+    given = [("a result that is compared", Path(name)) for name in parsed.files]
+    if parsed.json not in (None, "-") and (problem := collision([("--json", Path(parsed.json))], given)):
+        print(problem, file=sys.stderr)
+        return 2
     try:
         old, new = (changes.read(name) for name in parsed.files)
         found = changes.changes(old, new, (parsed.files[0], parsed.files[1]))
@@ -101,7 +106,8 @@ def _compare(parsed: argparse.Namespace, progress: Progress) -> int:
     if subjects is None:
         return 2
     folder = Path(parsed.out if parsed.out is not None else _default(subjects))
-    found = carried_out(lambda: _compared(subjects, _request(parsed, folder, progress)), folder, parsed, progress)
+    work, scenes = lambda: _compared(subjects, _request(parsed, folder, progress)), [s.scene for s in subjects]
+    found = carried_out(work, folder, parsed, progress, "compare", scenes)
     return found if isinstance(found, int) else _shelve(found, folder, parsed)
 
 
@@ -120,7 +126,7 @@ def _subjects(parsed: argparse.Namespace, progress: Progress) -> list[Subject] |
     found: list[Subject] = []
     sound = True
     for name in parsed.files:
-        scene, diagnostics = load(name, parsed.overrides)
+        scene, diagnostics = load(name, parsed.overrides, parsed.model)
         progress.clear()
         if scene is None:
             show(diagnostics)

@@ -7,7 +7,7 @@ import inspect
 import re
 import sys
 
-from softmark.grammar.suggest import nearest
+from softmark.grammar.suggest import distance, nearest
 from softmark.interpreter import ranges, schema, units
 from softmark.interpreter.schema import Constructor, Field
 
@@ -24,12 +24,39 @@ def run(parsed: argparse.Namespace) -> int:
     """Print the page of a constructor, a kind, a word, a unit or a code."""
     text = page(parsed.name)
     if text is None:
-        close = nearest(parsed.name, _names())
-        hint = f"did you mean `{close}`?" if close else _meant_unit(parsed.name) or "`dsl list` shows what there is"
+        close = _slip(parsed.name)
+        said = ABSENT.get(parsed.name.lower()) or (f"did you mean `{close}`?" if close else _meant_unit(parsed.name))
+        hint = said or "`dsl list` shows what there is"
         print(f"error: there is nothing called `{parsed.name}`; {hint}", file=sys.stderr)
         return 2
     print(text)
     return 0
+
+
+_SOLIDS = "bodies are elastic solids, computed as such, as springs or as beams"
+_APART = "bodies neither touch each other nor themselves"
+ABSENT = {  # what people look for and is not here, under this name or any other
+    "contact": _APART, "collision": _APART, "friction": _APART,
+    "roller": "`fixed(body, where = ..., components = z)` lets a part slide",
+    "stress": "no metric measures stresses; `dsl stress` is a command, `stability` the study of it",
+    "viscosity": "`damping_mass` and `damping_stiffness` of `dynamic` damp a motion", "fluid": _SOLIDS,
+    "shell": _SOLIDS, "plate": _SOLIDS, "membrane": _SOLIDS, "cable": _SOLIDS, "rope": _SOLIDS, "heat": _SOLIDS,
+    "temperature": _SOLIDS, "diameter": "`radius` is half of it", "held": "`fixed` holds a part of a body",
+    "totalmass": "`density` is mass divided by volume", "total_mass": "`density` is mass divided by volume",
+}  # fmt: skip
+
+
+def _slip(name: str) -> str | None:
+    """The word that a slip of the finger made this of: of another word of the language, or of another, it may be far.
+
+    Short words are all near one another, and words that begin otherwise are mostly other words.
+    """
+    close = nearest(name, _names())
+    if close is None or len(name) < 4:
+        return close if close is not None and close.lower() == name.lower() else None
+    slips = distance(name.lower(), close.lower())
+    alike = name[:1].lower() == close[:1].lower()
+    return close if slips <= (1 if len(name) < 10 else 2) and (alike or len(name) > 6) else None
 
 
 def _names() -> list[str]:
@@ -132,7 +159,7 @@ def page(name: str) -> str | None:
         return f"{name} (element)\n\n{inspect.getdoc(schema.words()[name])}"
     if used := _field_page(name) or _choice_page(name):
         return used
-    meant = schema.WORDS.get(name) or schema.SYNONYMS.get(name) or schema.CHOICES.get(name)
+    meant = name.lower() not in ABSENT and (schema.WORDS.get(name) or schema.SYNONYMS.get(name) or schema.CHOICES.get(name))
     if meant and not _unit(name):
         said = f"`{name}` is not a word of this language; what is meant is called `{meant}` here."
         return f"{said}\n\n{page(meant) or _field_page(meant)}"

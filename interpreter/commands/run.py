@@ -46,7 +46,7 @@ def run(parsed: argparse.Namespace) -> int:
     from softmark.interpreter.names import concerning, unknown_models
 
     only = tuple(parsed.model)
-    scene, found = load(parsed.file, parsed.overrides)
+    scene, found = load(parsed.file, parsed.overrides, only)
     found = concerning(scene, only, found)
     progress.clear()
     show(found)

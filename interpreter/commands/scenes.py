@@ -37,15 +37,17 @@ def read_scene(name: str) -> tuple[Source, Path, Path | None]:
         raise Unread(Diagnostic("E401", missing.reason, None, None, help=missing.remedy)) from missing
 
 
-def load(name: str, overrides: Sequence[str] = ()) -> tuple[Scene | None, list[Diagnostic]]:
-    """The checked scene, None if it has errors, and all diagnostics."""
+def load(
+    name: str, overrides: Sequence[str] = (), only: Sequence[str] = ()
+) -> tuple[Scene | None, list[Diagnostic]]:
+    """The checked scene, None if it has errors, and all diagnostics; `only` are the models that are asked for."""
     from softmark.interpreter.api import checked
 
     try:
         source, folder, file = read_scene(name)
     except Unread as unread:
         return None, [unread.diagnostic]
-    return checked(source, folder, file, overrides)
+    return checked(source, folder, file, overrides, only)
 
 
 def coloured() -> bool:

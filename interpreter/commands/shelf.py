@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from softmark.interpreter.commands.collisions import collision, folded, read_by
+
 if TYPE_CHECKING:
     from softmark.interpreter.results import Report
     from softmark.interpreter.scene import Scene
@@ -25,6 +27,7 @@ class Shelf:
         self.files = {
             o: f for o, f in (("--json", parsed.json), ("--junit", parsed.junit)) if f not in (None, "-")
         }
+        self.scene = scene
         self.printed = parsed.json == "-"
         self.vtu = parsed.vtu
         self.failed = False
@@ -32,8 +35,13 @@ class Shelf:
 
     def unusable(self) -> str:
         """Why the report could not be written where it is asked for, or nothing."""
+        written = folded("--out", self.folder, ("report.json", "report.html"))
+        read, outputs = read_by(self.scene), [*written, *((o, Path(f)) for o, f in self.files.items())]
+        if self.vtu and self.folder is not None:
+            below = (self.folder / "vtu").resolve()
+            outputs += [("--out, with --vtu", p) for _, p in read if p.resolve().is_relative_to(below)]
         places = [("--out", str(self.folder))] if self.folder is not None else []
-        return unusable((*places, *self.files.items()))
+        return collision(outputs, read) or unusable((*places, *self.files.items()), [p for _, p in written])
 
     @property
     def kept(self) -> str:
@@ -91,13 +99,16 @@ class Shelf:
             self.failed = True
 
 
-def unusable(places: Iterable[tuple[str, str]]) -> str:
-    """Why one of some places, each given by an option, cannot be written to, or nothing."""
+def unusable(places: Iterable[tuple[str, str]], written: Iterable[Path] = ()) -> str:
+    """Why one of some places, each given by an option, or of the files `written` into `--out`, cannot be written to."""
     for option, place in places:
         try:
             _try_folder(Path(place) if option == "--out" else _parent(place))
         except OSError as error:
             return message(place, error, option)
+    for path in written:
+        if path.is_dir():
+            return message(str(path), OSError(None, "it is a folder"), "--out")
     return ""
 
 

@@ -53,7 +53,7 @@ def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
     from softmark.interpreter.names import concerning
     from softmark.interpreter.study.variations import subject_of
 
-    scene, diagnostics = load(parsed.file, parsed.overrides)
+    scene, diagnostics = load(parsed.file, parsed.overrides, parsed.model)
     progress.clear()
     if scene is None:
         show(diagnostics)
@@ -61,7 +61,8 @@ def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
     warn(concerning(scene, tuple(parsed.model), diagnostics))
     subject = subject_of(scene)
     folder = Path(parsed.out if parsed.out is not None else f"{subject.name}-stress")
-    found = carried_out(lambda: _stressed(subject, _request(parsed, folder, progress)), folder, parsed, progress)
+    work = lambda: _stressed(subject, _request(parsed, folder, progress))  # noqa: E731
+    found = carried_out(work, folder, parsed, progress, "stress", [scene])
     return found if isinstance(found, int) else _shelve(found, folder, parsed)
 
 

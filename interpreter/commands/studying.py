@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.commands.progress import Progress
+    from softmark.interpreter.scene import Scene
 
 Found = TypeVar("Found")
 
@@ -52,9 +53,11 @@ def warn(warnings: Sequence[Diagnostic]) -> None:
 
 
 def carried_out(
-    work: Callable[[], Found], folder: Path, parsed: argparse.Namespace, progress: Progress
+    work: Callable[[], Found], folder: Path, parsed: argparse.Namespace, progress: Progress, name: str,
+    scenes: Sequence[Scene],
 ) -> Found | int:
-    """What `work` finds, or the exit status where it cannot, after the reason is told."""
+    """What `work` finds, or the exit status where it cannot, after the reason is told; `name` is that of its files."""
+    from softmark.interpreter.commands.collisions import collision, folded, read_by
     from softmark.interpreter.commands.scenes import show
     from softmark.interpreter.commands.shelf import message, unusable
     from softmark.interpreter.scene import SceneError
@@ -62,7 +65,10 @@ def carried_out(
     from softmark.interpreter.study.variations import TooMany
 
     places = [("--out", str(folder))] + ([("--json", parsed.json)] if parsed.json not in (None, "-") else [])
-    if problem := unusable(places):
+    made = folded("--out", folder, (f"{name}.json", f"{name}.html", "journal.jsonl"))
+    outputs = [*made, *(("--json", Path(place)) for option, place in places if option == "--json")]
+    read = [place for scene in scenes for place in read_by(scene)]
+    if problem := collision(outputs, read) or unusable(places, [path for _, path in made]):
         return _refused(progress, problem)
     try:
         found = work()

@@ -11,6 +11,7 @@ from softmark.interpreter.report.document import document, moment
 from softmark.interpreter.report.markup import count, listed, plain, prose, section, tag, text
 from softmark.interpreter.report.plate import details
 from softmark.interpreter.report.provenance import listing, table_of
+from softmark.interpreter.report.stress_reach import gaps, nowhere
 from softmark.interpreter.report.stress_view import CLASSES, beyond, class_of, percent, reach, shown, told
 
 Json = Mapping[str, Any]
@@ -39,8 +40,10 @@ def _conclusion(stress: Json) -> str:
     ordered = [name for name in CLASSES if counts.get(name) and name != "silent"]
     said = listed([f"{counts[name]} {class_of(name).words}" for name in ordered])
     silent = stress["summary"]["silent"]
-    last = "None was wrong without a word." if not silent else f"{silent} wrong without a word!"
     points = stress["summary"]["points"]
+    judged = points - (counts.get("unjudged") or 0)
+    none = "None was wrong without a word." if judged or not points else "Nothing was judged."
+    last = f"{silent} wrong without a word!" if silent else none
     return f"{count(points, 'point')} of {count(models, 'model')}: {said or 'none computed'}. {last}"
 
 
@@ -111,9 +114,14 @@ def _range(study: Json, model: str, name: str, unit: str) -> str:
     own = {e["direction"]: e for e in study["edges"] if (e["model"], e["quantity"]) == (model, name)}
     if not own:
         return tag("td", "–")
-    nominal = next(q.get("nominal") for q in study["quantities"] if q["name"] == name)
-    words = (", " if _chosen(own) else " … ").join(text(v) for v in reach(own, nominal, unit)) or "nowhere"
-    said = [tag("small", _beyond(e, unit)) for e in own.values()]
+    if _chosen(own):
+        words = ", ".join(text(v) for v in reach(own, unit)) or ("with none" if any(e.get("wrong") for e in own.values()) else "")
+        said = [tag("small", _beyond(e, unit)) for e in own.values()]
+    else:
+        words = " … ".join(text(v) for v in reach(own, unit)) or nowhere(own.values())
+        between = gaps(own.values()) if reach(own, unit) else ""
+        sides = (_beyond(e, unit) for e in own.values() if any(e["judged"] for e in own.values()))
+        said = [tag("small", line) for line in (text(between), *sides) if line]
     worst = next((str(e["class"]) for e in own.values() if e.get("class")), "right")
     return tag("td", words, *said, class_=worst)
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from softmark.interpreter import units
+from softmark.interpreter.report.stress_reach import chosen, ends, gaps, nowhere
 
 Json = Mapping[str, Any]
 RED, OFF = "\033[1;31m", "\033[0m"
@@ -14,7 +15,7 @@ MOST = 20  # silent points that are listed
 
 SAID = {
     "inaccurate": "inaccurate", "silent": "SILENT", "not_converged": "not converged", "diverged": "diverged",
-    "refused": "refused", "failed": "failed", "timed_out": "out of time", "unjudged": "no truth",
+    "right": "right", "refused": "refused", "failed": "failed", "timed_out": "out of time", "unjudged": "no truth",
 }  # fmt: skip
 
 
@@ -43,7 +44,8 @@ def _study(study: Json) -> Iterator[str]:
         for model in models:
             own = [e for e in edges if e["model"] == model]
             yield f"    {model:<{width}}  {_range(own, quantity, unit)}"
-            yield from (f"    {'':<{width}}    {line}" for e in own for line in _beyond(e, unit))
+            lines = dict.fromkeys(line for e in own for line in _beyond(e, unit))
+            yield from (f"    {'':<{width}}    {line}" for line in lines)
 
 
 def _is_vector(quantity: Json) -> bool:
@@ -51,26 +53,23 @@ def _is_vector(quantity: Json) -> bool:
 
 
 def _range(edges: Sequence[Json], quantity: Json, unit: str) -> str:
-    """`right from 0.3 to 0.4995`, or that it is right nowhere."""
+    """`right 0.3 .. 0.4995`, or that it is right nowhere, or that nothing was judged."""
     if quantity["options"]:
-        right = ", ".join(edges[0].get("right") or ()) or "none"
-        return f"right: {right}"
-    ends = [e["last_right"] for e in edges if e["last_right"] is not None]
-    if not ends:
-        return "not right, even here"
-    if quantity["nominal"] is not None:
-        ends.append(quantity["nominal"])
-    low, high = number(min(ends), unit), number(max(ends), unit)
-    return f"right at {low}" if low == high else f"right {low} .. {high}"
+        return "; ".join(f"{SAID.get(word, word)}: {', '.join(own)}" for word, own in chosen(edges[0]))
+    found = ends(edges, lambda value: number(value, unit))
+    if not found:
+        return nowhere(edges)
+    said = f"right at {found[0]}" if len(found) == 1 else f"right {' .. '.join(found)}"
+    return "; ".join(piece for piece in (said, gaps(edges)) if piece)
 
 
 def _beyond(edge: Json, unit: str) -> Iterator[str]:
     """What lies beyond an edge, and what would move it."""
     if edge["class"] is None:
         return
-    at = ""
-    if edge["first_wrong"] is not None:
-        at = f" {'from' if edge['direction'] == 'up' else 'down from'} {number(edge['first_wrong'], unit)}"
+    met, at = edge["first_wrong"] if edge["class"] != "unjudged" else edge.get("first_unjudged"), ""
+    if met is not None and (edge["class"] != "unjudged" or edge["last_right"] is not None):
+        at = f" {'from' if edge['direction'] == 'up' else 'down from'} {number(met, unit)}"
     said = SAID.get(edge["class"], edge["class"])
     yield f"{said}{at}" + (f": {edge['reason']}" if edge["reason"] else "")
     if edge.get("silence") and edge["first_silence"] != edge["first_wrong"]:
@@ -88,7 +87,9 @@ def number(value: float, unit: str) -> str:
 
 def _counts(summary: Json) -> str:
     parts = [f"{n} {SAID.get(word, word)}" for word, n in summary["classes"].items() if n and word != "silent"]
-    return f"{summary['points']} points: {', '.join(parts)}; {summary['silent']} silent"
+    said = f"{summary['points']} points: {', '.join(parts)}; {summary['silent']} silent"
+    none = summary["points"] and summary["classes"].get("unjudged") == summary["points"]
+    return said + (": nothing was judged, so that says nothing" if none else "")
 
 
 def _silent(found: Json, file: str, overrides: Sequence[str], colour: bool) -> Iterator[str]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from softmark.interpreter.report.quantities import quantity, signed
+from softmark.interpreter.report.stress_reach import chosen, ends
 
 Json = Mapping[str, Any]
 
@@ -99,13 +100,12 @@ def shown(value: Any, unit: str) -> str:
     return signed(f"{value:.10g}" if 0.0 < GAP_LIMIT - value < 0.01 else f"{value:.{DIGITS}g}")
 
 
-def reach(own: Mapping[str, Json], nominal: Any, unit: str) -> list[str]:
-    """Both ends of where a model is right, by its edges in each direction, or the choices with which it is."""
-    chosen = next((e["right"] for e in own.values() if e.get("right") is not None), None)
-    if chosen is not None:
-        return [str(c) for c in chosen]
-    ends = [own[d].get("last_right") if d in own else nominal for d in ("down", "up")]
-    return list(dict.fromkeys(shown(v, unit) for v in ends if v is not None))
+def reach(own: Mapping[str, Json], unit: str) -> list[str]:
+    """Both ends of where a model was found right, by its edges in each direction, or the choices with which it is."""
+    right = next((e["right"] for e in own.values() if e.get("right") is not None), None)
+    if right is not None:
+        return [str(c) for c in right]
+    return ends(own.values(), lambda value: shown(value, unit))
 
 
 def beyond(edge: Json, unit: str) -> str | None:
@@ -113,9 +113,12 @@ def beyond(edge: Json, unit: str) -> str | None:
     if edge.get("class") is None:
         return None
     words = class_of(edge["class"]).words
-    if edge.get("wrong"):
-        return f"{words} with {', '.join(map(str, edge['wrong']))}"
-    return words if edge.get("first_wrong") is None else f"{words} from {shown(edge['first_wrong'], unit)}"
+    if edge.get("right") is not None:
+        others = [(word, own) for word, own in chosen(edge) if word != "right"]
+        return "; ".join(f"{class_of(word).words} with {', '.join(own)}" for word, own in others)
+    met = edge.get("first_unjudged") if edge["class"] == "unjudged" else edge.get("first_wrong")
+    at_once = edge["class"] == "unjudged" and edge.get("last_right") is None
+    return words if met is None or at_once else f"{words} from {shown(met, unit)}"
 
 
 def varied(point: Json, study: Json) -> dict[str, Any]:

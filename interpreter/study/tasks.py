@@ -10,10 +10,12 @@ import math
 import os
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.interpreter.names import needed
 from softmark.interpreter.scene import Declared, Scene, SceneError
 from softmark.interpreter.study.keys import reached
 from softmark.interpreter.study.problems import traces
@@ -103,7 +105,7 @@ def scene_of(task: Mapping[str, Any]) -> tuple[Scene, list[Diagnostic]]:
     source = Source(task["shown"], task["text"])
     scene, found = compile_scene(source, Path(task["folder"]), Path(file) if file else None, task["overrides"])
     if not any(d.severity == "error" for d in found):
-        scene, found = varied(scene, [])
+        scene, found = varied(replace(scene, chosen=needed(scene, task["models"])), [])
     if errors := [d for d in found if d.severity == "error" and not _of_another(scene, task, d)]:
         raise SceneError(errors)
     return scene, [d for d in found if d.severity != "error"]

@@ -12,6 +12,7 @@ import numpy as np
 
 from softmark.solvers.mesh import ended, gmsh1
 from softmark.solvers.mesh.flaws import Unreadable, checked, used
+from softmark.solvers.mesh.formats import filling
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
 from softmark.solvers.mesh.rationing import rationed
 from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, quadratic
@@ -41,7 +42,7 @@ def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
         kinds = ", ".join(sorted(there)) or "none"
         raise Unreadable(
             f"it has no tetrahedra and no hexahedra (its cells: {kinds})",
-            remedy="fill the surface with tetrahedra first, such as by `gmsh -3`" if there & FACETS.keys() else None,
+            remedy=filling(Path(path)) if there & FACETS.keys() else None,
         )
     others = (there & OTHERS) | set(solids[1:])
     if others:

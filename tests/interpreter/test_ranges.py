@@ -11,11 +11,14 @@ from softmark.interpreter.commands.explain import page
 
 EDGES = [
     {"model": "tets", "quantity": "nu", "direction": "up", "last_right": 0.4, "first_wrong": 0.49,
-     "class": "inaccurate", "last_answer": 0.5, "reason": None, "remedy": None, "reached": 0.5},
+     "class": "inaccurate", "last_answer": 0.5, "reason": None, "remedy": None, "reached": 0.5, "here": "right",
+     "first_right": 0.3, "judged": 5, "blind": 0, "first_unjudged": None},
     {"model": "tets", "quantity": "L", "direction": "down", "last_right": None, "first_wrong": 1.0,
-     "class": "not_converged", "last_answer": None, "reason": None, "remedy": None, "reached": 0.1},
+     "class": "not_converged", "last_answer": None, "reason": None, "remedy": None, "reached": 0.1,
+     "here": "unjudged", "first_right": None, "judged": 2, "blind": 1, "first_unjudged": None},
     {"model": "tets", "quantity": "L", "direction": "up", "last_right": 10.0, "first_wrong": None,
-     "class": None, "last_answer": 10.0, "reason": None, "remedy": None, "reached": 10.0},
+     "class": None, "last_answer": 10.0, "reason": None, "remedy": None, "reached": 10.0,
+     "here": "unjudged", "first_right": 10.0, "judged": 1, "blind": 1, "first_unjudged": None},
     {"model": "tets", "quantity": "kind", "direction": "up", "last_right": None, "first_wrong": None,
      "class": "inaccurate", "last_answer": None, "reason": None, "remedy": None, "reached": None,
      "right": ["tet10", "hex8"], "wrong": ["tet4"]},

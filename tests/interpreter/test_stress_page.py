@@ -50,9 +50,11 @@ def made_of(silent: bool = False, hostile: str = "") -> Json:
     edges = [
         {"model": "tets", "quantity": "rubber.poisson", "direction": "up", "last_right": 0.499, "first_wrong": 0.4999,
          "class": "inaccurate", "last_answer": 0.5, "reason": "linear tetrahedra lock" + hostile,
-         "remedy": "use `formulation = mixed`", "reached": 0.5},
+         "remedy": "use `formulation = mixed`", "reached": 0.5, "here": "right", "first_right": 0.3, "judged": 6,
+         "blind": 0, "first_unjudged": None},
         {"model": "mixed", "quantity": "rubber.poisson", "direction": "up", "last_right": 0.5, "first_wrong": None,
-         "class": None, "last_answer": 0.5, "reason": None, "remedy": None, "reached": 0.5},
+         "class": None, "last_answer": 0.5, "reason": None, "remedy": None, "reached": 0.5, "here": "right",
+         "first_right": 0.3, "judged": 6, "blind": 0, "first_unjudged": None},
         {"model": "tets", "quantity": "tets.precision", "direction": "up", "last_right": None, "first_wrong": None,
          "class": None, "last_answer": None, "reason": None, "remedy": None, "reached": None,
          "right": ["double", "single"], "wrong": []},

@@ -19,7 +19,7 @@ def edge_of(
     model: str, quantity: Quantity, walk: Walk, at: At, outlines: Mapping[str, str], others: Mapping[str, Walk]
 ) -> Json:  # fmt: skip
     """The edges of one walk; `others` go the same way with other models, which may be right where this one is not."""
-    found, ladder = walk.edge(), walk.ladder
+    found, verdicts, ladder = walk.edge(), walk.verdicts(), walk.ladder
 
     def value(t: float | None) -> float | None:
         return None if t is None else ladder.at(t) if t > 0 else float(quantity.nominal)
@@ -27,7 +27,7 @@ def edge_of(
     first, word = value(found.first_wrong), found.word
     beyond = at(model, quantity.name, first) if first is not None else None
     if word == "unjudged" and found.first_blind is not None:
-        beyond = at(model, quantity.name, ladder.at(found.first_blind))
+        beyond = at(model, quantity.name, value(found.first_blind) or 0.0)
     silence = value(found.first_silence)
     mute = at(model, quantity.name, silence) if silence is not None and silence != first else None
     edge: Json = {
@@ -36,7 +36,9 @@ def edge_of(
         "last_answer": value(found.last_answer), "first_silence": silence,
         "silence": None if mute is None else mute.word,
         "reason": None if beyond is None else reason_of(beyond),
-        "remedy": None, "reached": value(found.reached),
+        "remedy": None, "reached": value(found.reached), "here": verdicts.here,
+        "first_right": value(verdicts.first_right), "judged": verdicts.judged, "blind": verdicts.blind,
+        "first_unjudged": value(found.first_blind) if word == "unjudged" else None,
     }  # fmt: skip
     if beyond is not None and found.first_wrong is not None:
         right = [m for m, other in others.items() if (other.edge().last_right or 0.0) >= found.first_wrong > 0]
@@ -55,18 +57,21 @@ def choice_of(
     models: Sequence[str],
 ) -> Json:  # fmt: skip
     """The edge of a quantity that is chosen: the worst that a choice comes to."""
-    wrong = [(WORST.index(c.word), option) for option, c in seen.items() if c.word != "right"]
+    ranked = sorted((WORST.index(c.word), option) for option, c in seen.items() if c.word != "right")
+    wrong = [option for _, option in ranked if seen[option].word != "unjudged"]
     right = [option for option in quantity.options if option in seen and seen[option].word == "right"]
-    worst = seen[min(wrong)[1]] if wrong else None
+    worst = seen[ranked[0][1]] if ranked else None
     edge: Json = {
         "model": model, "quantity": quantity.name, "direction": "up", "last_right": None, "first_wrong": None,
         "class": worst.word if worst else None, "last_answer": None, "first_silence": None, "silence": None,
-        "reason": None, "remedy": None, "reached": None, "right": right,
-        "wrong": [option for _, option in sorted(wrong)],
+        "reason": None, "remedy": None, "reached": None, "right": right, "wrong": wrong,
+        "unjudged": [option for option, c in seen.items() if c.word == "unjudged"],
+        "classes": {option: c.word for option, c in seen.items()},
     }  # fmt: skip
     if worst is not None:
-        option = min(wrong)[1]
-        others = _right_there(model, quantity, option, at, models)
+        option = ranked[0][1]
         edge["reason"] = f"{option}: {reason_of(worst)}"
-        edge["remedy"] = remedy_of(worst, model, quantity, outlines, others, edge)
+        if worst.word != "unjudged":  # that nothing is known of the truth is no fault of the model
+            others = _right_there(model, quantity, option, at, models)
+            edge["remedy"] = remedy_of(worst, model, quantity, outlines, others, edge)
     return edge

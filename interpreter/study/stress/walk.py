@@ -47,6 +47,16 @@ class Edge:
     reached: float
 
 
+@dataclass(frozen=True)
+class Verdicts:
+    """How much of a walk was judged at all; positions t of its ladder."""
+
+    here: str  # the class of the scene as it is
+    first_right: float | None  # the position nearest to the scene at which the model is right
+    judged: int  # points of the walk that were judged
+    blind: int  # points this side of the farthest that is right that were not
+
+
 @dataclass
 class Walk:
     """The state of one walk; `seen` by position, with what the scene as it is came to at 0."""
@@ -117,8 +127,16 @@ class Walk:
         silence = next((t for t in ts if self.seen[t].answered is False), None)
         answered = [t for t in ts if self.seen[t].answered and (silence is None or t < silence)]
         word = None if wrong is None else self.seen[wrong].word
-        if wrong is None and right and right[-1] < ts[-1]:
+        if wrong is None and (not right or right[-1] < ts[-1]):
             word = "unjudged"
         farthest = max(right, default=None)
         blind = next((t for t in ts if self.seen[t].word == "unjudged" and t > (farthest or -1.0)), None)
         return Edge(farthest, wrong, word, max(answered, default=None), silence, blind, ts[-1])
+
+    def verdicts(self) -> Verdicts:
+        """What of the walk was judged by now: a point without a truth is neither right nor wrong."""
+        last = self.edge().last_right
+        right = [t for t, s in self.seen.items() if s.word == "right" and last is not None and t <= last]
+        blind = [t for t, s in self.seen.items() if s.word == "unjudged"]
+        before = sum(t < last for t in blind) if last is not None else 0
+        return Verdicts(self.seen[0.0].word, min(right, default=None), len(self.seen) - len(blind), before)

@@ -1,0 +1,42 @@
+"""What the name of a mesh file tells: formats of surfaces alone, formats of meshes, and how a surface is filled.
+
+Nothing is read here, and numpy is not needed.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+SURFACES = frozenset({".stl", ".ply", ".off", ".obj", ".svg", ".wkt"})  # which never hold a tetrahedron or hexahedron
+MESHES = frozenset({
+    ".avs", ".bdf", ".cgns", ".dat", ".dato", ".e", ".ele", ".ex2", ".exo", ".f3grid", ".fem", ".gz", ".h5m", ".hmf",
+    ".inp", ".mdpa", ".med", ".mesh", ".meshb", ".msh", ".nas", ".node", ".post", ".su2", ".tec", ".ugrid", ".vol",
+    ".vtk", ".vtu", ".xdmf", ".xmf", ".xml",
+})  # fmt: skip
+MERGED = frozenset({".stl", ".msh", ".mesh", ".obj"})  # surfaces that Gmsh can merge and fill
+
+
+def doubt(path: str) -> tuple[str, str] | None:
+    """Why there can be no solid mesh in a file, and what to do, as far as its name and its size tell."""
+    file = Path(path)
+    suffix = file.suffix.lower()
+    if suffix in SURFACES:
+        return f"{suffix} files hold a surface, and no tetrahedra or hexahedra", filling(file)
+    if suffix not in MESHES:
+        known = "write it as .vtu, .vtk, .msh, .inp or .mesh, and name that file"
+        return f"`{suffix or file.name}` is not the ending of a mesh format that is known", known
+    if file.is_file() and file.stat().st_size == 0:
+        return "it is empty", "write it again"
+    return None
+
+
+def filling(file: Path) -> str:
+    """What makes tetrahedra of a surface: Gmsh wants to be told of the volume, `gmsh -3` alone leaves triangles."""
+    suffix, name = file.suffix.lower(), file.name
+    first = ""
+    if suffix not in MERGED:
+        first, name = f"`meshio convert {name} {file.stem}.stl`, then ", f"{file.stem}.stl"
+    script, made = f"{file.stem}-filled.geo", f"{file.stem}-filled.msh"
+    return (f"fill it with tetrahedra, such as by Gmsh: {first}a file `{script}` with the line\n"
+            f'`Merge "{name}"; Surface Loop(1) = Surface{{:}}; Volume(1) = {{1}};`\n'
+            f"and `gmsh -3 {script} -o {made}`; then name `{made}` here")  # fmt: skip

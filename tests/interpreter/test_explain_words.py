@@ -1,0 +1,51 @@
+"""What `dsl explain` proposes for a word that it does not know: a slip of the finger, and no other word."""
+
+from __future__ import annotations
+
+import pytest
+
+from softmark.interpreter.cli import main
+
+FAR = {  # words of mechanics, and what is near them by letters alone
+    "contact": "constant", "friction": "traction", "cable": "table", "report": "import", "roller": "solver",
+    "tri": "mri", "mse": "mae", "stress": "stability is called", "held": "clamp", "diameter": "called `radius`",
+    "shell": "spell", "rotor": "motor",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("word", "other"), FAR.items())
+def test_a_word_of_another_meaning_is_not_proposed(word: str, other: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explain", word]) == 2
+    said = capsys.readouterr()
+    assert other not in said.err + said.out
+    assert "did you mean" not in said.err
+
+
+@pytest.mark.parametrize(("slip", "meant"), [
+    ("gravty", "gravity"), ("cylnder", "cylinder"), ("simo_reisner", "simo_reissner"), ("neo_hokean", "neo_hookean"),
+    ("energy_nrom", "energy_norm"), ("surface_distnce", "surface_distance"), ("Mpa", "MPa"), ("Cylinder", "cylinder"),
+    ("eenrgy_norm", "energy_norm"), ("beam6dofs", "beam6dof"),
+])  # fmt: skip
+def test_a_slip_of_the_finger_is_mended(slip: str, meant: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["explain", slip])
+    said = capsys.readouterr()
+    assert meant in said.err + said.out
+
+
+def test_what_is_not_here_is_said_to_be_absent(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explain", "friction"]) == 2
+    assert "neither touch each other nor themselves" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("field", "said"), [
+    ("cylinder(length = 200 mm, diameter = 40 mm)", "there is `radius`, which is half the diameter"),
+    ("box(size = (1, 1, 1) m, center = (0, 0, 0) m)", "there is `origin`, which is not the middle of the shape"),
+])  # fmt: skip
+def test_a_field_that_is_another_quantity_is_not_called_the_same(field: str, said: str) -> None:
+    """`diameter = 40 mm` renamed to `radius = 40 mm` is a beam that is sixteen times as stiff."""
+    import softmark
+
+    text = f"material m = neo_hookean(young = 1 kPa, poisson = 0.3, density = 1 kg/m^3)\nbody b = solid({field}, m)\n"
+    with pytest.raises(softmark.SceneError) as refused:
+        softmark.loads(text)
+    assert said in refused.value.diagnostics[0].help
