@@ -10,12 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from softmark.interpreter.case import Case
 from softmark.interpreter.conditions import Condition
+from softmark.interpreter.parts.surface import settled_of
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
 from softmark.solvers import checks
 from softmark.solvers.checks import Floats, Ints
@@ -23,8 +25,9 @@ from softmark.solvers.checks import Floats, Ints
 LINES = (12, 18)  # Gauss lines in a strip, of two rules
 ALONG = 4  # Gauss points between two crossings
 ASKED = 25  # points of a line, and lines of a facet, between which a border is looked for
-AGREE = 1e-12  # of the local area of a facet: what two rules may differ by in a strip
+AGREE = 1e-11  # of the local area of a facet: what two rules may differ by in a strip
 HALVED = 14  # times
+SURE = 1e-9  # of the local area of a facet: what is not claimed to be found better
 MOST_UNSURE = 1e-6  # of a load: where more of it is, it was not found again
 MARGIN = 0.1  # of its size: how far a curved facet may reach beyond points on it
 
@@ -86,8 +89,7 @@ def _pushed(
     facets = mesh.facets
     corners = mesh.points[facets]
     extent = float(np.sqrt((np.ptp(mesh.points, axis=0) ** 2).sum()))
-    borders = (len(facets), len(load.where.borders))
-    settled, settling = np.zeros(borders, dtype=np.bool_), np.zeros(borders)
+    settled, settling = settled_of(case.shape, mesh, load.where)
     side = case.shape.side(corners) if hasattr(case.shape, "side") else np.zeros(len(facets), dtype=np.bool_)
     found: Floats = np.zeros_like(surface)
     empty, unsure = True, 0.0
@@ -116,6 +118,11 @@ class Sweep:
     settled: Any  # (f, b): borders that do not cut a facet, where their levels are
     settling: Floats  # (f, b)
 
+    @cached_property
+    def through(self) -> Any:
+        """Which borders cut which facets (b, f), as far as it was looked at."""
+        return np.zeros((len(self.condition.borders), len(self.corners)), dtype=np.bool_)
+
     @property
     def _square(self) -> bool:
         return self.corners.shape[1] == 4
@@ -127,7 +134,9 @@ class Sweep:
         """
         told = self._told()
         open_ = np.flatnonzero(told == 0)
-        cut, inside = self._crossed(open_)
+        crossing, inside = self._crossed(open_)
+        cut = crossing.any(axis=0)
+        self.through[:, open_] = crossing
         whole = np.concatenate([np.flatnonzero(told > 0), open_[inside & ~cut]])
         return np.sort(whole), *self._swept(open_[cut])
 
@@ -170,13 +179,14 @@ class Sweep:
         return np.concatenate([xi, more])
 
     def _crossed(self, f: Ints) -> tuple[Any, Any]:
-        """Which facets f have a border between points of a fine lattice, and on which a point is selected."""
-        cut, inside = np.zeros(len(f), dtype=np.bool_), np.zeros(len(f), dtype=np.bool_)
+        """Which borders run between points of a fine lattice (b, f), and on which facets f a point is selected."""
+        inside = np.zeros(len(f), dtype=np.bool_)
+        cut = np.zeros((len(self.condition.borders), len(f)), dtype=np.bool_)
         xi = self._lattice(ASKED, np.zeros((0, 2)))
         for at in range(0, len(f), 1000):
             some = f[at : at + 1000]
             levels = self._levels(some, np.broadcast_to(xi, (len(some), *xi.shape)))  # (b, m, l)
-            cut[at : at + 1000] = (self._signs(levels).min(axis=1) != self._signs(levels).max(axis=1)).any(axis=0)
+            cut[:, at : at + 1000] = self._signs(levels).min(axis=1) != self._signs(levels).max(axis=1)
             middle = [level[[xi.shape[0] // 2]] for level in levels]
             inside[at : at + 1000] = np.broadcast_to(self.condition.given(middle, self.extent), (1, len(some)))[0]
         return cut, inside
@@ -207,14 +217,15 @@ class Sweep:
     def _swept(self, f: Ints) -> tuple[tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
         """Points of quadrature over the selected parts of facets f, and where two rules did not agree."""
         own, low, high = self._panels(f)
-        points, vague = [(own[:0], np.zeros((0, 2)), np.zeros(0))], [(own[:0], np.zeros(0))]
+        points, vague = [(own[:0], np.zeros((0, 2)), np.zeros(0))], [(f, np.full(len(f), SURE))]
         for halved in range(HALVED + 1):
             if not len(own):
                 break
             (few, _), (many, (g, xi, w)) = self._strips(own, low, high, LINES[0]), self._strips(own, low, high, LINES[1])
             apart = np.abs(few - many).max(axis=1)
             good = (apart <= AGREE) | (halved == HALVED)
-            vague.append((own[good & (apart > AGREE)], apart[good & (apart > AGREE)]))
+            late = good & (apart > AGREE)
+            vague.append((own[late], apart[late]))
             kept = good[g]
             points.append((own[g[kept]], xi[kept], w[kept]))
             bad, middle = ~good, 0.5 * (low + high)
@@ -313,7 +324,9 @@ class Sweep:
         real = (line[:-1] == line[1:]) & (cut[1:] > cut[:-1])
         line, begin, end = line[:-1][real], cut[:-1][real], cut[1:][real]
         middle = self._local(a[line][:, None], 0.5 * (begin + end)[:, None])[0]
-        inside = np.broadcast_to(self.condition.given(self._levels(f[line], middle), self.extent), (1, len(line)))[0]
+        sides = self._levels(f[line], middle)
+        sides = np.where(self.through[:, None, f[line]], np.sign(sides) * np.inf, sides)  # no tolerance on a facet that is cut
+        inside = np.broadcast_to(self.condition.given(sides, self.extent), (1, len(line)))[0]
         return line[inside], begin[inside], end[inside]
 
     def _changes(self, level: Floats, t: Floats, at: Callable[[Ints, Floats], Floats]) -> tuple[Ints, Floats, Floats, Floats]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -19,19 +20,18 @@ from softmark.solvers.mesh.mesh import Mesh
 Distribution = Literal["consistent", "lumped", "uniform"]
 
 
-def solid_loads(
-    case: Case, mesh: Mesh, parts: Integration, small: bool, mass: Distribution = "consistent"
-) -> list[Energy]:
-    """All loads of a case, dead forces in one. `small`: pressure acts on the undeformed surface. Raises Fault."""
-    found = [energy for _, energy in single_loads(case, mesh, parts, small, mass)]
-    dead = sum((e.f for e in found if isinstance(e, DeadForces)), np.zeros(mesh.points.size))
+def together(applied: Sequence[tuple[Declared, Energy]], dofs: int) -> list[Energy]:
+    """All loads on so many degrees of freedom, dead forces in one."""
+    found = [energy for _, energy in applied]
+    dead = sum((e.f for e in found if isinstance(e, DeadForces)), np.zeros(dofs))
     return [DeadForces(dead), *(e for e in found if not isinstance(e, DeadForces))]
 
 
 def single_loads(
     case: Case, mesh: Mesh, parts: Integration, small: bool, mass: Distribution = "consistent"
 ) -> list[tuple[Declared, Energy]]:
-    """Each load of a case with its energy at full size. Raises Fault."""
+    """Each load of a case with its energy at full size. `small`: pressure acts on the undeformed surface. Raises Fault.
+    """
     return [(load, _load(case, load, mesh, parts, small, mass)) for load in case.loads]
 
 

@@ -145,6 +145,11 @@ class Asked:
         found: Mask = np.broadcast_to(self.condition.given(levels, self.patches.extent), len(f))
         return found
 
+    def crossed_facets(self) -> Ints:
+        """Facets that a border may cut."""
+        f, tri = self.patches.triangles
+        return np.unique(f[self.look(f, tri).crossed.any(axis=0)])
+
     def look(self, f: Ints, tri: Floats) -> Looked:
         """What is known of every border over triangles (n, 3, 2) of facets f."""
         place, X = self.patches.bounds(f, tri), self.patches.at(f, tri)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softmark.interpreter.conditions import Condition
-from softmark.interpreter.parts.patches import Asked, Floats, Ints, Patches
+from softmark.interpreter.parts.deviation import deviations, settled
+from softmark.interpreter.parts.patches import Asked, Floats, Ints, Mask, Patches
 from softmark.interpreter.parts.taken import Part, part
 from softmark.solvers.elements import moments
 from softmark.solvers.elements.facets import FACETS
@@ -30,6 +31,7 @@ class Loaded:
     xi: Floats
     w: Floats
     remainder: float
+    leaning: float = 0.0  # m^2 of facets that a border does not cut because they stand for a curved surface
 
     @property
     def empty(self) -> bool:
@@ -46,6 +48,12 @@ class Loaded:
         t = np.einsum("pkj,pki->jpi", facet.gradient(self.xi), self.points[self.nodes])
         forces = self.w[:, None] * push(np.cross(t[0], t[1]))
         np.add.at(dead, self.nodes, facet.shape(self.xi)[:, :, None] * forces[:, None])
+
+    def over(self, facets: Ints) -> float:
+        """m^2, of some facets (f, k) alone."""
+        keys = {tuple(row) for row in facets.tolist()}
+        own, cut = (np.array([tuple(r) in keys for r in rows.tolist()], dtype=bool) for rows in (self.whole, self.nodes))
+        return replace(self, whole=self.whole[own], nodes=self.nodes[cut], xi=self.xi[cut], w=self.w[cut]).area
 
     @property
     def area(self) -> float:
@@ -68,18 +76,38 @@ class Loaded:
 
 
 def loaded(shape: Any, mesh: Mesh, condition: Condition) -> Loaded:
-    """The part of a mesh's surface that a condition selects.
+    """The part of a mesh's surface that a condition selects, found once.
 
-    Conditions are about the body: facets of the side of a cylinder are asked where the side is.
+    Conditions are about the body: facets of the side of a cylinder are asked where the side is, and those of a mesh of
+    a file with what they may miss of it in mind.
     """
+    known: Loaded | None = mesh.selections.get(condition)
+    if known is None:
+        known = mesh.selections[condition] = _found(shape, mesh, condition)
+    return known
+
+
+def settled_of(shape: Any, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
+    """What a condition means on facets of a mesh: borders that do not cut them (f, b), and their levels there (f, b)."""
+    asked = Asked.of(condition, Patches(mesh.points[mesh.facets], mesh.extent))
+    if not hasattr(shape, "side"):
+        crossed = asked.crossed_facets()
+        if len(crossed):
+            asked = settled(asked, crossed, deviations(mesh))
+    return asked.settled, asked.settling
+
+
+def _found(shape: Any, mesh: Mesh, condition: Condition) -> Loaded:
     facets, corners = mesh.facets, mesh.points[mesh.facets]
     side = shape.side(corners) if hasattr(shape, "side") else np.zeros(len(facets), dtype=np.bool_)
+    mask, values = settled_of(shape, mesh, condition)
     found: list[tuple[Ints, Part]] = []
     for which, out in ((~side, None), (side, getattr(shape, "onto_side", None))):
         if which.any():
-            asked = Asked.of(condition, Patches(corners[which], mesh.extent, out))
+            asked = Asked(condition, Patches(corners[which], mesh.extent, out), mask[which], values[which])
             found.append((facets[which], part(asked)))
-    return Loaded(
+    leaning = np.flatnonzero(mask.any(axis=1))
+    whole = Loaded(
         mesh.points,
         np.concatenate([own[p.whole] for own, p in found]),
         np.concatenate([own[p.f] for own, p in found]),
@@ -87,3 +115,4 @@ def loaded(shape: Any, mesh: Mesh, condition: Condition) -> Loaded:
         np.concatenate([p.w for _, p in found]),
         sum(p.remainder for _, p in found),
     )
+    return replace(whole, leaning=whole.over(facets[leaning])) if len(leaning) else whole
