@@ -7,7 +7,7 @@ equal.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -45,6 +45,15 @@ class Range:
     def __pow__(self, n: float) -> Range:
         through_zero = (0.0,) if n % 2 == 0 and self.low < 0 < self.high else ()
         return _bounded(_raised(self.low, n), _raised(self.high, n), *through_zero)
+
+    def root(self) -> Range:
+        """The square root; of what is below zero, zero."""
+        return Range(math.sqrt(max(self.low, 0.0)), math.sqrt(max(self.high, 0.0)))
+
+    def magnitude(self) -> Range:
+        """The absolute value."""
+        ends = (abs(self.low), abs(self.high))
+        return Range(0.0 if self.low < 0 < self.high else min(ends), max(ends))
 
 
 EVERYTHING = Range(-math.inf, math.inf)
@@ -146,15 +155,12 @@ def _apart(divisor: Any) -> Any:
 def _root(a: Any) -> Any:
     """The square root; zero where there is none, as where round-off makes the edge of a disc negative."""
     if isinstance(a, Range):
-        return Range(math.sqrt(max(a.low, 0.0)), math.sqrt(max(a.high, 0.0)))
+        return a.root()
     return (0.5 * (a + abs(a))) ** 0.5
 
 
 def _absolute(a: Any) -> Any:
-    if isinstance(a, Range):
-        ends = (abs(a.low), abs(a.high))
-        return Range(0.0 if a.low < 0 < a.high else min(ends), max(ends))
-    return abs(a)
+    return a.magnitude() if isinstance(a, Range) else abs(a)
 
 
 _FUNCTIONS = {"sqrt": _root, "abs": _absolute}
@@ -194,12 +200,17 @@ class Condition:
 
     _test: Callable[[tuple[Any, Any, Any], float], Any] = field(repr=False)
     _bound: Callable[[tuple[Range, Range, Range], float], Truth] = field(repr=False)
+    _told: Callable[[Sequence[Any], float], Any] = field(repr=False)
     said: str = field(default="", compare=False)
     borders: tuple[Border, ...] = field(default=(), compare=False, repr=False)
 
     def holds(self, x: Any, y: Any, z: Any, extent: float) -> Any:
         """True where (x, y, z), in m, satisfies the condition in a body of this extent (m)."""
         return self._test((x, y, z), extent)
+
+    def given(self, levels: Sequence[Any], extent: float) -> Any:
+        """The same as `holds`, where the levels of its borders are known, in their order."""
+        return self._told(levels, extent)
 
     def over(self, low: Point, high: Point, extent: float | None = None) -> Truth:
         """(may be false, may be true) somewhere in the box; (False, True) means that it holds everywhere.
@@ -223,7 +234,10 @@ class Condition:
             d = _range(a.at(box)) - b.at(box)
             return _BOUND[operator](d.low, d.high, tolerance(extent))
 
-        return Condition(test, bound, borders=(Border(a.combine("-", b), length_power),))
+        def told(levels: Sequence[Any], extent: float) -> Any:
+            return _SIGN[operator](levels[0], tolerance(extent))
+
+        return Condition(test, bound, told, borders=(Border(a.combine("-", b), length_power),))
 
     @staticmethod
     def negation(a: Condition) -> Condition:
@@ -234,10 +248,12 @@ class Condition:
             return true, false
 
         def test(p: tuple[Any, Any, Any], extent: float) -> Any:
-            held = a._test(p, extent)
-            return ~held if hasattr(held, "dtype") else not held
+            return _not(a._test(p, extent))
 
-        return Condition(test, bound, borders=a.borders)
+        def told(levels: Sequence[Any], extent: float) -> Any:
+            return _not(a._told(levels, extent))
+
+        return Condition(test, bound, told, borders=a.borders)
 
     @staticmethod
     def junction(operator: str, a: Condition, b: Condition) -> Condition:
@@ -252,7 +268,16 @@ class Condition:
             (fa, ta), (fb, tb) = a._bound(box, extent), b._bound(box, extent)
             return (fa or fb, ta and tb) if both else (fa and fb, ta or tb)
 
-        return Condition(test, bound, borders=(*a.borders, *b.borders))
+        def told(levels: Sequence[Any], extent: float) -> Any:
+            first = len(a.borders)
+            left, right = a._told(levels[:first], extent), b._told(levels[first:], extent)
+            return left & right if both else left | right
+
+        return Condition(test, bound, told, borders=(*a.borders, *b.borders))
+
+
+def _not(held: Any) -> Any:
+    return ~held if hasattr(held, "dtype") else not held
 
 
 _SIGN: dict[str, Callable[[Any, float], Any]] = {

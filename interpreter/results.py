@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from softmark.interpreter.parts.resultants import Resultant
+
 SCHEMA = "softmark-report/1"
 
 
@@ -139,6 +141,7 @@ class ModelResult:
     shape: Shape | None = None
     mesh: Any = None  # the mesh and its nodal displacements, for files that other programs read
     stated: Mapping[str, Any] = field(default_factory=dict)  # the error that it states itself, where it was asked
+    loads: Mapping[str, Resultant] = field(default_factory=dict)  # what acts, and what was asked
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""
@@ -151,6 +154,7 @@ class ModelResult:
             "time": {n: _timing(n, t) for n, t in self.time.items()},
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": {n: m.to_json() for n, m in self.metrics.items()},
+            "loads": {n: r.to_json() for n, r in self.loads.items()},
         }
         return own | {"stated": dict(self.stated)} if self.stated else own
 

@@ -30,6 +30,7 @@ from softmark.interpreter.looking import (
 )
 from softmark.interpreter.measuring import View, metrics_of
 from softmark.interpreter.models.prepared import History, Prepared, Solution, Workshop
+from softmark.interpreter.parts.resultants import doubts, resultants
 from softmark.interpreter.plan import Plan, plan_of
 from softmark.interpreter.preparing import from_a_model, measurement, prepared_model
 from softmark.interpreter.results import (
@@ -183,8 +184,7 @@ def _probes_inside(work: _Run, body: str, prepared: Prepared) -> None:
 
 def _model(work: _Run, name: str) -> None:
     """Solve a model and keep what came of it."""
-    declared = work.scene.declared[name]
-    case = work.case(declared)
+    case = work.case(declared := work.scene.declared[name])
     prepared, setup, setup_cpu = work.prepared[name]
     solution, wall, cpu = _timed(work, name, prepared)
     solution = watched(work.scene, declared, case, prepared, solution)
@@ -202,8 +202,7 @@ def _model(work: _Run, name: str) -> None:
         if not all(map(seen_finite, probes.values())):
             reason, probes = "the displacements are not finite numbers", {}
             solution = Solution("failed", reason, solution.facts, notes=solution.notes)
-    history = solution.history
-    _warn(work, solution.notes)
+    _warn(work, (*doubts(case, declared, loads := resultants(case, prepared)), *solution.notes))
     message = solution.message if solution.displacement is None else None
     work.views[name] = View(
         name,
@@ -214,7 +213,7 @@ def _model(work: _Run, name: str) -> None:
         probes,
         _weights(work, case.body.name),
         clock=clock,
-        history=history,
+        history=solution.history,
         solve=solution.facts,
     )
     work.models[name] = ModelResult(
@@ -227,6 +226,7 @@ def _model(work: _Run, name: str) -> None:
         clock,
         probes,
         mesh=solution.mesh,
+        loads=loads,
     )
 
 

@@ -23,23 +23,19 @@ from softmark.interpreter.models.beam6dof import Beam6Dof, station
 from softmark.interpreter.models.fem import Fem
 from softmark.interpreter.models.mass_spring import MassSpring
 from softmark.interpreter.models.prepared import Solution
+from softmark.interpreter.recounted import Unchecked, loads_on
 from softmark.interpreter.results import ModelResult, clean
 from softmark.interpreter.scene import Declared, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
+from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
 from softmark.solvers import checks
-from softmark.solvers.checks import Balance, Body, Floats, Ints, Term
+from softmark.solvers.checks import Balance, Body, Floats, Term
 from softmark.solvers.pressure_checks import Pressed, split_of
 from softmark.solvers.rod_checks import Rod, frames
 
 AGREES = 2.0  # times what the solver claims
 LEFT = 50.0  # times the estimate of what rounding leaves
 SEEN = 0.005  # of a value: differences that three digits show
-PARTS = 8  # a facet is cut into PARTS^2, as selections of surfaces define it
-
-
-class Unchecked(Exception):
-    """There is no independent formula for what was solved."""
 
 
 def watched(scene: Scene, declared: Declared, case: Case, prepared: Any, solution: Solution) -> Solution:
@@ -235,14 +231,14 @@ def _solid(model: Fem, case: Case, mesh: Any) -> Balance:
     u = np.asarray(mesh.displacement, dtype=np.float64)
     if model.formulation != "displacement":
         inside, lacking, noise = pressed(model, case, mesh).forces()
-        outside = loads_on(case, mesh, u, model.strain == "small", model.mass)
-        return checks.balance(inside, outside, held(case, mesh.points), noise, lacking=lacking)
+        outside, unsure = loads_on(case, mesh, u, model.strain == "small", model.mass)
+        return checks.balance(inside, outside, held(case, mesh.points), noise + unsure / LEFT, lacking=lacking)
     terms, stiff = terms_of(model, case)
     body = Body(mesh.points, mesh.cells, mesh.kind, u, terms, stiff, turned=model.rotation == "element")
     chosen, cells = checks.sample(len(mesh.points), mesh.cells, len(checks.rule(mesh.kind)[1]))
     inside, noise = body.forces(cells)
-    outside = loads_on(case, mesh, u, model.strain == "small", model.mass)
-    return checks.balance(inside, outside, held(case, mesh.points), noise, chosen)
+    outside, unsure = loads_on(case, mesh, u, model.strain == "small", model.mass)
+    return checks.balance(inside, outside, held(case, mesh.points), noise + unsure / LEFT, chosen)
 
 
 def pressed(model: Fem, case: Case, mesh: Any) -> Pressed:
@@ -289,11 +285,11 @@ def _springs(case: Case, prepared: Any, mesh: Any) -> Balance:
         raise Unchecked("its springs are not known")
     u = np.asarray(mesh.displacement, dtype=np.float64)
     inside, noise = checks.spring_forces(mesh.points, springs.edges, springs.k, u)
-    outside = loads_on(case, mesh, u, False, "lumped")
-    return checks.balance(inside, outside, held(case, mesh.points), noise, None)
+    outside, unsure = loads_on(case, mesh, u, False, "lumped")
+    return checks.balance(inside, outside, held(case, mesh.points), noise + unsure / LEFT, None)
 
 
-# ------------------------------------------------------------------ loads and supports of solids
+# ------------------------------------------------------------------ supports of solids
 
 
 def held(case: Case, points: Floats) -> NDArray[np.bool_]:
@@ -304,63 +300,6 @@ def held(case: Case, points: Floats) -> NDArray[np.bool_]:
         where = np.broadcast_to(support.thing.where.holds(*points.T, extent), len(points))
         for c in support.thing.components:
             found[:, c] |= where
-    return found
-
-
-def loads_on(case: Case, mesh: Any, u: Floats, small: bool, mass: str) -> Floats:
-    """Nodal forces of all loads (n, 3), N. Raises Unchecked."""
-    total: Floats = np.zeros_like(mesh.points)
-    for load in case.loads:
-        total += _load(load.thing, case, mesh, u, small, mass)
-    return total
-
-
-def _load(load: Any, case: Case, mesh: Any, u: Floats, small: bool, mass: str) -> Floats:
-    match load:
-        case Gravity():
-            rho, nodes = case.material.density, len(mesh.points)
-            carried = checks.weights_of(mesh.points, mesh.cells, mesh.kind, rho, mass, nodes)
-            return np.asarray(carried[:, None] * (load.magnitude * np.array(load.direction)))
-        case Traction():
-            facets, part = _facets(load, case, mesh.mesh)
-            t = np.array(load.vector)
-            return checks.surface_forces(
-                mesh.points, facets, lambda dA: np.linalg.norm(dA, axis=2)[:, :, None] * t * part[:, None, None]
-            )
-        case Pressure():
-            facets, part = _facets(load, case, mesh.mesh)
-            surface = mesh.points if small else mesh.points + u
-            p = float(load.magnitude) * part[:, None, None]
-            return checks.surface_forces(surface, facets, lambda dA: -p * dA)
-        case PointForce():
-            return _point_force(load, mesh)
-    raise Unchecked(f"there is no other formula for a load of kind {type(load).__name__}")
-
-
-def _facets(load: Any, case: Case, mesh: Any) -> tuple[Ints, Floats]:
-    """Facets that a load acts on, and the part of each that it does (f,)."""
-    N = checks.facet_samples(mesh.facets.shape[1], PARTS)
-    corners = mesh.points[mesh.facets]
-    X = np.einsum("sk,fki->sfi", N, corners)
-    if hasattr(case.shape, "on_side"):
-        X = case.shape.on_side(corners, X)
-    extent = float(np.sqrt((np.ptp(mesh.points, axis=0) ** 2).sum()))
-    inside = np.broadcast_to(load.where.holds(*np.moveaxis(X, 2, 0), extent), X.shape[:2])
-    part: Floats = inside.mean(axis=0)
-    return mesh.facets[part > 0.0], part[part > 0.0]
-
-
-def _point_force(load: Any, mesh: Any) -> Floats:
-    """The force at the nodes around its point: their shares add up to one, and their places to the point."""
-    from softmark.solvers.elements.interpolation import locate
-
-    place = locate(mesh.mesh, np.array([load.at]))
-    found: Floats = np.zeros_like(mesh.points)
-    N, nodes = place.N[0], place.nodes[0]
-    away = np.linalg.norm(N @ mesh.points[nodes] - np.array(load.at))
-    if abs(N.sum() - 1.0) > 1e-9 or away > 1e-6 * mesh.mesh.extent:
-        raise Unchecked("the point that a force acts at lies outside the mesh")
-    np.add.at(found, nodes, N[:, None] * np.array(load.vector))
     return found
 
 

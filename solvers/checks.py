@@ -38,7 +38,7 @@ _POWERS: dict[str, list[tuple[int, ...]]] = {
     "tri6": [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)],
     "quad4": [(0, 0), (1, 0), (0, 1), (1, 1)],
 }
-_FACETS = {3: "tri3", 6: "tri6", 4: "quad4"}
+FACETS = {3: "tri3", 6: "tri6", 4: "quad4"}
 
 
 @cache
@@ -327,7 +327,7 @@ def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats
 
     `push` makes of the area vectors dA (f, q, 3), outward, the forces on them (f, q, 3).
     """
-    kind = _FACETS[facets.shape[1]]
+    kind = FACETS[facets.shape[1]]
     xi, weights = rule(kind)
     x = points[facets] - points[facets[:, :1]]
     t = np.einsum("fai,qaj->jfqi", x, slope(kind, xi))
@@ -338,15 +338,15 @@ def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats
     return found
 
 
-def facet_samples(k: int, n: int) -> Floats:
-    """Shape functions (n^2, k) in the middles of n^2 equal parts of a facet of k nodes."""
-    kind = _FACETS[k]
-    if kind == "quad4":
-        t = (np.arange(n) + 0.5) / n * 2.0 - 1.0
-        return shape(kind, np.array([(x, y) for x in t for y in t]))
-    thirds = [(i + 1 / 3, j + 1 / 3) for i in range(n) for j in range(n - i)]
-    thirds += [(i + 2 / 3, j + 2 / 3) for i in range(n - 1) for j in range(n - 1 - i)]
-    return shape(kind, np.array(thirds) / n)
+def part_forces(points: Floats, facets: Ints, xi: Floats, w: Floats, push: Callable[[Floats], Floats]) -> Floats:
+    """The same of parts of facets: local points xi (p, 2) with weights w (p,) in local area, each on its facet (p, k)."""
+    kind, found = FACETS[facets.shape[1]], np.zeros_like(points)
+    x = points[facets] - points[facets[:, :1]]
+    t = np.einsum("pai,paj->jpi", x, slope(kind, xi))
+    force = w[:, None, None] * shape(kind, xi)[:, :, None] * push(np.cross(t[0], t[1]))[:, None]
+    for i in range(3):
+        found[:, i] = np.bincount(facets.ravel(), force[:, :, i].ravel(), minlength=len(points))
+    return found
 
 
 # ------------------------------------------------------------------ balance

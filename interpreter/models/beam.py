@@ -40,6 +40,12 @@ class PreparedBeam:
     size: dict[str, int]
     notes: tuple[Diagnostic, ...] = ()
     disturbance: Disturbance | None = None
+    applied: tuple[tuple[Declared, RodLoad], ...] = ()  # every load by itself
+
+    @property
+    def points(self) -> Floats:
+        """Nodes of the axis (n, 3), undeformed, m."""
+        return self.rest.reshape(-1, 7)[:, :3]
 
     def warm(self) -> None:
         """Nothing to compile: beams are numpy."""
@@ -81,7 +87,9 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
     elastic = RodElastic(rest, chain(nodes), _stiffness(model, case))
     held = np.zeros((nodes, 6), dtype=bool)
     held.ravel()[fixed] = True
-    assembly = Assembly(6 * nodes, fixed, [elastic], _loads(case, rest, stations))
+    applied = _loads(case, rest, stations)
+    forces = sum((energy.forces for _, energy in applied), np.zeros((nodes, 3)))
+    assembly = Assembly(6 * nodes, fixed, [elastic], [RodLoad(rest, forces)])
     problem = Statics(
         assembly,
         RodChain(rest, held[:, :3]),
@@ -96,7 +104,7 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
         path=getattr(case.analysis, "path", "load"),
     )
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
-    return PreparedBeam(declared, rest, elastic, problem, size, disturbance=disturbance_of(case))
+    return PreparedBeam(declared, rest, elastic, problem, size, disturbance=disturbance_of(case), applied=applied)
 
 
 def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
@@ -149,23 +157,27 @@ def _body_axes(axis: tuple[float, float, float], turns: list[int]) -> list[int]:
     return [int(np.argmax(np.abs(frame[:, t]))) for t in turns]
 
 
-def _loads(case: Case, rest: Floats, stations: Floats) -> list[RodLoad]:
+def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, RodLoad], ...]:
+    """Every load with its forces on the axis. Raises Fault."""
+    return tuple((load, RodLoad(rest, _forces(case, load, rest, stations))) for load in case.loads)
+
+
+def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Floats:
+    """Of one load, at the nodes (n, 3), N. Raises Fault."""
     shape, forces = case.shape, np.zeros((len(stations), 3))
-    weight = case.material.density * shape.section.area
-    for load in case.loads:
-        match load.thing:
-            case Gravity(magnitude=magnitude, direction=direction):
-                w = weight * magnitude * np.array(direction)
-                forces += RodLoad.uniform(rest, chain(len(stations)), w).forces
-            case Traction(where=where, vector=vector):
-                node = 0 if coverage(where, shape, 0.0) == "all" else -1
-                forces[node] += shape.section.area * np.array(vector)
-            case PointForce(at=at, vector=vector):
-                node, share = _place(station(case, at) or 0.0, stations)
-                forces[node : node + 2] += np.outer([1 - share, share], vector)
-            case _:
-                raise fault("E501", load.location, f"no beam model knows the load `{load.name}`")
-    return [RodLoad(rest, forces)]
+    match load.thing:
+        case Gravity(magnitude=magnitude, direction=direction):
+            w = case.material.density * shape.section.area * magnitude * np.array(direction)
+            return RodLoad.uniform(rest, chain(len(stations)), w).forces
+        case Traction(where=where, vector=vector):
+            node = 0 if coverage(where, shape, 0.0) == "all" else -1
+            forces[node] = shape.section.area * np.array(vector)
+        case PointForce(at=at, vector=vector):
+            node, share = _place(station(case, at) or 0.0, stations)
+            forces[node : node + 2] = np.outer([1 - share, share], vector)
+        case _:
+            raise fault("E501", load.location, f"no beam model knows the load `{load.name}`")
+    return forces
 
 
 def _place(s: float, stations: Floats) -> tuple[int, float]:

@@ -2,37 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
 
 from softmark.interpreter import units
 from softmark.interpreter.case import Case, fault
+from softmark.interpreter.parts.surface import Loaded, loaded
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
 from softmark.solvers.elements.interpolation import Integration, locate
-from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.mesh.mesh import Mesh
-
-FINENESS = 8  # a boundary facet is sampled at the centres of FINENESS^2 parts
 
 Distribution = Literal["consistent", "lumped", "uniform"]
 
 
-def solid_loads(
-    case: Case, mesh: Mesh, parts: Integration, small: bool, mass: Distribution = "consistent"
-) -> list[Energy]:
-    """All loads of a case, dead forces in one. `small`: pressure acts on the undeformed surface. Raises Fault."""
-    found = [energy for _, energy in single_loads(case, mesh, parts, small, mass)]
-    dead = sum((e.f for e in found if isinstance(e, DeadForces)), np.zeros(mesh.points.size))
+def together(applied: Sequence[tuple[Declared, Energy]], dofs: int) -> list[Energy]:
+    """All loads on so many degrees of freedom, dead forces in one."""
+    found = [energy for _, energy in applied]
+    dead = sum((e.f for e in found if isinstance(e, DeadForces)), np.zeros(dofs))
     return [DeadForces(dead), *(e for e in found if not isinstance(e, DeadForces))]
 
 
 def single_loads(
     case: Case, mesh: Mesh, parts: Integration, small: bool, mass: Distribution = "consistent"
 ) -> list[tuple[Declared, Energy]]:
-    """Each load of a case with its energy at full size. Raises Fault."""
+    """Each load of a case with its energy at full size. `small`: pressure acts on the undeformed surface. Raises Fault.
+    """
     return [(load, _load(case, load, mesh, parts, small, mass)) for load in case.loads]
 
 
@@ -45,15 +44,13 @@ def _load(
             weights = nodal_mass(mesh, parts, case.material.density, mass)
             dead += weights[:, None] * (magnitude * np.array(direction))
         case Traction(vector=vector):
-            facets, share = _facets(case, load, mesh)
-            areas = np.linalg.norm(_area_vectors(mesh, facets), axis=2)
-            _spread(dead, mesh, facets, (share[:, None] * areas)[:, :, None] * np.array(vector))
+            surface = _surface(case, load, mesh)
+            surface.spread(dead, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array(vector))
         case Pressure(magnitude=p) if small:
-            facets, share = _facets(case, load, mesh)
-            _spread(dead, mesh, facets, -p * share[:, None, None] * _area_vectors(mesh, facets))
+            _surface(case, load, mesh).spread(dead, lambda A: -p * A)
         case Pressure(magnitude=p):
-            facets, share = _facets(case, load, mesh)
-            return FollowerPressure(mesh.points, facets, p * share)
+            facets, weights = _surface(case, load, mesh).weighted
+            return FollowerPressure(mesh.points, facets, p, weights)
         case PointForce():
             _point_force(dead, case, load, mesh)
         case _:
@@ -89,21 +86,6 @@ def mass_matrix(mesh: Mesh, parts: Integration, density: float, mass: Distributi
     return form(mesh.cells, N, w, density, len(mesh.points))
 
 
-def _spread(dead: Floats, mesh: Mesh, facets: Ints, forces: Floats) -> None:
-    """Add the consistent nodal forces of `forces` (f, q, 3), N per unit of local area: sum over points of w N_a t."""
-    xi, weights = mesh.element.facet.quadrature()
-    wN = weights[:, None] * mesh.element.facet.shape(xi)
-    np.add.at(dead, facets, np.einsum("qa,fqi->fai", wN, forces))
-
-
-def _area_vectors(mesh: Mesh, facets: Ints) -> Floats:
-    """dX/dxi x dX/deta at the points of the quadrature (f, q, 3), m^2 per unit of the local coordinates, outward."""
-    xi, _ = mesh.element.facet.quadrature()
-    tangents = np.einsum("qaj,fai->jfqi", mesh.element.facet.gradient(xi), mesh.points[facets])
-    vectors: Floats = np.cross(tangents[0], tangents[1])
-    return vectors
-
-
 def _point_force(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
     place = locate(mesh, np.array([load.thing.at]))
     if getattr(case.shape, "prebuilt", False) and place.outside[0] > 0:
@@ -118,22 +100,10 @@ def _point_force(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
     np.add.at(dead, place.nodes[0], place.N[0][:, None] * np.array(load.thing.vector))
 
 
-def _facets(case: Case, load: Declared, mesh: Mesh) -> tuple[Ints, Floats]:
-    """Boundary facets that a condition selects, and the part of each that it does (f,). Raises Fault.
-
-    A facet across the border of the selection counts by its part inside: the resultant does not jump with the mesh.
-    """
-    N = mesh.element.facet.shape(mesh.element.facet.samples(FINENESS))  # (s, k)
-    corners = mesh.points[mesh.facets]
-    points = np.einsum("sc,fcx->sfx", N, corners)
-    if hasattr(
-        case.shape, "on_side"
-    ):  # the condition is about the body, not about the facets that stand for it
-        points = case.shape.on_side(corners, points)
-    x, y, z = np.moveaxis(points, 2, 0)  # (s, f)
-    share: Floats = np.broadcast_to(load.thing.where.holds(x, y, z, mesh.extent), x.shape).mean(axis=0)
-    chosen = share > 0
-    if not chosen.any():
+def _surface(case: Case, load: Declared, mesh: Mesh) -> Loaded:
+    """The part of the surface that a load acts on. Raises Fault where it has no area."""
+    found = loaded(case.shape, mesh, load.thing.where)
+    if found.empty:
         raise fault(
             "E302",
             load.at("where"),
@@ -141,4 +111,4 @@ def _facets(case: Case, load: Declared, mesh: Mesh) -> tuple[Ints, Floats]:
             "selects nothing",
             "the condition must hold on a part of the surface that has an area",
         )
-    return mesh.facets[chosen], share[chosen]
+    return found

@@ -18,7 +18,7 @@ from softmark.interpreter.models.disturbing import Disturbance, disturbance_of, 
 from softmark.interpreter.models.fem import LARGE_ANGLE, Fem
 from softmark.interpreter.models.formulations import Unknowns
 from softmark.interpreter.models.holding import solid_supports
-from softmark.interpreter.models.loading import mass_matrix, single_loads, solid_loads
+from softmark.interpreter.models.loading import mass_matrix, single_loads, together
 from softmark.interpreter.models.meshing import mesh_facts, sliver_note, with_quality
 from softmark.interpreter.models.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.models.starting import Start, start_of
@@ -66,6 +66,7 @@ class PreparedSolid:
     notes: tuple[Diagnostic, ...]
     first: Start | None = None  # the model whose solution is started from
     disturbance: Disturbance | None = None
+    applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
 
     def warm(self) -> None:
         """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
@@ -213,7 +214,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
     from softmark.interpreter.models.motion import in_motion
 
     mesh, problem = static.mesh, static.problem
-    loads = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
+    loads = [*static.applied]
     mass = mass_of(model, case, mesh, parts)
     return in_motion(static, declared, case, mesh, mass, problem.assembly.internal, loads, problem)
 
@@ -231,10 +232,10 @@ def at_rest(
         else formulations.energies(model, case, mesh, parts)
     )
     fixed, target = solid_supports(case, mesh, workshop.measured)
-    loads = solid_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
+    applied = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
     unknowns = Unknowns.of(energy, mesh)
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
-    assembly = Assembly(dofs, fixed, [energy], unknowns.loads(loads), points)
+    assembly = Assembly(dofs, fixed, [energy], unknowns.loads(together(applied, mesh.points.size)), points)
     formulations.must_breathe(declared, case, assembly)
     problem = Statics(
         assembly,
@@ -252,8 +253,8 @@ def at_rest(
     )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
     notes = (*volume_note(declared, case, mesh), *sliver_note(declared, model.mesh or case.shape, mesh))
-    static = PreparedSolid(model, declared, model.mesh or case.shape, mesh, elastic, problem, size, notes)
-    return static, parts
+    shape = model.mesh or case.shape
+    return PreparedSolid(model, declared, shape, mesh, elastic, problem, size, notes, applied=(*applied,)), parts
 
 
 def levered(

@@ -14,7 +14,7 @@ from softmark.interpreter.models import outcome
 from softmark.interpreter.models.calibration import Fit, NoFit, Target, least, target_of
 from softmark.interpreter.models.disturbing import Disturbance, disturbance_of, of_springs
 from softmark.interpreter.models.holding import solid_supports
-from softmark.interpreter.models.loading import mass_matrix, single_loads, solid_loads
+from softmark.interpreter.models.loading import mass_matrix, single_loads, together
 from softmark.interpreter.models.mass_spring import Calibrated, MassSpring, Uniform
 from softmark.interpreter.models.meshing import mesh_facts, sliver_note
 from softmark.interpreter.models.motion import PreparedMotion, in_motion
@@ -26,7 +26,7 @@ from softmark.solvers import linear
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.elements.interpolation import Integration, integration
 from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.energies.energy import Floats, VectorSpace
+from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.energies.springs import Springs, stiffness_from_modulus
 from softmark.solvers.materials.small_strain import SmallStrain
 from softmark.solvers.mesh.mesh import Mesh
@@ -55,6 +55,7 @@ class PreparedSprings:
     target: Target | None = None
     fit: Fit | NoFit | None = None
     disturbance: Disturbance | None = None
+    applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
 
     def warm(self) -> None:
         """Compile or load every kernel, outside the clock."""
@@ -155,7 +156,8 @@ def prepare(model: MassSpring, declared: Declared, case: Case, workshop: Worksho
     notes = (*volume_note(declared, case, mesh), *sliver_note(declared, model.mesh or case.shape, mesh))
     shape = model.mesh or case.shape
     built = PreparedSprings(model, declared, shape, mesh, parts, springs, problem, size, notes)
-    built = replace(built, disturbance=disturbance_of(case))
+    applied = single_loads(case, mesh, parts, small=False, mass="lumped")
+    built = replace(built, disturbance=disturbance_of(case), applied=(*applied,))
     if isinstance(model.stiffness, Calibrated):
         built = _fitted(built, case, workshop)
     return _moving(built, case) if isinstance(case.analysis, Dynamic) else built
@@ -165,8 +167,7 @@ def _moving(built: PreparedSprings, case: Case) -> MovingSprings:
     """The same network with its mass at the nodes. Raises Fault."""
     mesh, declared = built.mesh, built.declared
     mass = mass_matrix(mesh, built.parts, case.material.density, "lumped")
-    loads = single_loads(case, mesh, built.parts, small=False, mass="lumped")
-    moving = in_motion(built, declared, case, mesh, mass, [built.springs], loads, built.problem)
+    moving = in_motion(built, declared, case, mesh, mass, [built.springs], [*built.applied], built.problem)
     return MovingSprings(built, declared, moving.analysis, moving.problem, mesh)
 
 
@@ -184,8 +185,8 @@ def statics_of(
 ) -> Statics:
     """The static problem: loads and supports are those of a solid on the same mesh. Raises Fault."""
     fixed, target = solid_supports(case, mesh, measured)
-    loads = solid_loads(case, mesh, parts, small=False, mass="lumped")
     dofs = mesh.points.size
+    loads = together(single_loads(case, mesh, parts, small=False, mass="lumped"), dofs)
     return Statics(
         Assembly(dofs, fixed, [springs], loads),
         VectorSpace(dofs),

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from softmark.solvers.elements import moments
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.energies.energy import Floats, Ints, no_stencils
 
@@ -42,12 +43,14 @@ class FollowerPressure:
     """Pressure `p` (Pa) on facets `faces` (f, k) of three, six or four nodes, along their current inward normal.
 
     Force on node a: -p int N_a (dx/dxi x dx/deta) dxi deta, by a quadrature that is exact for it; its tangent is
-    not symmetric on a surface with a free edge (Bonet and Wood 2008, section 9.5), so there is no energy.
+    not symmetric on a surface with a free edge (Bonet and Wood 2008, section 9.5), so there is no energy. `weights`
+    are there where it acts on parts of facets: at the points of `elements.moments`, exact for it as well.
     """
 
     points: Floats  # (n, 3) undeformed
     faces: Ints
-    p: float | Floats  # or (f,), one for each facet
+    p: float
+    weights: Floats | None = None  # (f, q)
     conservative: bool = False
 
     @cached_property
@@ -56,12 +59,15 @@ class FollowerPressure:
         return (3 * self.faces[:, :, None] + np.arange(3)).reshape(len(self.faces), -1)
 
     @cached_property
-    def _rule(self) -> tuple[Floats, Floats, Floats]:
-        """Weights times shape functions wN (q, k), dN/dxi and dN/deta (q, k)."""
-        facet = FACETS[self.faces.shape[1]]
+    def _rule(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Shape functions N, dN/dxi and dN/deta (q, k), and weights (1 or f, q)."""
+        nodes = self.faces.shape[1]
+        facet = FACETS[nodes]
         xi, weights = facet.quadrature()
+        if self.weights is not None:
+            xi, weights = moments.places(nodes), self.weights
         dN = facet.gradient(xi)
-        return weights[:, None] * facet.shape(xi), dN[:, :, 0], dN[:, :, 1]
+        return facet.shape(xi), dN[:, :, 0], dN[:, :, 1], np.atleast_2d(weights)
 
     def value(self, x: Floats) -> float:
         """There is none: follower forces on an open surface have no potential."""
@@ -69,15 +75,15 @@ class FollowerPressure:
 
     def _tangents(self, x: Floats) -> tuple[Floats, Floats]:
         """dx/dxi and dx/deta (f, q, 3)."""
-        _, first, second = self._rule
+        _, first, second, _ = self._rule
         y = (self.points + x.reshape(-1, 3))[self.faces]
         return np.einsum("qk,fki->fqi", first, y), np.einsum("qk,fki->fqi", second, y)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus the nodal forces, N."""
-        wN = self._rule[0]
-        minus_force = np.einsum("qa,fqi->fai", wN, np.cross(*self._tangents(x)))
-        minus_force *= scale * np.reshape(self.p, (-1, 1, 1))
+        N, _, _, w = self._rule
+        minus_force = np.einsum("qa,fqi->fai", N, w[:, :, None] * np.cross(*self._tangents(x)))
+        minus_force *= scale * self.p
         np.add.at(g.reshape(-1, 3), self.faces, minus_force)
 
     def add_hessian(
@@ -86,12 +92,12 @@ class FollowerPressure:
         """Load stiffness, not symmetric; left out of a projected tangent, which must stay definite."""
         if projected:
             return
-        wN, first, second = self._rule
-        a, b = self._tangents(x)
+        N, first, second, w = self._rule
+        a, b = (w[:, :, None] * tangent for tangent in self._tangents(x))
         # d(a x b) = -[b]x da + [a]x db
-        block = np.einsum("qa,qb,fqij->faibj", wN, second, _cross_matrix(a), optimize=True)
-        block -= np.einsum("qa,qb,fqij->faibj", wN, first, _cross_matrix(b), optimize=True)
-        block *= scale * np.reshape(self.p, (-1, 1, 1, 1, 1))
+        block = np.einsum("qa,qb,fqij->faibj", N, second, _cross_matrix(a), optimize=True)
+        block -= np.einsum("qa,qb,fqij->faibj", N, first, _cross_matrix(b), optimize=True)
+        block *= scale * self.p
         keep = slots >= 0
         np.add.at(data, slots[keep], block.reshape(slots.shape)[keep])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +77,11 @@ class Mesh:
         """Boundary triangles (t, 3) over existing points, counter-clockwise from outside: for views and distances."""
         faces: Ints = self.facets[:, np.array(self.element.facet.triangles)].reshape(-1, 3)
         return faces
+
+    @cached_property
+    def selections(self) -> dict[Any, Any]:
+        """Parts of its boundary that were selected, by what selected them: found once for all who ask."""
+        return {}
 
     @cached_property
     def extent(self) -> float:

@@ -14,6 +14,7 @@ from softmark.solvers.mesh.divisions import divisions, of_disc, of_rectangle
 
 if TYPE_CHECKING:
     import numpy as np
+    from numpy.typing import NDArray
 
     from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
@@ -183,21 +184,29 @@ class Cylinder:
         return surface(self.mesh("tet4", size))
 
 
-    def on_side(self, corners: Floats, points: Floats) -> Floats:
-        """Points (s, f, 3) of facets with nodes (f, k, 3), moved out onto the side where all nodes lie on it, m.
-
-        Facets are inscribed: what is selected by its distance from the axis must not depend on how flat they are.
-        """
+    def side(self, corners: Floats) -> NDArray[np.bool_]:
+        """Which facets with nodes (f, k, 3) stand for the curved side (f,): all their nodes lie on it."""
         axis, origin = np.array(self.axis), np.array(self.origin)
         along = (corners - origin) @ axis  # (f, k)
         radii = np.linalg.norm(corners - origin - along[..., None] * axis, axis=2)
         flat = np.ptp(along, axis=1) < 1e-9 * self.length  # facets of an end
-        side = (np.abs(radii - self.radius) < 1e-6 * self.radius).all(axis=1) & ~flat
-        away = points - origin - ((points - origin) @ axis)[..., None] * axis
-        r = np.linalg.norm(away, axis=2)
-        stretch = np.where(side & (r > 0), self.radius / np.where(r > 0, r, 1.0) - 1.0, 0.0)
-        moved: Floats = points + stretch[..., None] * away
-        return moved
+        found: NDArray[np.bool_] = (np.abs(radii - self.radius) < 1e-6 * self.radius).all(axis=1) & ~flat
+        return found
+
+    def onto_side(self, place: Any) -> Any:
+        """x, y and z of points off the axis, moved straight out onto the side: numbers, arrays or bounds of them, m.
+
+        Facets are inscribed: what is selected by its distance from the axis must not depend on how flat they are.
+        """
+        off = [p - o for p, o in zip(place, self.origin, strict=True)]
+        s, u, v = (_dot(off, e) for e in (self.axis, *transverse(self.axis)))
+        out = self.radius * (u**2 + v**2) ** -0.5
+        frame = zip(self.origin, self.axis, *transverse(self.axis), strict=True)
+        return tuple(o + s * a + u * out * b + v * out * c for o, a, b, c in frame)
+
+
+def _dot(vector: Any, unit: Vector3) -> Any:
+    return sum(p * e for p, e in zip(vector, unit, strict=True) if e)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,64 @@
+"""Fixed points on facets at which weights stand for any part of them: exact for a pressure on the part as it deforms.
+
+The weight of a point is the integral over the part of the polynomial that is one there and zero at the other points.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+else:
+    from softmark.solvers.deferred import np
+
+DEGREES = {3: 1, 6: 4}  # nodes of a triangle -> degree of shape functions times its area vector
+
+
+@cache
+def _powers(nodes: int) -> Floats:
+    """Exponents of the monomials (q, 2): of a total degree on triangles, up to squares in each on quadrilaterals."""
+    if nodes == 4:
+        return np.array([(i, j) for i in range(3) for j in range(3)], dtype=float)
+    n = DEGREES[nodes]
+    return np.array([(i, j) for i in range(n + 1) for j in range(n + 1 - i)], dtype=float)
+
+
+@cache
+def places(nodes: int) -> Floats:
+    """The points (q, 2) of a facet of so many nodes, in its local coordinates."""
+    return _powers(nodes) - 1.0 if nodes == 4 else _powers(nodes) / DEGREES[nodes]
+
+
+@cache
+def _coefficients(nodes: int) -> Floats:
+    found: Floats = np.linalg.inv(_monomials(nodes, places(nodes)))
+    return found
+
+
+def _monomials(nodes: int, xi: Floats) -> Floats:
+    found: Floats = np.prod(xi[:, None, :] ** _powers(nodes), axis=2)
+    return found
+
+
+def basis(nodes: int, xi: Floats) -> Floats:
+    """The polynomials (m, q), each one at its own point, at local points xi (m, 2)."""
+    found: Floats = _monomials(nodes, xi) @ _coefficients(nodes)
+    return found
+
+
+@cache
+def whole(nodes: int) -> Floats:
+    """The weights (q,) of a whole facet."""
+    x, w = np.polynomial.legendre.leggauss(4)
+    a, b = (t.ravel() for t in np.meshgrid(x, x))
+    w = np.outer(w, w).ravel()
+    if nodes == 4:
+        return w @ basis(nodes, np.stack([a, b], axis=1))
+    a, b = 0.5 * (a + 1.0), 0.5 * (b + 1.0)
+    found: Floats = (0.25 * w * (1.0 - a)) @ basis(nodes, np.stack([a, (1.0 - a) * b], axis=1))
+    return found
