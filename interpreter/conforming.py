@@ -51,8 +51,16 @@ class _Asking:
     def cuts(self) -> list[Cut]:
         """Where the mesh needs nodes for it."""
         where = [(axis, at) for border in self.condition.borders for axis, at in self._places(border)][:MOST]
-        found = [Cut(axis, at, self._held_to_the_end(axis, at)) for axis, at in where if self._bounds(axis, at, where)]
-        chords = (self.shape.chord(b.plane) for b in self.condition.borders if b.plane and hasattr(self.shape, "chord"))
+        found = [
+            Cut(axis, at, self._held_to_the_end(axis, at))
+            for axis, at in where
+            if self._bounds(axis, at, where)
+        ]
+        chords = (
+            self.shape.chord(b.plane)
+            for b in self.condition.borders
+            if b.plane and hasattr(self.shape, "chord")
+        )
         return found + [chord for chord in chords if chord is not None and self._along(chord, where)]
 
     # -------------------------------------------------------------- where a border lies
@@ -67,7 +75,7 @@ class _Asking:
                 yield from ((axis, at) for at in met[0])
 
     def _crossings(self, border: Border, axis: str, share: float) -> list[float]:
-        """Values of a coordinate (m) at which a ray along it crosses a border; none where it is not crossed at points."""
+        """Values of a coordinate (m) at which a ray along it crosses a border, as far as these are points."""
         spans = self.shape.spans
         others = {n: a + (b - a) * _strewn(share, i) for i, (n, (a, b)) in enumerate(spans.items())}
 
@@ -80,7 +88,8 @@ class _Asking:
             a, b = border.at(*at(low)), border.at(*at(high))
             t = low - a * (high - low) / (b - a) if a != b else math.inf
             return [t] if low + slack < t < high - slack else []
-        found, pending = [], [(low, high)]
+        found: list[float] = []
+        pending = [(low, high)]
         while pending and len(pending) + len(found) <= MOST:
             a, b = pending.pop()
             ends = tuple(zip(at(a), at(b), strict=True))
@@ -96,7 +105,8 @@ class _Asking:
     # -------------------------------------------------------------- whether it matters
 
     def _holds(self, place: Place) -> bool:
-        return bool(self.condition.holds(*self.shape.place(**place), self.extent))
+        x, y, z = self.shape.place(**place)
+        return bool(self.condition.holds(x, y, z, self.extent))
 
     def _samples(self, axis: str, where: Sequence[tuple[str, float]]) -> Iterator[dict[str, float]]:
         """Values of all coordinates but one: the ends, those at which there are borders, between these, and others."""

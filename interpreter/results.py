@@ -139,6 +139,7 @@ class ModelResult:
     shape: Shape | None = None
     mesh: Any = None  # the mesh and its nodal displacements, for files that other programs read
     stated: Mapping[str, Any] = field(default_factory=dict)  # the error that it states itself, where it was asked
+    reactions: Mapping[str, Any] = field(default_factory=dict)  # of each support: the share of its selection that is held
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""
@@ -152,6 +153,7 @@ class ModelResult:
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": {n: m.to_json() for n, m in self.metrics.items()},
         }
+        own |= {"reactions": dict(self.reactions)} if self.reactions else {}
         return own | {"stated": dict(self.stated)} if self.stated else own
 
 

@@ -35,6 +35,7 @@ from softmark.interpreter.models.prepared import Solution, Workshop
 from softmark.interpreter.results import ModelResult, ProbeResult, clean
 from softmark.interpreter.scene import Declared, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.wider import selection
 
 Floats = NDArray[np.float64]
 Field = Callable[[Floats], Floats]
@@ -59,6 +60,7 @@ DOUBTS: dict[str, str] = {
     "W361": "the integrator has taken much of the energy",
     "W362": "the step does not resolve the slowest vibration",
     "W364": "its mesh has slivers",
+    "W375": "its supports hold another part than they select",
 }
 
 VOID = ("W351",)  # states of which no part of the error says anything
@@ -203,6 +205,7 @@ class Stated:
             "rounding": self._rounding,
             "solver": self._solver,
         }
+        found |= selection(self)
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
     # -------------------------------------------------------------- other solutions

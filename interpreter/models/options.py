@@ -42,7 +42,7 @@ def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
 def unmeshed(declared: Declared, reason: object) -> Diagnostic:
     """An element that no mesh is made of."""
     at = declared.at("element")
-    return Diagnostic("E376", f"`{declared.name}` cannot be meshed: {reason}", at.source, at.span, "no such mesh", EVERY)
+    return Diagnostic("E508", f"`{declared.name}` cannot be meshed: {reason}", at.source, at.span, "no such mesh", EVERY)
 
 
 def sized(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:

@@ -18,6 +18,7 @@ from softmark.interpreter.models import formulations, options, outcome
 from softmark.interpreter.models.disturbing import Disturbance, disturbance_of, of_solid
 from softmark.interpreter.models.fem import LARGE_ANGLE, Fem
 from softmark.interpreter.models.formulations import Unknowns
+from softmark.interpreter.models.gripping import held_notes
 from softmark.interpreter.models.holding import solid_supports
 from softmark.interpreter.models.loading import mass_matrix, single_loads, solid_loads
 from softmark.interpreter.models.meshing import mesh_facts, sliver_note, with_quality
@@ -253,7 +254,11 @@ def at_rest(
         path=getattr(case.analysis, "path", "load"),
     )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
-    notes = (*volume_note(declared, case, mesh), *sliver_note(declared, model.mesh or case.shape, mesh))
+    notes = (
+        *volume_note(declared, case, mesh),
+        *sliver_note(declared, model.mesh or case.shape, mesh),
+        *held_notes(declared, case, mesh),
+    )
     static = PreparedSolid(model, declared, model.mesh or case.shape, mesh, elastic, problem, size, notes)
     return static, parts
 

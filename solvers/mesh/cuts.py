@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 SAME = 1e-9  # of the span of a coordinate: what is nearer is at the same place
-LEAST = 0.1  # of the usual distance of lines: two are no nearer, or cells become needles
+LEAST = 0.05  # of the usual distance of lines: two are no nearer, or cells become needles
 THINNEST = 1e-6  # of the span: a layer that is held as a whole may be as thin as that
 
 

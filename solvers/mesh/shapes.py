@@ -208,7 +208,7 @@ class Cylinder:
         return side, rings, cells(0.0, self.length, divisions(self.length, size), along(cuts, "along"))
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of a kind (tet4, tet10 or hex8) with edges of about `size` (m), nodes on the cuts. Raises UnknownElement."""
+        """Cells of a kind (tet4, tet10, hex8) with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
         from softmark.solvers.mesh.structured import disc, rounded, solid
 
         mesh = solid(disc(self.radius, size, cuts=cuts), self.length, size, kind, cuts)
@@ -319,7 +319,7 @@ class Box:
         )
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of a kind (tet4, tet10 or hex8) with edges of about `size` (m), nodes on the cuts. Raises UnknownElement."""
+        """Cells of a kind (tet4, tet10, hex8) with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
         from softmark.solvers.mesh.structured import rectangle, solid
 
         own = self._turned(cuts)
