@@ -38,6 +38,7 @@ class Case:
     loads: tuple[Declared, ...]
     analysis: Static | Dynamic
     other_material: Any = None  # that a model takes instead of the body's
+    wide: bool = False  # supports hold whatever cells and facets they select a part of, on meshes that do not end there
 
     @property
     def shape(self) -> Any:

@@ -67,7 +67,8 @@ def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Conditions that select nothing, and supports that select everything, as far as bounds tell."""
+    """Conditions that select nothing, and supports that leave nothing free, as far as bounds tell."""
+    everywhere: dict[str, list[Declared]] = {}
     for declared in (*scene.of_kind("support").values(), *scene.of_kind("load").values()):
         condition = getattr(declared.thing, "where", None)
         body = scene.declared.get(getattr(declared.thing, "body", ""))
@@ -80,9 +81,12 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
                               f"`{declared.name}` selects no part of `{body.name}`", "selects nothing",
                               f"the body spans {reach(low, high)}")  # fmt: skip
         elif not false and declared.kind == "support":
-            yield _diagnostic("E303", declared.at("where"), f"`{declared.name}` selects all of `{body.name}`",
-                              "selects everything",
-                              "nothing would be left to deform: select a part of the body")  # fmt: skip
+            everywhere.setdefault(body.name, []).append(declared)
+    for name, supports in everywhere.items():
+        if len({c for support in supports for c in support.thing.components}) == 3:
+            last = supports[-1]
+            yield _diagnostic("E303", last.at("where"), f"`{last.name}` selects all of `{name}`", "selects everything",
+                              "nothing would be left to deform: select a part of the body, or free a component")  # fmt: skip
 
 
 def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:

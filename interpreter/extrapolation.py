@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 from typing import Any
 
@@ -12,6 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter import units
+from softmark.interpreter.case import Case
+from softmark.interpreter.conforming import cuts_of
+from softmark.interpreter.models.gripping import grips
 from softmark.interpreter.models.prepared import Solution, Workshop
 from softmark.interpreter.scene import Declared, Scene
 from softmark.interpreter.selfconverged import Method, methods_of, uneven
@@ -188,21 +191,39 @@ def settled(
         members.append(_member(method, size, Workshop(scene=scene, measured=measured)))
     families = [members[i : i + len(sizes)] for i in range(0, len(members), len(sizes))]
     where = _sampled(families[0][0].mesh, points)
-    limits = [_limit_of(m, f, where) for m, f in zip(methods, families, strict=True)]
+    shop = Workshop(scene=scene, measured=measured)
+    limits = [_limit_of(m, f, where, shop) for m, f in zip(methods, families, strict=True)]
     best, error = combined(limits, where)
     return Settled(best.displacement, error, _facts(methods, families, limits, best))
 
 
-def _limit_of(method: Method, members: Sequence[Member], where: Sampled) -> Limit:
+def _limit_of(method: Method, members: Sequence[Member], where: Sampled, workshop: Workshop) -> Limit:
+    """The limit of one method; where its meshes miss a part of what supports select, as far off as that may make it."""
+    unheld = _unheld(method.case, members)
     family = Family(
         method.declared.name,
         method.formal,
         [m.actual for m in members],
         [m.displacement for m in members],
         method.case.analysis.tolerance,
-        uneven(method.case.shape, [m.size for m in members]),
+        unheld or uneven(method.case.shape, [m.size for m in members], cuts_of(method.case)),
     )
-    return limit(family, where)
+    found = limit(family, where)
+    if unheld is None:
+        return found
+    wide = _member(replace(method, case=replace(method.case, wide=True)), members[-1].size, workshop)
+    apart = largest(wide.displacement(where.X) - members[-1].displacement(where.X))
+    return replace(found, estimate=found.estimate + apart)
+
+
+def _unheld(case: Case, members: Sequence[Member]) -> str | None:
+    """Why meshes cannot be extrapolated that hold another part than supports select; None where they do not."""
+    for member in members:
+        for name, own in grips(case, member.mesh).items():
+            if own.held < 1.0 or own.beyond > 0.0:
+                size = units.show(member.size, units.LENGTH)
+                return f"cells of {size} hold {100 * own.held:.3g} % of what `{name}` selects"
+    return None
 
 
 def _member(method: Method, size: float, workshop: Workshop) -> Member:

@@ -142,6 +142,7 @@ class ModelResult:
     mesh: Any = None  # the mesh and its nodal displacements, for files that other programs read
     stated: Mapping[str, Any] = field(default_factory=dict)  # the error that it states itself, where it was asked
     loads: Mapping[str, Resultant] = field(default_factory=dict)  # what acts, and what was asked
+    reactions: Mapping[str, Any] = field(default_factory=dict)  # of each support: the share of its selection that is held
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""
@@ -156,6 +157,7 @@ class ModelResult:
             "metrics": {n: m.to_json() for n, m in self.metrics.items()},
             "loads": {n: r.to_json() for n, r in self.loads.items()},
         }
+        own |= {"reactions": dict(self.reactions)} if self.reactions else {}
         return own | {"stated": dict(self.stated)} if self.stated else own
 
 

@@ -45,6 +45,7 @@ from softmark.interpreter.results import (
 )
 from softmark.interpreter.scene import Declared, Scene, SceneError
 from softmark.interpreter.watchdog import loose, watched
+from softmark.interpreter.wider import reactions
 
 if TYPE_CHECKING:
     from softmark.solvers.statics import Iteration
@@ -227,6 +228,7 @@ def _model(work: _Run, name: str) -> None:
         probes,
         mesh=solution.mesh,
         loads=loads,
+        reactions=reactions(case, prepared),
     )
 
 

@@ -15,6 +15,7 @@ from typing import Any
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import units
 from softmark.interpreter.case import Case, Fault, body_of, case_for
+from softmark.interpreter.conforming import Cuts, cuts_of
 from softmark.interpreter.models.fem import Fem, element_class
 from softmark.interpreter.scene import Declared, Scene
 from softmark.interpreter.study.orders import unlike
@@ -170,11 +171,11 @@ def _too_fine(scene: Scene, reference: Declared, declared: Declared) -> Diagnost
 # ------------------------------------------------------------------ what makes it of little use
 
 
-def uneven(shape: Any, sizes: Sequence[float]) -> str | None:
+def uneven(shape: Any, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
     """Why meshes of a shape at these sizes cannot be extrapolated, if they cannot: not similar, or hardly finer."""
     if not hasattr(shape, "counts"):
         return None
-    counts = [shape.counts(size) for size in sizes[-LEAST:]]
+    counts = [counted(shape, size, cuts) for size in sizes[-LEAST:]]
     means = [math.prod(own) ** (1 / len(own)) for own in counts]
     ratio, place = min((b / a, i) for i, (a, b) in enumerate(pairwise(means)))
     if ratio >= 0.98 * RATIO:
@@ -183,14 +184,20 @@ def uneven(shape: Any, sizes: Sequence[float]) -> str | None:
     return f"cells of {b} are only {ratio:.3g} times finer than those of {a}, and an order needs {RATIO:g} times"
 
 
+def counted(shape: Any, size: float, cuts: Cuts) -> tuple[int, ...]:
+    """Cells of a mesh of a size (m) along the directions of a shape, with nodes on cuts."""
+    counts: tuple[int, ...] = shape.counts(size, cuts) if cuts else shape.counts(size)
+    return counts
+
+
 def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
     """Meshes that tell no order, and methods that share what is wrong with them."""
     methods = methods_of(scene, reference)
-    shape, sizes = methods[0].case.shape, reference.thing.sizes.values
-    if (why := uneven(shape, sizes)) is not None:
+    shape, sizes, cuts = methods[0].case.shape, reference.thing.sizes.values, cuts_of(methods[0].case)
+    if (why := uneven(shape, sizes, cuts)) is not None:
         at = reference.at("sizes")
         yield Diagnostic("W332", f"the meshes of `{reference.name}` tell no order of convergence", at.source, at.span,
-                         "nothing is extrapolated", _better(shape), (why,))  # fmt: skip
+                         "nothing is extrapolated", _better(shape, cuts), (why,))  # fmt: skip
     nu = methods[0].case.material.poisson
     if all(own.declared.thing.locks_at(nu) for own in methods):
         at = reference.at("methods")
@@ -200,9 +207,9 @@ def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
                          "`formulation = mean_dilatation`")  # fmt: skip
 
 
-def _better(shape: Any) -> str:
+def _better(shape: Any, cuts: Cuts) -> str:
     """Sizes that give similar meshes, if some are known."""
     sizes = tuple(float(f"{shape.even / k:.5g}") for k in (1, 2, 3))
-    if uneven(shape, sizes) is None:
+    if uneven(shape, sizes, cuts) is None:
         return f"take sizes that give similar meshes, such as {units.show_all(sizes, units.LENGTH)}"
     return "take sizes of which each is half the one before, and that divide the body in whole cells"

@@ -36,6 +36,7 @@ from softmark.interpreter.resolving import shows
 from softmark.interpreter.results import ModelResult, ProbeResult, clean
 from softmark.interpreter.scene import Declared, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.wider import selection
 
 Floats = NDArray[np.float64]
 Field = Callable[[Floats], Floats]
@@ -62,6 +63,7 @@ DOUBTS: dict[str, str] = {
     "W364": "its mesh has slivers",
     "W377": "there are few steps to a swing of its loads",
     "W378": "steps do not show all of a course",
+    "W375": "its supports hold another part than they select",
 }
 
 VOID = ("W351",)  # states of which no part of the error says anything
@@ -206,6 +208,7 @@ class Stated:
             "rounding": self._rounding,
             "solver": self._solver,
         }
+        found |= selection(self)
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
     # -------------------------------------------------------------- other solutions

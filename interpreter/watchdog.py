@@ -36,6 +36,7 @@ from softmark.solvers.rod_checks import Rod, frames
 AGREES = 2.0  # times what the solver claims
 LEFT = 50.0  # times the estimate of what rounding leaves
 SEEN = 0.005  # of a value: differences that three digits show
+INWARD = 1e-6  # of the way to its centroid: where a cell is looked at, so that its border is not
 
 
 def watched(scene: Scene, declared: Declared, case: Case, prepared: Any, solution: Solution) -> Solution:
@@ -232,13 +233,13 @@ def _solid(model: Fem, case: Case, mesh: Any) -> Balance:
     if model.formulation != "displacement":
         inside, lacking, noise = pressed(model, case, mesh).forces()
         outside, unsure = loads_on(case, mesh, u, model.strain == "small", model.mass)
-        return checks.balance(inside, outside, held(case, mesh.points), noise + unsure / LEFT, lacking=lacking)
+        return checks.balance(inside, outside, held(case, mesh), noise + unsure / LEFT, lacking=lacking)
     terms, stiff = terms_of(model, case)
     body = Body(mesh.points, mesh.cells, mesh.kind, u, terms, stiff, turned=model.rotation == "element")
     chosen, cells = checks.sample(len(mesh.points), mesh.cells, len(checks.rule(mesh.kind)[1]))
     inside, noise = body.forces(cells)
     outside, unsure = loads_on(case, mesh, u, model.strain == "small", model.mass)
-    return checks.balance(inside, outside, held(case, mesh.points), noise + unsure / LEFT, chosen)
+    return checks.balance(inside, outside, held(case, mesh), noise + unsure / LEFT, chosen)
 
 
 def pressed(model: Fem, case: Case, mesh: Any) -> Pressed:
@@ -286,18 +287,28 @@ def _springs(case: Case, prepared: Any, mesh: Any) -> Balance:
     u = np.asarray(mesh.displacement, dtype=np.float64)
     inside, noise = checks.spring_forces(mesh.points, springs.edges, springs.k, u)
     outside, unsure = loads_on(case, mesh, u, False, "lumped")
-    return checks.balance(inside, outside, held(case, mesh.points), noise + unsure / LEFT, None)
+    return checks.balance(inside, outside, held(case, mesh), noise + unsure / LEFT, None)
 
 
 # ------------------------------------------------------------------ supports of solids
 
 
-def held(case: Case, points: Floats) -> NDArray[np.bool_]:
-    """Which degrees of freedom supports hold (n, 3)."""
+def held(case: Case, mesh: Any) -> NDArray[np.bool_]:
+    """Which degrees of freedom supports hold (n, 3): of the nodes that they select, and of whole cells and facets.
+
+    Cells and facets are taken as selected where all their corners are, seen from a little inside: a selection without its
+    border holds up to it.
+    """
+    points = mesh.points
     found = np.zeros(points.shape, dtype=np.bool_)
     extent = float(np.sqrt((np.ptp(points, axis=0) ** 2).sum()))
     for support in case.supports:
-        where = np.broadcast_to(support.thing.where.holds(*points.T, extent), len(points))
+        where = np.array(np.broadcast_to(support.thing.where.holds(*points.T, extent), len(points)))
+        for nodes in (mesh.cells, mesh.mesh.facets):
+            corners = points[nodes]
+            X = corners + INWARD * (corners.mean(axis=1, keepdims=True) - corners)
+            inside = np.broadcast_to(support.thing.where.holds(*np.moveaxis(X, 2, 0), extent), nodes.shape)
+            where[nodes[inside.all(axis=1)]] = True
         for c in support.thing.components:
             found[:, c] |= where
     return found

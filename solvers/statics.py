@@ -27,8 +27,8 @@ from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear import Singular, factor
 from softmark.solvers.static_newton import MEMORY, RIGID, TINY, Newton
 from softmark.solvers.static_problem import Criterion, Equilibrium, Iteration, NotConverged, Statics, Watch
-from softmark.solvers.static_steps import raised
 from softmark.solvers.static_stability import critical_load, direct, loose_motion, rounding_error, softness
+from softmark.solvers.static_steps import raised
 from softmark.solvers.systems import Linear, Systems
 
 __all__ = [

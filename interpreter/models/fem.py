@@ -11,6 +11,7 @@ from softmark.interpreter import units
 from softmark.interpreter.estimate import bending_angle
 from softmark.interpreter.models import formulations, options
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.solvers.mesh.meshable import UnknownElement, meshable
 
 if TYPE_CHECKING:
     from softmark.interpreter.case import Case
@@ -112,8 +113,13 @@ class Fem:
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against this model of this case."""
+        try:
+            meshable(self.element)
+        except UnknownElement as error:
+            return [options.unmeshed(declared, error)]
         found = [
             self.one_mesh(declared, case),
+            *options.sized(self, declared, case),
             self._finite_law(declared, case),
             self._locking(declared, case),
             self._rotation(declared, case),
@@ -271,7 +277,9 @@ def _capped(cap: int, case: Case) -> str:
 
 
 def element_class(name: str) -> Any:
-    """The class of an element by its word."""
+    """The class of an element by its word. Raises UnknownElement."""
     from softmark.solvers.elements import ELEMENTS
 
+    if name not in ELEMENTS:
+        raise UnknownElement(f"there is no element `{name}`: elements are {', '.join(ELEMENTS)}")
     return ELEMENTS[name]

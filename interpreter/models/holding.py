@@ -10,6 +10,7 @@ import numpy as np
 
 from softmark.interpreter import units
 from softmark.interpreter.case import Case, Fault, fault, reach
+from softmark.interpreter.models.gripping import grip
 from softmark.interpreter.models.rigid import AXES, free_motions, point_rows
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -23,29 +24,19 @@ if TYPE_CHECKING:
 SAME = 1e-12  # relative difference of imposed values that rounding may make
 
 
-def selected(case: Case, owner: Declared, points: Floats, what: str) -> np.ndarray:
-    """Which of the points (n, 3) a support or load selects (n,). Raises Fault if none or all are."""
-    extent = float(np.linalg.norm(np.ptp(points, axis=0)))
-    x, y, z = points.T
-    held: np.ndarray = np.asarray(owner.thing.where.holds(x, y, z, extent))
-    if not held.any():
-        spans = reach(points.min(axis=0).tolist(), points.max(axis=0).tolist())
+def selected(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
+    """Which nodes of a mesh (n,) a support holds: all that it selects, as `case.wide` has it. Raises Fault if none."""
+    own = grip(owner.thing.where, case.shape, mesh)
+    if not own.nodes.any():
+        spans = reach(mesh.points.min(axis=0).tolist(), mesh.points.max(axis=0).tolist())
         raise fault(
             "E302",
             owner.at("where"),
-            f"`{owner.name}` selects no {what} of the mesh of `{case.body.name}`",
+            f"`{owner.name}` selects no point of the mesh of `{case.body.name}`",
             "selects nothing",
             f"the mesh spans {spans}, and a thin selection may lie between its points",
         )
-    if held.all():
-        raise fault(
-            "E303",
-            owner.at("where"),
-            f"`{owner.name}` selects every {what} of `{case.body.name}`",
-            "selects everything",
-            "nothing would be left to deform; select a part of the body",
-        )
-    return held
+    return own.wide if case.wide else own.nodes
 
 
 @dataclass
@@ -55,21 +46,38 @@ class Held:
     case: Case
     extent: float  # m, of the body: makes rotations comparable with displacements
     centre: Floats = field(default_factory=lambda: np.zeros(3))
+    unknowns: int = -1  # how many degrees of freedom there are, where holding them all is refused
     values: dict[int, tuple[float, Declared]] = field(default_factory=dict)
     rows: list[Floats] = field(default_factory=lambda: [np.zeros((0, 6))])
 
     def impose(self, dof: int, value: float, support: Declared, place: Floats, along: str) -> None:
         """Hold a degree of freedom of a point. Raises Fault where another support holds it to another value."""
         known, owner = self.values.setdefault(dof, (value, support))
+        if self.case.wide:  # nodes beyond the selection are the first's that asks
+            return
         if abs(known - value) > SAME * max(abs(known), abs(value)):
             raise conflict((owner, known), (support, value), place, along)
 
     def finished(self) -> tuple[Ints, Floats]:
         """The degrees of freedom in order, and their values. Raises Fault where a body at rest is free to move."""
+        if len(self.values) == self.unknowns:
+            raise self._rigid()
         if not isinstance(self.case.analysis, Dynamic):
             must_be_held(self.case, np.concatenate(self.rows), self.centre, self.extent)
         fixed = sorted(self.values)
         return np.array(fixed, dtype=np.int64), np.array([self.values[dof][0] for dof in fixed])
+
+
+    def _rigid(self) -> Fault:
+        """Nothing is left to deform."""
+        last = self.case.supports[-1]
+        return fault(
+            "E303",
+            last.at("where"),
+            f"`{last.name}` leaves no point of the mesh of `{self.case.body.name}` free",
+            "selects everything",
+            "nothing would be left to deform; select a part of the body, leave components free, or use a finer mesh",
+        )
 
 
 def moved_by(support: Declared) -> tuple[float, float, float]:
@@ -82,9 +90,9 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
 
     `measured` has the tracked points that supports may follow, by the name of their reference.
     """
-    held = Held(case, mesh.extent, mesh.points.mean(axis=0))
+    held = Held(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
     for support in case.supports:
-        nodes = np.nonzero(selected(case, support, mesh.points, "point"))[0]
+        nodes = np.nonzero(selected(case, support, mesh))[0]
         held.rows.append(point_rows(mesh.points[nodes] - held.centre, support.thing.components))
         moved = displacements(support, mesh.points[nodes], measured)
         for c in support.thing.components:

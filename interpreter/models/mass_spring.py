@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.models import options
 from softmark.interpreter.models.fem import Fem
 
 if TYPE_CHECKING:
@@ -101,6 +102,7 @@ class MassSpring:
         """What speaks against this model of this case."""
         found = [
             self.solid.one_mesh(declared, case),
+            *options.sized(self.solid, declared, case),
             self._cauchy(declared, case),
             self._law(declared, case),
             self._same(declared),

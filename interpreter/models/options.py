@@ -22,6 +22,8 @@ PACKAGES = {
 }  # what a linear solver needs; both are in softmark[fast]
 SYMMETRIC = ("cholesky", "conjugate_gradients")
 
+EVERY = "use `element = tet4`, `tet10` or `hex8`"
+
 Clash = tuple[str, str, str, str]  # field, problem, label, help
 
 
@@ -35,6 +37,21 @@ def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
         *_of_path(model, case),
     )
     return [_refused(declared, *clash) for clash in (*clashes, *_not_installed(model))]
+
+
+def unmeshed(declared: Declared, reason: object) -> Diagnostic:
+    """An element that no mesh is made of."""
+    at = declared.at("element")
+    return Diagnostic("E508", f"`{declared.name}` cannot be meshed: {reason}", at.source, at.span, "no such mesh", EVERY)
+
+
+def sized(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
+    """A `size` where the body is a mesh already."""
+    if model.size is None or model.mesh is not None or not getattr(case.shape, "prebuilt", False):
+        return []
+    at, problem = declared.at("size"), f"the `size` of `{declared.name}` is not used: `{case.body.name}` is a mesh already"
+    return [Diagnostic("W376", problem, at.source, at.span, "has no effect",
+                       "its cells are taken as they are: leave `size` out, or mesh the body anew and name that file")]  # fmt: skip
 
 
 def _refused(declared: Declared, field: str, problem: str, label: str, help: str) -> Diagnostic:

@@ -11,12 +11,14 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter import units
-from softmark.interpreter.case import Case, fault
+from softmark.interpreter.case import Case, Fault, fault
+from softmark.interpreter.conforming import cuts_of
 from softmark.interpreter.datasets import located
-from softmark.interpreter.models import formulations, outcome
+from softmark.interpreter.models import formulations, options, outcome
 from softmark.interpreter.models.disturbing import Disturbance, disturbance_of, of_solid
 from softmark.interpreter.models.fem import LARGE_ANGLE, Fem
 from softmark.interpreter.models.formulations import Unknowns
+from softmark.interpreter.models.gripping import held_notes
 from softmark.interpreter.models.holding import solid_supports
 from softmark.interpreter.models.loading import mass_matrix, single_loads, together
 from softmark.interpreter.models.meshing import mesh_facts, sliver_note, with_quality
@@ -37,6 +39,7 @@ from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.polar import rotations
 from softmark.solvers.mesh.file import Unreadable
 from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.meshable import UnknownElement
 from softmark.solvers.mixed import MixedPoints, volumetric
 from softmark.solvers.reduced.cells import BY_CELL
 from softmark.solvers.single import SingleAssembly
@@ -252,8 +255,12 @@ def at_rest(
         path=getattr(case.analysis, "path", "load"),
     )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
-    notes = (*volume_note(declared, case, mesh), *sliver_note(declared, model.mesh or case.shape, mesh))
     shape = model.mesh or case.shape
+    notes = (
+        *volume_note(declared, case, mesh),
+        *sliver_note(declared, shape, mesh),
+        *held_notes(declared, case, mesh),
+    )
     return PreparedSolid(model, declared, shape, mesh, elastic, problem, size, notes, applied=(*applied,)), parts
 
 
@@ -336,17 +343,26 @@ def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
     return mass_matrix(mesh, parts, case.material.density, model.mass)
 
 
+def mesh_key(model: Fem, case: Case) -> tuple[Any, ...]:
+    """What models must agree in to share a mesh: body, element, size, and where supports need nodes."""
+    return (case.body.name, *model.mesh_key(), *(() if model.mesh else cuts_of(case)))
+
+
 def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Mesh:
     """The mesh of a model, made once for all models that want the same. Raises Fault."""
-    key: Any = (case.body.name, *model.mesh_key())
+    key = mesh_key(model, case)
     if key in workshop.meshes:
         workshop.borrowed = workshop.seconds.get(key, (0.0, 0.0))
     else:
         wall, cpu = time.perf_counter(), time.process_time()
         at = declared.at("mesh") if model.mesh is not None else case.body.at("shape")
         shape = located(model.mesh or case.shape, at)
+        cuts = cuts_of(case, shape)
         try:
-            workshop.meshes[key] = with_quality(shape.mesh(model.element, model.size), model, declared)
+            made = shape.mesh(model.element, model.size, cuts) if cuts else shape.mesh(model.element, model.size)
+            workshop.meshes[key] = with_quality(made, model, declared)
+        except UnknownElement as error:
+            raise Fault(options.unmeshed(declared, error)) from error
         except Unreadable as error:
             raise fault(
                 error.code,

@@ -13,6 +13,7 @@ from softmark.interpreter.case import Case, fault
 from softmark.interpreter.models import outcome
 from softmark.interpreter.models.calibration import Fit, NoFit, Target, least, target_of
 from softmark.interpreter.models.disturbing import Disturbance, disturbance_of, of_springs
+from softmark.interpreter.models.gripping import held_notes
 from softmark.interpreter.models.holding import solid_supports
 from softmark.interpreter.models.loading import mass_matrix, single_loads, together
 from softmark.interpreter.models.mass_spring import Calibrated, MassSpring, Uniform
@@ -153,7 +154,11 @@ def prepare(model: MassSpring, declared: Declared, case: Case, workshop: Worksho
     springs = springs_of(model, case, mesh, network(mesh, model.diagonals))
     problem = statics_of(case, mesh, parts, springs, workshop.measured)
     size = {"nodes": len(mesh.points), "elements": len(springs.k), "dofs": len(problem.assembly.free)}
-    notes = (*volume_note(declared, case, mesh), *sliver_note(declared, model.mesh or case.shape, mesh))
+    notes = (
+        *volume_note(declared, case, mesh),
+        *sliver_note(declared, model.mesh or case.shape, mesh),
+        *held_notes(declared, case, mesh),
+    )
     shape = model.mesh or case.shape
     built = PreparedSprings(model, declared, shape, mesh, parts, springs, problem, size, notes)
     applied = single_loads(case, mesh, parts, small=False, mass="lumped")

@@ -110,7 +110,8 @@ def _bench(
     declared: Declared, case: Case, own: Case, mesh: Mesh, full: Declared, workshop: Workshop
 ) -> Workshop:
     """A workshop that holds the one mesh of all training. Raises Fault where the sweep varies it."""
-    same = own.shape == case.shape and full.thing.mesh_key() == _full(declared, workshop).thing.mesh_key()
+    key = solid.mesh_key(full.thing, own)
+    same = own.shape == case.shape and key == solid.mesh_key(_full(declared, workshop).thing, case)
     if not same:
         raise fault(
             "E532",
@@ -119,7 +120,7 @@ def _bench(
             "another mesh",
             "fields of one mesh say nothing on another: sweep a load, a displacement or a material",
         )
-    return Workshop({(own.body.name, *full.thing.mesh_key()): mesh}, scene=workshop.scene, measured=workshop.measured)
+    return Workshop({key: mesh}, scene=workshop.scene, measured=workshop.measured)
 
 
 def _full(declared: Declared, workshop: Workshop) -> Declared:

@@ -11,9 +11,11 @@ from dataclasses import replace
 from typing import Any
 
 from softmark.interpreter.case import Fault, case_for
+from softmark.interpreter.conforming import cuts_of
 from softmark.interpreter.models.beam6dof import Beam6Dof
 from softmark.interpreter.models.fem import Fem, element_class
 from softmark.interpreter.scene import Declared, Scene
+from softmark.interpreter.selfconverged import counted
 from softmark.interpreter.study.keys import reached, words_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
 
@@ -45,10 +47,10 @@ def resolution_of(scene: Scene, model: str) -> dict[str, Any]:
 
 def _counts(scene: Scene, model: Declared, size: float) -> list[int] | None:
     try:
-        shape = case_for(scene, model).shape
+        case = case_for(scene, model)
     except Fault:
         return None
-    return list(shape.counts(size)) if hasattr(shape, "counts") else None
+    return list(counted(case.shape, size, cuts_of(case))) if hasattr(case.shape, "counts") else None
 
 
 def _without(declared: Declared) -> Declared:

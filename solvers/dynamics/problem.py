@@ -16,6 +16,7 @@ from softmark.solvers.dynamics.trapezoidal import Trapezoidal
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.linear import factor
 
+
 class LinearSolver(Protocol):
     """Solves one system after the other; may keep what it knows of a pattern from step to step."""
 

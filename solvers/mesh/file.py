@@ -14,6 +14,7 @@ from softmark.solvers.mesh import ended, gmsh1
 from softmark.solvers.mesh.flaws import Unreadable, checked, used
 from softmark.solvers.mesh.formats import filling
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
+from softmark.solvers.mesh.meshable import meshable
 from softmark.solvers.mesh.rationing import rationed
 from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, quadratic
 
@@ -78,7 +79,8 @@ def read_points(path: str, unit: float) -> Floats:
 
 
 def converted(mesh: Mesh, kind: str, split: str) -> Mesh:
-    """A mesh that was read as the kind that a model wants. Raises Unreadable where that cannot be."""
+    """A mesh that was read as the kind that a model wants. Raises Unreadable where that cannot be, UnknownElement."""
+    meshable(kind)
     if kind == mesh.kind:
         return mesh
     if mesh.kind == "hex8":

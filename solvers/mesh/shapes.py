@@ -1,16 +1,19 @@
 """Shapes: what a scene may call a body's geometry. To add one: a class here or in a file of its own, a line in SHAPES.
 
 A shape knows its bounds without a mesh, and makes a mesh only when it is asked. A shape that is a straight
-prism also has `section`, `length`, `axis` and `root`, which is all that a beam model needs of it.
+prism also has `section`, `length`, `axis` and `root`, which is all that a beam model needs of it. A shape with `spans`
+has coordinates of its own: its meshes take `cuts`, surfaces on which one of these is constant, and put nodes there.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from softmark.solvers.mesh.divisions import divisions, of_disc, of_rectangle
+from softmark.solvers.mesh.cuts import Cut, along, cells
+from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rectangle
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,6 +26,7 @@ else:
     from softmark.solvers.deferred import np
 
 Vector3 = tuple[float, float, float]
+Span = tuple[float, float]
 Bounds = tuple[Vector3, Vector3]
 
 
@@ -120,6 +124,15 @@ def contains(shape: Cylinder | Box, point: Vector3) -> bool:
     return -slack <= s <= shape.length + slack and shape.section.contains(u, v, slack)
 
 
+def _dot(a: Sequence[float], b: Sequence[float]) -> float:
+    return sum(p * q for p, q in zip(a, b, strict=True))
+
+
+def _sum(origin: Vector3, *parts: tuple[float, Vector3]) -> Vector3:
+    """The origin plus multiples of vectors."""
+    return tuple(o + sum(c * v[i] for c, v in parts) for i, o in enumerate(origin))  # type: ignore[return-value]
+
+
 def _cross(a: tuple[float, ...], b: tuple[float, ...]) -> Vector3:
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
@@ -166,15 +179,40 @@ class Cylinder:
         """Sizes that are this by whole numbers give meshes whose sections are similar, m."""
         return self.radius / 2.5
 
-    def counts(self, size: float) -> tuple[int, ...]:
-        """Cells of a mesh of a size (m) along the square's side, across the rings and along the axis."""
-        return *of_disc(self.radius, size), divisions(self.length, size)
+    @property
+    def spans(self) -> dict[str, Span]:
+        """Its own coordinates: distance from the axis and along it, m, and the angle from the first transverse axis."""
+        return {"radius": (0.0, self.radius), "turn": (0.0, 2.0 * math.pi), "along": (0.0, self.length)}
 
-    def mesh(self, kind: str, size: float) -> Mesh:
-        """Cells of a kind (tet4, tet10 or hex8) with edges of about `size` (m)."""
+    def place(self, radius: float, turn: float, along: float) -> Vector3:
+        """The point of its own coordinates, m."""
+        first, second = transverse(self.axis)
+        u, v = radius * math.cos(turn), radius * math.sin(turn)
+        return _sum(self.origin, (u, first), (v, second), (along, self.axis))
+
+    def chord(self, plane: tuple[float, float, float, float]) -> Cut | None:
+        """The cut of a plane a x + b y + c z + d = 0 along the axis; None where it is not along it, or outside."""
+        normal = plane[:3]
+        norm = math.hypot(*normal)
+        first, second = transverse(self.axis)
+        if norm == 0.0 or abs(_dot(normal, self.axis)) > 1e-9 * norm:
+            return None
+        at = -(_dot(normal, self.origin) + plane[3]) / norm
+        turn = math.atan2(_dot(normal, second), _dot(normal, first))
+        return Cut("chord", at, turn=turn) if abs(at) < self.radius else None
+
+    def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
+        """Cells of a mesh of a size (m) along the square's side, across the rings and along the axis."""
+        side, rings = of_disc(self.radius, size)
+        core, *outer = circles(self.radius, size, cuts)
+        rings = divisions(0.4 * core, size) + len(outer) if outer else rings
+        return side, rings, cells(0.0, self.length, divisions(self.length, size), along(cuts, "along"))
+
+    def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
+        """Cells of a kind (tet4, tet10, hex8) with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
         from softmark.solvers.mesh.structured import disc, rounded, solid
 
-        mesh = solid(disc(self.radius, size), self.length, size, kind)
+        mesh = solid(disc(self.radius, size, cuts=cuts), self.length, size, kind, cuts)
         return _placed(rounded(mesh, self.radius) if kind == "tet10" else mesh, self.axis, self.origin)
 
     def surface(self, size: float) -> Surface:
@@ -260,16 +298,42 @@ class Box:
         """Sizes that are this by whole numbers divide the shortest edge evenly, m."""
         return min(self.size) / 2
 
-    def counts(self, size: float) -> tuple[int, ...]:
-        """Cells of a mesh of a size (m) along both edges of the section and along the longest."""
-        return *of_rectangle(self.section.width, self.section.height, size), divisions(self.length, size)
+    @property
+    def spans(self) -> dict[str, Span]:
+        """Its own coordinates, m: x, y and z."""
+        return {n: (o, o + s) for n, o, s in zip("xyz", self.origin, self.size, strict=True)}
 
-    def mesh(self, kind: str, size: float) -> Mesh:
-        """Cells of a kind (tet4, tet10 or hex8) with edges of about `size` (m)."""
+    def place(self, x: float, y: float, z: float) -> Vector3:
+        """The point of its own coordinates, m."""
+        return x, y, z
+
+    def _turned(self, cuts: tuple[Cut, ...]) -> tuple[Cut, ...]:
+        """Cuts as the mesh has them before it is placed: along the axis, and along the edges of the section."""
+        frame = dict(zip(("first", "second", "along"), (*transverse(self.axis), self.axis), strict=True))
+        found = []
+        for cut in cuts:
+            way = [float(axis == cut.axis) for axis in "xyz"]
+            name, sense = next((n, _dot(way, v)) for n, v in frame.items() if abs(_dot(way, v)) > 0.5)
+            found.append(replace(cut, axis=name, at=sense * (cut.at - _dot(way, self.root))))
+        return tuple(found)
+
+    def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
+        """Cells of a mesh of a size (m) along both edges of the section and along the longest."""
+        nx, ny = of_rectangle(self.section.width, self.section.height, size)
+        w, h, own = self.section.width / 2, self.section.height / 2, self._turned(cuts)
+        return (
+            cells(-w, w, nx, along(own, "first")),
+            cells(-h, h, ny, along(own, "second")),
+            cells(0.0, self.length, divisions(self.length, size), along(own, "along")),
+        )
+
+    def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
+        """Cells of a kind (tet4, tet10, hex8) with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
         from softmark.solvers.mesh.structured import rectangle, solid
 
-        section = rectangle(self.section.width, self.section.height, size)
-        return _placed(solid(section, self.length, size, kind), self.axis, self.root)
+        own = self._turned(cuts)
+        section = rectangle(self.section.width, self.section.height, size, own)
+        return _placed(solid(section, self.length, size, kind, own), self.axis, self.root)
 
     def surface(self, size: float) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of the surface, outward, with edges of about `size` (m)."""

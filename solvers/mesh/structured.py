@@ -12,8 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softmark.solvers.mesh.divisions import divisions, of_disc, of_rectangle
+from softmark.solvers.mesh.cuts import SAME, Cut, along, lines
+from softmark.solvers.mesh.divisions import OFF_CENTRE, circles, divisions, of_disc, of_rectangle
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+from softmark.solvers.mesh.meshable import meshable
 from softmark.solvers.mesh.splits import quadratic, split
 
 
@@ -26,10 +28,20 @@ class Section:
     colour: Ints
 
 
-def rectangle(width: float, height: float, size: float) -> Section:
-    """A rectangle centred on the origin, m; even divisions keep its mirror symmetries in the split."""
+def rectangle(width: float, height: float, size: float, cuts: tuple[Cut, ...] = ()) -> Section:
+    """A rectangle centred on the origin, m; even divisions keep its mirror symmetries in the split.
+
+    Lines of the grid lie on the cuts of `first` and `second`.
+    """
     nx, ny = of_rectangle(width, height, size)
-    return _grid(np.linspace(-width / 2, width / 2, nx + 1), np.linspace(-height / 2, height / 2, ny + 1))
+    x = _line(-width / 2, width / 2, nx, along(cuts, "first"))
+    return _grid(x, _line(-height / 2, height / 2, ny, along(cuts, "second")))
+
+
+def _line(low: float, high: float, count: int, cuts: tuple[Cut, ...]) -> Floats:
+    """Lines of a grid (n,), m: evenly spaced where no cut asks for more."""
+    found = lines(low, high, count, cuts)
+    return np.linspace(low, high, count + 1) if found is None else np.array(found)
 
 
 def _grid(x: Floats, y: Floats) -> Section:
@@ -40,13 +52,19 @@ def _grid(x: Floats, y: Floats) -> Section:
     return Section(np.stack([x[i], y[j]], axis=1), quads, (i + j) % 2)
 
 
-def disc(radius: float, size: float, corner: float = 0.73, bulge: float = 0.4) -> Section:
+def disc(
+    radius: float, size: float, corner: float = 0.73, bulge: float = 0.4, cuts: tuple[Cut, ...] = ()
+) -> Section:
     """A disc: a bulged square grid in the middle, rings of quadrilaterals around it (an O-grid).
 
     `corner` is the radius of the square's corners as a fraction of `radius`, `bulge` how far its sides follow
     the circle; with the defaults the tetrahedra keep a mean-ratio quality above 0.55 from coarse to fine.
+    Rings lie on the cuts of `radius`; else the straight line through the middle on the first cut of `chord`.
     """
     n, rings = of_disc(radius, size)
+    core, *outer = circles(radius, size, cuts)
+    if outer:
+        rings = divisions(0.4 * core, size)
     inner = _grid(np.linspace(-1, 1, n + 1), np.linspace(-1, 1, n + 1))
     rim = _rim(n)  # (4n,) indices of the square's outline, counter-clockwise
     angle = -0.75 * np.pi + 0.5 * np.pi * np.arange(4 * n) / n
@@ -56,15 +74,38 @@ def disc(radius: float, size: float, corner: float = 0.73, bulge: float = 0.4) -
     points = [
         _coons(outline, n),
         *(outline + t * (circle - outline) for t in np.arange(1, rings + 1) / rings),
+        *(r / core * circle for r in outer),
     ]
     quads, colours = [inner.quads], [inner.colour]
     ring = rim
-    for k in range(rings):
+    for k in range(rings + len(outer)):
         following = len(inner.points) + 4 * n * k + np.arange(4 * n)
         quads.append(np.stack([ring, following, np.roll(following, -1), np.roll(ring, -1)], axis=1))
         colours.append((inner.colour[rim] + k + 1) % 2)
         ring = following
-    return Section(radius * np.concatenate(points), np.concatenate(quads), np.concatenate(colours))
+    section = Section(core * np.concatenate(points), np.concatenate(quads), np.concatenate(colours))
+    chords = () if outer else along(cuts, "chord")
+    return _leaning(section, radius, chords[0]) if chords else section
+
+
+def _leaning(section: Section, radius: float, chord: Cut) -> Section:
+    """The disc mapped to itself so that a straight line through its middle becomes a chord.
+
+    Turned, and then moved as the hyperbolic plane is in Klein's model: a projective map, which takes lines to lines,
+    keeps convex cells convex and the circle a circle. A chord too near to the rim is left alone.
+    """
+    v = chord.at / radius
+    quarter = chord.turn - 0.5 * np.pi * round(chord.turn / (0.5 * np.pi))  # both middle lines are straight
+    if abs(v) > OFF_CENTRE or (abs(v) <= SAME and abs(quarter) <= SAME):
+        return section
+    normal = np.array([np.cos(chord.turn), np.sin(chord.turn)])
+    across = np.array([-normal[1], normal[0]])
+    c, s = np.cos(quarter), np.sin(quarter)
+    turned = section.points @ np.array([[c, s], [-s, c]]) / radius
+    p, q = turned @ normal, turned @ across
+    scale = radius / (1.0 + v * p)
+    points = np.outer(scale * (p + v), normal) + np.outer(scale * np.sqrt(1.0 - v * v) * q, across)
+    return Section(points, section.quads, section.colour)
 
 
 def _rim(n: int) -> Ints:
@@ -87,10 +128,12 @@ def _coons(outline: Floats, n: int) -> Floats:
     return grid
 
 
-def extrude(section: Section, length: float, size: float) -> tuple[Floats, Ints, Ints]:
-    """Hexahedra along z from 0 to `length`: points (n, 3), cells (m, 8), colour (n,)."""
-    layers = divisions(length, size)
-    z = np.linspace(0.0, length, layers + 1)
+def extrude(
+    section: Section, length: float, size: float, cuts: tuple[Cut, ...] = ()
+) -> tuple[Floats, Ints, Ints]:
+    """Hexahedra along z from 0 to `length`: points (n, 3), cells (m, 8), colour (n,). Layers end on cuts of `along`."""
+    z = _line(0.0, length, divisions(length, size), along(cuts, "along"))
+    layers = len(z) - 1
     count = len(section.points)
     points = np.concatenate([np.tile(section.points, (layers + 1, 1)), np.repeat(z, count)[:, None]], axis=1)
     lower = section.quads[None] + count * np.arange(layers)[:, None, None]
@@ -99,9 +142,13 @@ def extrude(section: Section, length: float, size: float) -> tuple[Floats, Ints,
     return points, cells, colour
 
 
-def solid(section: Section, length: float, size: float, kind: str) -> Mesh:
-    """The extruded section as hexahedra (`hex8`), or split into tetrahedra (`tet4`, or `tet10` with straight edges)."""
-    points, hexahedra, colour = extrude(section, length, size)
+def solid(section: Section, length: float, size: float, kind: str, cuts: tuple[Cut, ...] = ()) -> Mesh:
+    """The extruded section as hexahedra (`hex8`), or split into tetrahedra (`tet4`, or `tet10` with straight edges).
+
+    Raises UnknownElement.
+    """
+    meshable(kind)
+    points, hexahedra, colour = extrude(section, length, size, cuts)
     if kind == "hex8":
         return Mesh(points, hexahedra, "hex8")
     linear = split(points, hexahedra, colour)

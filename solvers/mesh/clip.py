@@ -1,0 +1,109 @@
+"""Segments, triangles and tetrahedra cut by surfaces, so that every piece lies on one side of each.
+
+Exact for planes. A curved surface is met on the edges of pieces that are small beside its radius: what is left between
+is of third order in their size.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from softmark.solvers.mesh.mesh import Floats, Ints
+
+BISECTIONS = 50  # of an edge that a curved surface crosses
+ROUNDS = 64  # of cutting: an edge of every piece is cut in each
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Simplices `corners` (p, k, 3), m, and the number of the whole that each is a part of (p,)."""
+
+    corners: Floats
+    of: Ints
+
+    @property
+    def sizes(self) -> Floats:
+        """Lengths, areas or volumes (p,) in m, m^2 or m^3: sqrt(det(E E^T)) / (k - 1)! of the edges E."""
+        E = self.corners[:, 1:] - self.corners[:, :1]
+        gram = np.einsum("pik,pjk->pij", E, E)
+        sizes: Floats = np.sqrt(np.maximum(np.linalg.det(gram), 0.0)) / math.factorial(E.shape[1])
+        return sizes
+
+    @property
+    def middles(self) -> Floats:
+        """Centroids (p, 3), m."""
+        middles: Floats = self.corners.mean(axis=1)
+        return middles
+
+    def chosen(self, which: Ints) -> Pieces:
+        """Some of them."""
+        return Pieces(self.corners[which], self.of[which])
+
+    def cut(self, level: Callable[[Floats], Floats], slack: float, curved: bool) -> Pieces:
+        """The same cut where a level (n, 3) -> (n,) changes its sign; within `slack` of zero is on the border."""
+        corners, of, done = self.corners, self.of, []
+        k = corners.shape[1]
+        v = _rounded(level(corners.reshape(-1, 3)).reshape(-1, k), slack)
+        i, j = np.triu_indices(k, 1)
+        for _ in range(ROUNDS):
+            crossed = v[:, i] * v[:, j] < 0.0  # (p, edges)
+            any_ = crossed.any(axis=1)
+            done.append((corners[~any_], of[~any_]))
+            if not any_.any():
+                break
+            corners, of, v, edge = corners[any_], of[any_], v[any_], crossed[any_].argmax(axis=1)
+            corners, v = _halved(corners, v, i[edge], j[edge], level if curved else None)
+            of = np.concatenate([of, of])
+        else:
+            done.append((corners, of))
+        return Pieces(np.concatenate([c for c, _ in done]), np.concatenate([o for _, o in done]))
+
+    def refined(self) -> Pieces:
+        """Each halved across its longest edge."""
+        k = self.corners.shape[1]
+        i, j = np.triu_indices(k, 1)
+        edge = np.linalg.norm(self.corners[:, i] - self.corners[:, j], axis=2).argmax(axis=1)
+        n = np.arange(len(edge))
+        a, b = self.corners.copy(), self.corners.copy()
+        middle = 0.5 * (self.corners[n, i[edge]] + self.corners[n, j[edge]])
+        a[n, i[edge]], b[n, j[edge]] = middle, middle
+        return Pieces(np.concatenate([a, b]), np.concatenate([self.of, self.of]))
+
+
+def joined(one: Pieces, other: Pieces) -> Pieces:
+    """Two lots of pieces as one."""
+    return Pieces(np.concatenate([one.corners, other.corners]), np.concatenate([one.of, other.of]))
+
+
+def _rounded(v: Floats, slack: float) -> Floats:
+    return np.where(np.abs(v) <= slack, 0.0, v)
+
+
+def _halved(
+    corners: Floats, v: Floats, i: Ints, j: Ints, level: Callable[[Floats], Floats] | None
+) -> tuple[Floats, Floats]:
+    """Every simplex as two, which share the point at which the border crosses the edge from its corner i to j."""
+    n = np.arange(len(corners))
+    a, b = corners[n, i], corners[n, j]
+    t = v[n, i] / (v[n, i] - v[n, j])
+    if level is not None:
+        t = _crossing(a, b, v[n, i] > 0.0, level)
+    point = a + t[:, None] * (b - a)
+    one, other, v_one, v_other = corners.copy(), corners.copy(), v.copy(), v.copy()
+    one[n, j], other[n, i], v_one[n, j], v_other[n, i] = point, point, 0.0, 0.0
+    return np.concatenate([one, other]), np.concatenate([v_one, v_other])
+
+
+def _crossing(a: Floats, b: Floats, above: Any, level: Callable[[Floats], Floats]) -> Floats:
+    """Where on the way from a to b (n, 3) the level changes its sign, from 0 to 1 (n,)."""
+    low, high = np.zeros(len(a)), np.ones(len(a))
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        same = (level(a + middle[:, None] * (b - a)) > 0.0) == above
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return 0.5 * (low + high)
