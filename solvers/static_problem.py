@@ -74,6 +74,7 @@ class Equilibrium:
     critical: float | None = None  # load factor from which the path that was left is unstable
     condition: float | None = None  # of the scaled tangent, estimated from below; None: no direct factor
     rounding: float | None = None  # relative error that rounding may leave in the state, as far as that is known
+    left: Floats | None = None  # (dofs,) the step that would come next, by the last factor; None: no factor is at hand
 
     @property
     def iterations(self) -> int:

@@ -23,7 +23,7 @@ import numpy as np
 from softmark.solvers import linear
 from softmark.solvers.arc_length import Follower
 from softmark.solvers.assembly import Assembly
-from softmark.solvers.energies.energy import Floats
+from softmark.solvers.energies.energy import Floats, VectorSpace
 from softmark.solvers.linear import Singular, factor
 from softmark.solvers.static_newton import MEMORY, RIGID, TINY, Newton
 from softmark.solvers.static_problem import Criterion, Equilibrium, Iteration, NotConverged, Statics, Watch
@@ -244,7 +244,18 @@ def _kept(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equilib
     known = _condition(newton, x) if newton.left is None else None
     condition, rounding = (None, None) if known is None else known
     follower = not problem.assembly.conservative
-    return replace(found, follower=follower, condition=condition, rounding=rounding)
+    left = None if newton.left is not None else _left(newton, x)
+    return replace(found, follower=follower, condition=condition, rounding=rounding, left=left)
+
+
+def _left(newton: Newton, x: Floats) -> Floats | None:
+    """The step (dofs,) that would come next, by the last factor: one gradient and one substitution."""
+    problem, last = newton.problem, newton.last
+    if last is None or last.tolerance or problem.exact is not None or not isinstance(problem.space, VectorSpace):
+        return None
+    d = np.zeros_like(x)
+    d[problem.assembly.free] = -last.solve(problem.assembly.gradient(x, 1.0)[problem.assembly.free])
+    return d
 
 
 def _condition(newton: Newton, x: Floats) -> tuple[float, float] | None:

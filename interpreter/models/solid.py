@@ -127,10 +127,12 @@ class PreparedSolid:
         solution = outcome.found(found, displacement_of(self.mesh, u))
         notes = (*self._misread_rotation(x), *outcome.doubts(self.declared, found))
         facts = solution.facts | mesh_facts(self.mesh)
-        return replace(solution, facts=facts, notes=notes, mesh=self._deformed(u, found.x))
+        left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
+        return replace(solution, facts=facts, notes=notes, mesh=self._deformed(u, found.x, left))
 
-    def _deformed(self, u: Floats, state: Floats) -> Deformed:
-        return Deformed(self.mesh, u, pressures=self.unknowns.pressed(self.problem.assembly.internal[0], state))
+    def _deformed(self, u: Floats, state: Floats, left: Floats | None) -> Deformed:
+        pressures = self.unknowns.pressed(self.problem.assembly.internal[0], state)
+        return Deformed(self.mesh, u, pressures=pressures, left=left)
 
     def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
         if self.model.strain != "small":
@@ -207,6 +209,7 @@ class Deformed(Meshed):
     times: Floats | None = None  # (t,) s
     frames: Floats | None = None  # (t, n, 3) m: displacements at these times
     pressures: Floats | None = None  # (m, b) Pa, positive in tension: at four corners of each cell, or one in it
+    left: Floats | None = None  # (n, 3) m: the Newton step that would come next, where it is known
 
 
 def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
@@ -223,10 +226,10 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
 
 
 def at_rest(
-    model: Fem, declared: Declared, case: Case, workshop: Workshop
+    model: Fem, declared: Declared, case: Case, workshop: Workshop, mesh: Mesh | None = None
 ) -> tuple[PreparedSolid, Integration]:
-    """The static problem, and the integration over its mesh. Raises Fault."""
-    mesh = mesh_of(model, declared, case, workshop)
+    """The static problem, and the integration over its mesh, or another of the same body. Raises Fault."""
+    mesh = mesh_of(model, declared, case, workshop) if mesh is None else mesh
     parts = integration(mesh)
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, model.strain))
     energy, twin = (

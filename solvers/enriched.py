@@ -1,0 +1,114 @@
+"""From the equilibrium of a mesh to that of a finer space over it: Newton's steps from the state that is there.
+
+The systems of the finer space are solved by conjugate gradients. What is smooth in the error is left to the factor of
+the coarse tangent in the same state, what is rough to the diagonal: the angle between a space and what a
+finer one adds to it does not shrink with the mesh, so the number of iterations does not grow with it (Bank 1996). The
+state is wanted to a part of how far the two lie apart, and no better.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from softmark.solvers.assembly import Assembly
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.linear import Factor, factor
+from softmark.solvers.sparse.gradients import conjugate_gradients
+from softmark.solvers.threads import ALONE
+
+SMALL = 4000  # unknowns up to which a factor takes less than iterations
+CLOSE = 1e-2  # relative residual of the systems
+SETTLED = 0.03  # of the first step: a step this short is the last
+STEPS = 6  # of Newton's method at most
+MOST = 400  # iterations of conjugate gradients in a step
+
+
+class Lost(Exception):
+    """The finer space has no equilibrium near the state of the coarse one, or it was not found."""
+
+
+@dataclass(frozen=True)
+class Below:
+    """The coarse level: a factor of its tangent, and what takes its free unknowns to those of the fine level."""
+
+    factor: Factor
+    P: sparse.csr_matrix  # (fine free, coarse free)
+
+    @classmethod
+    def of(cls, P: sparse.csr_matrix, coarse: Assembly, fine: Assembly, factor: Factor) -> Below:
+        """P takes values at nodes (fine nodes, coarse nodes)."""
+        three = sparse.kron(P, sparse.identity(3), format="csr")
+        return cls(factor, three[fine.free][:, coarse.free].tocsr())
+
+
+def settled(
+    assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None] = lambda: None
+) -> Floats:
+    """The equilibrium (dofs,) near x, to SETTLED of how far it is. Raises Lost, Singular, and what `watch` raises."""
+    first, before = 0.0, np.inf
+    with np.errstate(all="ignore"), ALONE:
+        for number in range(STEPS):
+            watch()
+            d = np.zeros_like(x)
+            d[assembly.free] = _step(assembly, x, below, watch)
+            size = float(np.linalg.norm(d))
+            if not np.isfinite(size) or size > 2.0 * before:
+                raise Lost("Newton's steps on the finer space lead away from its state")
+            x, first, before = _inside(assembly, x, d), first or size, size
+            if size <= SETTLED * first or (number == 0 and _linear(assembly, x, d)):
+                return x
+    raise Lost(f"{STEPS} Newton steps on the finer space do not lead to its equilibrium")
+
+
+def _linear(assembly: Assembly, x: Floats, d: Floats) -> bool:
+    """Whether a step has left next to nothing of the forces that it was made for."""
+    free = assembly.free
+    left, size = assembly.gradient(x, 1.0)[free], assembly.gradient(x - d, 1.0)[free]
+    return float(np.abs(left @ d[free])) <= 2.0 * CLOSE * float(np.abs(size @ d[free]))
+
+
+def _inside(assembly: Assembly, x: Floats, d: Floats) -> Floats:
+    """As much of the step as stays in the domain of the law. Raises Lost."""
+    length = 1.0
+    while length > 0.2:
+        y = x + length * d
+        if np.isfinite(sum(e.value(y) for e in assembly.internal)):
+            return y
+        length *= 0.5
+    raise Lost("the law of the material does not hold in the state of the finer space")
+
+
+def _step(assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None]) -> Floats:
+    """Of the free unknowns: by the tangent, or if it is not definite by one made so. Raises Lost, Singular."""
+    g = assembly.gradient(x, 1.0)[assembly.free]
+    if not np.all(np.isfinite(g)):
+        raise Lost("the forces of the finer space are not finite")
+    direct = len(g) <= SMALL or not assembly.conservative or assembly.saddle
+    for definite in (False,) if direct else (False, True):
+        K = assembly.tangent(x, 1.0, definite)
+        if not np.all(np.isfinite(K.data)):
+            raise Lost("the stiffness of the finer space is not finite")
+        watch()
+        if direct:
+            return -factor(K, symmetric=assembly.conservative).solve(g)
+        goal = CLOSE * float(np.linalg.norm(g))
+        d, _, done = conjugate_gradients(K, -g, _preconditioner(K, below(), watch), goal, MOST)
+        if done:
+            return d
+    raise Lost("conjugate gradients do not solve the systems of the finer space")
+
+
+def _preconditioner(K: sparse.csr_matrix, below: Below, watch: Callable[[], None]) -> Callable[[Floats], Floats]:
+    """What is rough by the diagonal, what is smooth by the coarse factor."""
+    rough, down = 1.0 / K.diagonal(), below.P.T.tocsr()
+
+    def precondition(r: Floats) -> Floats:
+        watch()
+        there: Floats = rough * r + below.P @ below.factor.solve(down @ r)
+        return there
+
+    return precondition
