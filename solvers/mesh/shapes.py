@@ -124,8 +124,9 @@ def contains(shape: Cylinder | Box, point: Vector3) -> bool:
     return -slack <= s <= shape.length + slack and shape.section.contains(u, v, slack)
 
 
-def _dot(a: Sequence[float], b: Sequence[float]) -> float:
-    return sum(p * q for p, q in zip(a, b, strict=True))
+def _dot(vector: Any, unit: Sequence[float]) -> Any:
+    """Their product; of numbers, arrays and bounds alike."""
+    return sum(p * e for p, e in zip(vector, unit, strict=True) if e)
 
 
 def _sum(origin: Vector3, *parts: tuple[float, Vector3]) -> Vector3:
@@ -241,10 +242,6 @@ class Cylinder:
         out = self.radius * (u**2 + v**2) ** -0.5
         frame = zip(self.origin, self.axis, *transverse(self.axis), strict=True)
         return tuple(o + s * a + u * out * b + v * out * c for o, a, b, c in frame)
-
-
-def _dot(vector: Any, unit: Vector3) -> Any:
-    return sum(p * e for p, e in zip(vector, unit, strict=True) if e)
 
 
 @dataclass(frozen=True)
