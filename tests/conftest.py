@@ -27,9 +27,14 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 import pytest  # noqa: E402
+from hypothesis import HealthCheck, settings  # noqa: E402
 
 import softmark  # noqa: E402
 from softmark.scenes import ROOT  # noqa: E402
+
+# workers share the processors: how long an example takes on the wall says nothing
+settings.register_profile("shared", settings(), deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("shared")
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
 SCENES = {file.stem for file in ROOT.rglob("*.scene")}
