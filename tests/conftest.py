@@ -5,8 +5,7 @@ cache of downloads; they are skipped where a data set is in none of these places
 
 Where folders of tests are run, there is a worker for each processor; files that are named, or `-n 0`, run right here.
 Tests of one file run in one worker, and so do all that look at the report of one scene: it is run once. A test belongs
-to a scene by its parameter, or by its file (OWNERS). What takes longest begins early (LONG): the first
-worker has a scene that needs most of the kernels, others what needs none, so that they are compiled once.
+to a scene by its parameter, or by its file (OWNERS).
 
 Tests marked `slow` (kill and resume, sieges) are left to `-m slow`, which .ci/run adds; `-m ""` runs all.
 """
@@ -28,9 +27,14 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 import pytest  # noqa: E402
+from hypothesis import HealthCheck, settings  # noqa: E402
 
 import softmark  # noqa: E402
 from softmark.scenes import ROOT  # noqa: E402
+
+# workers share the processors: how long an example takes on the wall says nothing
+settings.register_profile("shared", settings(), deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("shared")
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
 SCENES = {file.stem for file in ROOT.rglob("*.scene")}
@@ -39,12 +43,19 @@ OWNERS = {
     "test_truth_cube": "truth-cube",
     "test_api": "silicone-beam",
 }
-WORKERS = 8  # at most: each compiles, and holds a few hundred MB
-FIRST = ("silicone-beam",)  # needs most kernels
-PLAIN = (  # without kernels
-    "test_mutation", "test_print", "test_extremes", "test_syntax_errors", "test_fuzz_corpus", "test_table",
+WORKERS = 8  # at most: each holds a few hundred MB
+# files and scenes whose tests begin first, in this order: one that compiles most kernels, those that need none
+# meanwhile, and those that would keep one worker busy at the end, all others having finished
+FIRST = ("silicone-beam",)
+PLAIN = (
+    "test_environment", "test_mutation", "test_extremes", "test_print", "test_syntax_errors", "test_cli_check",
+    "test_sandbox", "test_table", "test_check", "test_codes", "test_compile", "test_elastica", "test_architecture",
 )  # fmt: skip
-LONG = ("silicone-beam-as-published", "truth-cube")
+LONG = (
+    "test_diagnostics", "silicone-beam-as-published", "truth-cube", "test_recovery", "test_orders_solids",
+    "test_orders_time", "test_critical_step", "silicone-beam-scanned", "silicone-beam-refined", "cantilevers",
+    "test_dynamics_balance", "test_compare_page", "test_stated", "silicone-beam-release", "test_arc_length",
+)  # fmt: skip
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -187,6 +187,7 @@ def test_errors_of_the_system_are_named() -> None:
 # ------------------------------------------------------------------ signals
 
 
+@pytest.mark.slow
 def test_interrupts_at_any_moment(siege: ModuleType, tmp_path: Path) -> None:
     """Nine seeded moments, three for each of check, run and compare; a hundred and more by the siege."""
     bench = siege.Bench(tmp_path / "bench")

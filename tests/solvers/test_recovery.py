@@ -1,4 +1,4 @@
-"""Back to rest from tangled states, by the hundred; thousands of them are in tests/benchmarks/recovery.py.
+"""Back to rest from tangled states, by the hundred with those marked slow; tests/benchmarks/recovery.py has thousands.
 
 A block that is clamped at one end and not loaded has one state of least energy, rest: whatever is claimed to be an
 equilibrium must be within 1e-6 of the block's size of it. Newton's method ends where forces are below 1e-11 of those
@@ -31,6 +31,14 @@ from softmark.solvers.static_problem import Equilibrium
 from softmark.solvers.statics import NotConverged, Statics, equilibrium
 
 NEAR = 1e-6
+
+
+def seeds(few: int, all_of_them: int) -> pytest.MarkDecorator:
+    """A few, and the rest as a test marked slow."""
+    rest = pytest.param(range(few, all_of_them), marks=pytest.mark.slow)
+    return pytest.mark.parametrize("seeds", [range(few), rest], ids=["few", "rest"])
+
+
 SIZES = {"tet4": 0.5, "tet10": 1.0, "hex8": 0.5}
 
 
@@ -97,9 +105,10 @@ def away(x: np.ndarray, mesh: Mesh) -> float:
 
 @pytest.mark.parametrize("amount", [1.0, 10.0])
 @pytest.mark.parametrize("law", ["neo_hookean", "corotational", "stable_neo_hookean"])
-def test_scrambled_tetrahedra_find_back(law: str, amount: float) -> None:
+@seeds(5, 20)
+def test_scrambled_tetrahedra_find_back(law: str, amount: float, seeds: range) -> None:
     """Every vertex anywhere in the bounding box, and in one ten times as large."""
-    for seed in range(20):
+    for seed in seeds:
         end = found("tet4", law, "scrambled", seed, amount)
         assert away(end.x, block("tet4")) < NEAR, seed
         assert end.stable
@@ -108,15 +117,17 @@ def test_scrambled_tetrahedra_find_back(law: str, amount: float) -> None:
 
 @pytest.mark.parametrize("disturbance", [k for k in DISTURBANCES if k != "scrambled"])
 @pytest.mark.parametrize("law", ["neo_hookean", "corotational"])
-def test_every_disturbance_of_tetrahedra(law: str, disturbance: str) -> None:
-    for seed in range(10):
+@seeds(3, 10)
+def test_every_disturbance_of_tetrahedra(law: str, disturbance: str, seeds: range) -> None:
+    for seed in seeds:
         assert away(found("tet4", law, disturbance, seed).x, block("tet4")) < NEAR, seed
 
 
 @pytest.mark.parametrize("kind", ["tet10", "hex8"])
 @pytest.mark.parametrize("disturbance", DISTURBANCES)
-def test_other_elements(kind: str, disturbance: str) -> None:
-    for seed in range(2):
+@seeds(1, 2)
+def test_other_elements(kind: str, disturbance: str, seeds: range) -> None:
+    for seed in seeds:
         for law in ("neo_hookean", "corotational"):
             assert away(found(kind, law, disturbance, seed).x, block(kind)) < NEAR, (law, seed)
 
