@@ -45,6 +45,8 @@ class Newton:
         self._close = self._tiny = False  # what the last step was
         self._before = np.inf
         self._strain: tuple[Floats, float] | None = None  # the last state whose strain energy was asked for
+        self._tried: tuple[Floats, Floats, float, Floats] | None = None  # the last move, and where it led
+        self._valued: tuple[Floats, float, float] | None = None  # the last state, load and energy
         self._promised: Assembly | None = None  # with the pressures that the last step promised
         self._goal = self._last_goal = TIGHTEST  # of the linear system, relative
         self._last_residual = np.inf
@@ -233,10 +235,16 @@ class Newton:
         return float(np.hypot(self.moved, length * np.linalg.norm(d / self.problem.weights)))
 
     def _part(self, x: Floats, d: Floats, length: float) -> Floats:
-        return self.space.move(x, d if length == 1.0 else length * d)
+        """The state at a part of the way d; what was tried last is not moved to again."""
+        tried = self._tried
+        if tried is None or tried[0] is not x or tried[1] is not d or tried[2] != length:
+            self._tried = tried = x, d, length, self.space.move(x, d if length == 1.0 else length * d)
+        return tried[3]
 
     def _energy(self, x: Floats, load: float) -> float:
-        return self.assembly.value(x, load)
+        if self._valued is None or self._valued[0] is not x or self._valued[1] != load:
+            self._valued = x, load, self.assembly.value(x, load)
+        return self._valued[2]
 
     def _imbalance(self, x: Floats, load: float) -> float:
         if not np.isfinite(self.strain(x)):
@@ -269,7 +277,7 @@ class Newton:
         length = 1.0 if np.isfinite(slope) and slope < 0 else 0.0
         while length > 1e-5:
             enough = value + 1e-4 * length * slope + 50.0 * self.eps * abs(value)
-            if merit(self.space.move(x, length * d), load) <= enough:
+            if merit(self._part(x, d, length), load) <= enough:
                 return length
             length *= 0.5
         return 0.0

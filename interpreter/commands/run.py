@@ -74,7 +74,7 @@ def _run(scene: Scene, found: list[Diagnostic], parsed: argparse.Namespace, prog
         show(later)
 
     shelf = Shelf(parsed, scene)
-    leaving.saying(lambda: shelf.kept)
+    leaving.saying(shelf.rescue)
     if problem := shelf.unusable():
         progress.clear()
         print(problem, file=sys.stderr)
@@ -89,8 +89,11 @@ def _run(scene: Scene, found: list[Diagnostic], parsed: argparse.Namespace, prog
         return 2
     except KeyboardInterrupt:
         progress.clear()
-        print(f"interrupted; {shelf.kept}", file=sys.stderr)
+        print(f"interrupted; {shelf.rescue()}", file=sys.stderr)
         return 130
+    except BaseException:
+        shelf.rescue()
+        raise
     progress.clear()
     written = shelf.finish(report)
     if parsed.json != "-":

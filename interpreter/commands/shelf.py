@@ -1,10 +1,15 @@
-"""Where a run's report goes: tried before anything is computed, and kept after each model."""
+"""Where a run's report goes: tried before anything is computed, and kept while models are computed.
+
+What a person reads is made once, at the end or where a run breaks off; until then the numbers are on disk, written
+again when that takes little of the time since, so that many small models are not spent on keeping them.
+"""
 
 from __future__ import annotations
 
 import argparse
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +19,9 @@ from softmark.interpreter.commands.collisions import collision, folded, read_by
 if TYPE_CHECKING:
     from softmark.interpreter.results import Report
     from softmark.interpreter.scene import Scene
+
+
+SPARE = 10.0  # times as long as keeping took last time must have passed until it is done again
 
 
 class Shelf:
@@ -32,6 +40,8 @@ class Shelf:
         self.vtu = parsed.vtu
         self.failed = False
         self.count = 0
+        self.pending: Report | None = None  # finished since, or on disk without a page
+        self._again = 0.0
 
     def unusable(self) -> str:
         """Why the report could not be written where it is asked for, or nothing."""
@@ -56,12 +66,28 @@ class Shelf:
         return f"{self.count} finished model{'s' if self.count != 1 else ''} in {places[0]}"
 
     def keep(self, report: Report) -> None:
-        """Write an unfinished report."""
-        self.count = len(report.models)
-        self._write(report)
+        """Write an unfinished report, unless it was kept a moment ago."""
+        self.pending = report
+        begin = time.perf_counter()
+        if begin < self._again:
+            return
+        self._write(report, page=False)
+        end = time.perf_counter()
+        self._again = end + SPARE * (end - begin)
+
+    def rescue(self) -> str:
+        """Write what was finished where a run breaks off, its page too; the value is what there is then."""
+        report, self.pending = self.pending, None
+        if report is not None:
+            try:
+                self._write(report)
+            except Exception:  # in the midst of whatever was interrupted: what was kept before is there
+                return self.kept
+        return self.kept
 
     def finish(self, report: Report) -> str:
         """Write the finished report; the value is where a person finds it."""
+        self.pending = None
         self._write(report)
         if self.vtu and self.folder is not None:
             folder = self.folder
@@ -70,16 +96,17 @@ class Shelf:
             sys.stdout.write(report.dumps())
         return str(self.folder / "report.html") if self.folder and not self.failed else ""
 
-    def _write(self, report: Report) -> None:
+    def _write(self, report: Report, page: bool = True) -> None:
         from softmark.interpreter.report import junit
         from softmark.interpreter.report.files import replace, write
 
         if self.folder is not None:
             folder = self.folder
-            self._attempt("--out", str(folder), lambda: write(report, folder))
+            self._attempt("--out", str(folder), lambda: write(report, folder, page))
         for option, place in self.files.items():
             text = report.dumps() if option == "--json" else junit.render(report)
             self._attempt(option, place, lambda place=place, text=text: replace(Path(place), text))  # type: ignore[misc]
+        self.count = len(report.models)
 
     @staticmethod
     def _paraview(report: Report, folder: Path) -> None:

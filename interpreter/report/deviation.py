@@ -73,10 +73,10 @@ class _Pair:
         open_ = drawn_first(self.findings)
         return plate(self._chart(open_), self._caption(open_), self._columns(), self._save(), open_=open_)
 
-    @property
+    @cached_property
     def _floor(self) -> float:
-        positive = [float(v) for d in self.distances.values() for v in d if v >= DEPTH * self.largest]
-        return min(positive)
+        least = DEPTH * self.largest
+        return min(float(d[d >= least].min(initial=np.inf)) for d in self.distances.values())
 
     def _chart(self, open_: Sequence[str]) -> Chart:
         s = arc(self.known.points)
@@ -114,7 +114,7 @@ class _Pair:
     def _caption(self, open_: Sequence[str]) -> str:
         own = self.findings.report.references[self.reference].estimated_error
         error = "" if own is None else f" Its own error is {own_error(own)}."
-        hidden = any(0.0 < v < self._floor for d in self.distances.values() for v in d[1:])
+        hidden = any(bool(((d[1:] > 0.0) & (d[1:] < self._floor)).any()) for d in self.distances.values())
         cut = " Distances that are mere rounding are not drawn." if hidden else ""
         shown = crowded(len(self.distances), len([n for n in open_ if n in self.distances]))
         lead = f"Against `{self.reference}`, at probe `{self.probe}`.{error}"

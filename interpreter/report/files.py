@@ -10,11 +10,13 @@ from softmark.interpreter import leaving
 from softmark.interpreter.results import Report
 
 
-def write(report: Report, folder: str | Path) -> list[Path]:
-    """Write report.json and report.html into a folder, made if need be; their paths. Raises OSError."""
+def write(report: Report, folder: str | Path, page: bool = True) -> list[Path]:
+    """Write report.json and, with `page`, report.html into a folder, made if need be; their paths. Raises OSError."""
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     written = [replace(target / "report.json", report.dumps())]  # first: it is what cannot be made again
+    if not page:
+        return written
     from softmark.interpreter.report.html import render
 
     return [*written, replace(target / "report.html", render(report))]

@@ -8,8 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
+
+import numpy as np
 
 Point = tuple[float, float]
 Path = Sequence[Point | None]
@@ -51,46 +54,73 @@ def places(paths: Sequence[Path], names: Sequence[str | None], area: Box) -> dic
     return found
 
 
-@dataclass
 class _Room:
     """What is drawn already: curves, their ends, names and the lines to them."""
 
-    area: Box
-    curves: dict[int, list[Point]]
-    ends: dict[int, Point]
-    taken: list[Box] = field(default_factory=list)
-    lines: list[Point] = field(default_factory=list)
+    def __init__(self, area: Box, curves: dict[int, list[Point]], ends: dict[int, Point]) -> None:
+        self.area = area
+        self.points = np.array([p for curve in curves.values() for p in curve], dtype=float).reshape(-1, 2)
+        self.owners = np.repeat(list(curves), [len(curve) for curve in curves.values()])  # curve of each point
+        self.ends = np.array(list(ends.values()), dtype=float).reshape(-1, 2)
+        self.named = np.array(list(ends))
+        self.taken: list[Box] = []
+        self.lines = np.zeros((0, 2))
 
     def best(self, index: int, name: str, candidates: Iterable[Place]) -> Place | None:
-        """The cheapest place for the name of a curve, which is then taken; None if there is none."""
+        """The cheapest place for the name of a curve, which is then taken; None if there is none.
+
+        Fines only add to the length of a line, so that longer lines than the cheapest so far are not looked at.
+        """
         fitting = [place for place in candidates if self.fits(place.box(name))]
-        chosen = min(fitting, key=lambda place: self.cost(index, place), default=None)
+        chosen, least = None, math.inf
+        for place in sorted(fitting, key=_length):
+            if _length(place) >= least:
+                break
+            cost = self.cost(index, place)
+            if cost < least:
+                chosen, least = place, cost
         if chosen is not None:
             self.taken.append(chosen.box(name))
-            self.lines += _between(*chosen.line, 3.0) if chosen.line else []
+            if chosen.line:
+                self.lines = np.concatenate([self.lines, _between(*chosen.line, 3.0)])
         return chosen
 
     def fits(self, box: Box) -> bool:
         """Whether a box lies within the area and covers nothing."""
         area = self.area
-        inside = box[0] >= area[0] and box[1] >= area[1] and box[2] <= area[2] and box[3] <= area[3]
-        apart = not any(
-            box[0] < o[2] and o[0] < box[2] and box[1] < o[3] and o[1] < box[3] for o in self.taken
-        )
-        points = (*self.lines, *(p for curve in self.curves.values() for p in curve))
-        return inside and apart and not any(_in(p, box) for p in points)
+        if not (box[0] >= area[0] and box[1] >= area[1] and box[2] <= area[2] and box[3] <= area[3]):
+            return False
+        if any(box[0] < o[2] and o[0] < box[2] and box[1] < o[3] and o[1] < box[3] for o in self.taken):
+            return False
+        return not (_inside(self.points, box).any() or _inside(self.lines, box).any())
 
     def cost(self, index: int, place: Place) -> float:
         """How far a name is from its end, in pixels, with a fine for everything that its line goes across."""
         if place.line is None:
             return 0.0
-        steps = _between(*place.line, 3.0)
-        others = [curve for i, curve in self.curves.items() if i != index]
-        crossed = sum(any(math.dist(p, q) < 4 for p in curve for q in steps) for curve in others)
-        wrong = sum(any(math.dist(end, q) < 9 for q in steps) for i, end in self.ends.items() if i != index)
-        covered = sum(any(_in(q, box) for q in steps) for box in self.taken)
-        tangled = any(math.dist(p, q) < 5 for p in self.lines for q in steps)
-        return math.dist(*place.line) + 12 * crossed + 40 * wrong + 200 * covered + 60 * tangled
+        steps = np.array(_between(*place.line, 3.0))
+        others = self.owners != index
+        crossed = len(np.unique(self.owners[others][_near(self.points[others], steps, 4.0)]))
+        wrong = int(_near(self.ends[self.named != index], steps, 9.0).sum())
+        covered = sum(bool(_inside(steps, box).any()) for box in self.taken)
+        tangled = bool(_near(self.lines, steps, 5.0).any())
+        return _length(place) + 12 * crossed + 40 * wrong + 200 * covered + 60 * tangled
+
+
+def _length(place: Place) -> float:
+    return math.dist(*place.line) if place.line else 0.0
+
+
+def _inside(points: Any, box: Box) -> Any:
+    """Which of the points (n, 2) a box covers (n,)."""
+    x, y = points[:, 0], points[:, 1]
+    return (box[0] < x) & (x < box[2]) & (box[1] < y) & (y < box[3])
+
+
+def _near(points: Any, steps: Any, reach: float) -> Any:
+    """Which of the points (n, 2) are nearer than `reach` to one of the steps (k, 2): (n,)."""
+    apart = points[:, None, :] - steps[None, :, :]
+    return ((apart * apart).sum(axis=2) < reach * reach).any(axis=1)
 
 
 def _in(point: Point, box: Box) -> bool:

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from softmark.solvers.energies.energy import Floats, Ints, no_stencils
-from softmark.solvers.energies.rod_kinematics import Segments
+from softmark.solvers.energies.rod_kinematics import Segments, segments_of
 from softmark.solvers.energies.rod_section import RodStiffness
 from softmark.solvers.energies.rod_state import lengths
 
@@ -55,7 +55,7 @@ class RodElastic:
 
     def segments(self, x: Floats) -> Segments:
         """The elements in the state x."""
-        return Segments.of(x, self.elements, self.lengths)
+        return segments_of(x, self.elements, self.lengths)
 
     def strains(self, x: Floats) -> Floats:
         """Gamma - Gamma0 (1) and K - K0 (1/m), (n, 6)."""
@@ -102,7 +102,8 @@ class RodElastic:
         """Internal nodal forces, N, and moments about the material axes, N m."""
         segments = self.segments(x)
         g14 = self._gradient(segments, self._weighted(segments))
-        np.add.at(g, self.stencils, scale * np.einsum("eij,ei->ej", segments.tangents, g14))
+        forces = scale * np.einsum("eij,ei->ej", segments.tangents, g14)
+        g += np.bincount(self.stencils.ravel(), forces.ravel(), len(g))
 
     def add_hessian(
         self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
@@ -113,7 +114,7 @@ class RodElastic:
             w, V = np.linalg.eigh(local)
             local = (V * np.maximum(w, 0.0)[:, None, :]) @ V.swapaxes(1, 2)
         keep = slots >= 0
-        np.add.at(data, slots[keep], scale * local[keep])
+        data += np.bincount(slots[keep], scale * local[keep], len(data))
 
     def local_hessians(self, x: Floats) -> Floats:
         """B^T l C B plus the geometric part, (n, 12, 12)."""

@@ -27,10 +27,12 @@ RELATIVE = PRODUCT * _CONJUGATE[:, None]  # conj(p) q, (4, 4, 4)
 _SANDWICH = np.einsum("kan,n,ami->kimn", PRODUCT[1:], _CONJUGATE, PRODUCT[:, :, 1:])  # p v conj(p)
 ROTATION = (_SANDWICH + _SANDWICH.swapaxes(2, 3)) / 2  # R_ki = ROTATION[k, i, m, n] p_m p_n
 
-_TERMS = np.arange(16)
-_SIGNED = (-1.0) ** _TERMS / (2 * _TERMS + 1)  # atan(w) / w = sum of _SIGNED[k] w^(2k)
-_SIGNED_1 = (_SIGNED * _TERMS)[1:]
-_SIGNED_2 = (_SIGNED * _TERMS * (_TERMS - 1))[2:]
+_TERMS = np.arange(18)
+_SIGNED = np.where(_TERMS < 16, (-1.0) ** _TERMS / (2 * _TERMS + 1), 0.0)  # atan(w) / w = sum of _SIGNED[k] w^(2k)
+# columns: coefficients of that series in w^2, and of its two derivatives
+_SERIES = np.stack(
+    [_SIGNED[:16], (_SIGNED * _TERMS)[1:17], (_SIGNED * _TERMS * (_TERMS - 1))[2:18]], axis=1
+)
 # Of tan^2 of half the angle: below, what 16 terms omit is under 1e-18; above, the closed form loses 3
 # digits at most.
 _SMALL = 0.05
@@ -85,15 +87,25 @@ def half_angle(c: Floats) -> tuple[Floats, Floats, Floats]:
     """h = atan2(|v|, s) / |v| for c = (s, v), s >= 0, with dh/dm and d2h/dm2, m = |v|^2."""
     s, m = c[..., 0], np.sum(c[..., 1:] ** 2, axis=-1)
     small = m < _SMALL * s**2
+    if small.all():  # as in any rod of segments that turn little
+        return _near(s, m / s**2)
     near, far = np.where(small, s, 1.0), np.where(small, 1.0, m)
-    z = np.where(small, m / near**2, 0.0)
-    polynomial = np.polynomial.polynomial.polyval
     r2 = s**2 + far
     h = np.arctan2(np.sqrt(far), s) / np.sqrt(far)
     h_m = (s / r2 - h) / (2 * far)
     h_mm = (-s / r2**2 - 3 * h_m) / (2 * far)
+    series = _near(near, np.where(small, m / near**2, 0.0))
     return (
-        np.where(small, polynomial(z, _SIGNED) / near, h),
-        np.where(small, polynomial(z, _SIGNED_1) / near**3, h_m),
-        np.where(small, polynomial(z, _SIGNED_2) / near**5, h_mm),
+        np.where(small, series[0], h),
+        np.where(small, series[1], h_m),
+        np.where(small, series[2], h_mm),
     )
+
+
+def _near(s: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
+    """`half_angle` by its series in z = m / s^2."""
+    powers = np.ones((*z.shape, 16))
+    powers[..., 1:] = z[..., None]
+    np.multiply.accumulate(powers, axis=-1, out=powers)
+    sums = powers @ _SERIES
+    return sums[..., 0] / s, sums[..., 1] / s**3, sums[..., 2] / s**5

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.energies.rod_kinematics import Segments
+from softmark.solvers.energies.rod_kinematics import Segments, segments_of
 from softmark.solvers.energies.rod_rotation import (
     between,
     conjugate,
@@ -101,7 +101,7 @@ class RodChain:
 
     def _axes(self, x: Floats, d: Floats, after: Segments) -> Floats:
         """The axis vectors l R(new) (Gamma + dGamma . d), (n, 3)."""
-        before = Segments.of(x, self.elements, self.lengths)
+        before = segments_of(x, self.elements, self.lengths)
         step = np.einsum("eij,ej->ei", before.tangents, d.reshape(-1, 6)[self.elements].reshape(-1, 12))
         Gamma = (before.strains + np.einsum("eij,ej->ei", before.gradients, step))[:, :3]
         turned = np.einsum("eki,ei->ek", rotation(after.p), Gamma)
