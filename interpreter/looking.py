@@ -9,21 +9,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.case import Case, fault
 from softmark.interpreter.datasets import located
 from softmark.interpreter.measuring import View
+from softmark.interpreter.outlying import kept
 from softmark.interpreter.picking import picked
 from softmark.interpreter.results import ProbeResult, Shape
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.skin import skin_of
 from softmark.interpreter.vocabulary.probes import Markers, Nodes, Surface, Volume
 from softmark.interpreter.vocabulary.supports import Fixed
+from softmark.solvers.elements.tet4 import Tet4
+from softmark.solvers.elements.tet10 import Tet10
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Field = Callable[[Floats], Floats]
 
 FINENESS = 40  # points along the longest extent of a body, where a scene says nothing
+COARSER = 1.6  # cells of a volume, which have four points each
 FRAMES = 40  # of a history that a report keeps of a surface
 SCANNED = (128, 192)  # points around and along: facets must stay far below a voxel
 DRAWN = 1500  # points of a surface that is drawn only: enough for a smooth picture
@@ -31,11 +36,15 @@ DRAWN = 1500  # points of a surface that is drawn only: enough for a smooth pict
 
 @dataclass(frozen=True)
 class Place:
-    """Material points X (n, 3) in m, with triangles (k, 3) over them or the volume (n,) that each stands for."""
+    """Material points X (n, 3) in m, with triangles (k, 3) over them or the volume (n,) that each stands for.
+
+    `notes` are warnings about them.
+    """
 
     X: Floats
     triangles: Ints | None = None
     weights: Floats | None = None
+    notes: tuple[Diagnostic, ...] = ()
 
 
 def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Place:
@@ -59,12 +68,19 @@ def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Pla
         case Surface():
             return _surface(probe, case)
         case Volume(size=size):
-            return _volume(located(case.shape, case.body.at("shape")), size or _size(case.shape))
+            return _volume(located(case.shape, case.body.at("shape")), size or COARSER * _size(case.shape))
         case Nodes(mesh=mesh):
-            return Place(_part(probe, located(mesh, probe.at("mesh")).points()))
+            return _of_body(probe, case, located(mesh, probe.at("mesh")).points())
         case Markers(of=of):
-            return Place(_part(probe, tracked(of)))
+            return _of_body(probe, case, tracked(of))
     return Place(np.array(probe.thing.stations))
+
+
+def _of_body(probe: Declared, case: Case, X: Floats) -> Place:
+    """The points that the probe's condition selects, but for those far outside the body. Raises Fault."""
+    chosen = _part(probe, X)
+    inside, notes = kept(probe, case, chosen)
+    return Place(chosen[inside], notes=notes)
 
 
 def _size(shape: Any) -> float:
@@ -110,8 +126,12 @@ def _chosen(probe: Declared, X: Floats) -> NDArray[np.bool_]:
 
 
 def _volume(shape: Any, size: float) -> Place:
+    """Four points in every tetrahedron, by which integrals of squares of linear fields are exact: at its centroid alone
+    the strains of linear elements are better than anywhere else, and their error seems less than it is."""
     mesh = shape.mesh("tet4", size)
-    return Place(mesh.points[mesh.cells].mean(axis=1), weights=mesh.volumes)
+    xi, weights = Tet10.quadrature()
+    X = Tet4.shape(xi) @ mesh.points[mesh.cells]  # (m, 4, 3)
+    return Place(X.reshape(-1, 3), weights=np.outer(mesh.volumes, weights / weights.sum()).ravel())
 
 
 def drawn(case: Case) -> Place:

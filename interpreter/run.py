@@ -132,7 +132,7 @@ def _place_all(work: _Run) -> None:
     bodies = {work.case(work.scene.declared[name]).body.name: None for name in (*plan.models, *plan.references)}
     for probe in (probe for body in bodies for probe in work.probes(body)):
         try:
-            work.place(probe)
+            _warn(work, work.place(probe).notes)
         except Fault as error:
             faults.append(error.diagnostic)
     if faults:

@@ -93,7 +93,7 @@ class Statics:
 
     `path` says how: by raising the load, or along the path of equilibria by its length (`arc_length`).
     `twin` is the assembly of the corotational law with the same moduli, or None; `sound` says whether a state
-    is admissible (no inverted cell). `bold` tries whole steps first; rods, whose space already follows their
+    is admissible (no inverted cell), and `near` whether an equilibrium of the twin is one to start from. `bold` tries whole steps first; rods, whose space already follows their
     rotation, need no such start. `convex` says that the energy is a positive quadratic form, whose one
     equilibrium is stable. `extent` is the size of the body in m; `weights` make degrees of freedom that are
     rotations comparable with displacements: forces are multiplied and motions divided by them.
@@ -121,6 +121,7 @@ class Statics:
     max_iterations: int = 50
     twin: Assembly | None = None
     sound: Callable[[Floats], bool] = field(default=lambda x: True)
+    near: Callable[[Floats], bool] = field(default=lambda x: True)
     bold: bool = True
     convex: bool = False
     extent: float = 1.0

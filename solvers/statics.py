@@ -4,7 +4,8 @@ Three ways, in this order. The free one takes whole Newton steps: with the exact
 energy they reach a 60-degree bend at full load in about six steps, because that energy grows with stretch
 alone and not with its square; a stiffer law starts from the equilibrium of its corotational twin, or from a
 state that is given. What it finds is kept only if it is a stable equilibrium without inverted cells. Where they
-lose themselves, as in large stretches, whole steps at loads that grow follow (`static_steps.py`). The careful one
+lose themselves, as in large stretches, or where the corotational twin is squeezed flat, from where half of a body may
+come out turned by 180 degrees and as stable as the right state, whole steps at loads that grow follow (`static_steps.py`). The careful one
 then starts again: every step leads to less energy than one of the MEMORY states before it had (Armijo 1966; Grippo,
 Lampariello and Lucidi 1986), the tangent is made definite where it is not, and the load comes in steps that shrink
 and grow. Where it ends on an unstable equilibrium, as a straight column above its buckling load does, it steps aside
@@ -117,6 +118,8 @@ def _begun(newton: Newton, cap: int | None = None) -> Floats:
     x = start.impose(problem.rest, 1.0)
     if cap is None:
         x = start.whole_steps(x, ROUGH)
+        if not problem.near(x):
+            raise NotConverged("the corotational start is squeezed flat", tuple(newton.history))
     else:
         x, _, _ = start.steps(x, max(0, min(ROUGH, cap - newton.systems.solves)))
     newton.moved, newton.towed = start.moved, start.towed

@@ -48,6 +48,7 @@ from softmark.solvers.statics import Equilibrium, Linear, Statics, equilibrium
 if TYPE_CHECKING:
     from softmark.solvers.statics import Watch
 
+FLAT = 0.25  # of a length: a corotational state with cells squeezed below it is none to start from
 LOST_VOLUME = 0.05  # share of the body's volume that a mesh may miss without a warning
 
 
@@ -253,6 +254,7 @@ def at_rest(
         case.analysis.max_iterations,
         None if twin is None else assembly.with_internal([twin]),
         unknowns.of_displacements(soundness(model, elastic)),
+        unknowns.of_displacements(lambda x: squeezed(elastic.F(x)) > FLAT),
         convex=model.strain == "small" and assembly.conservative,
         extent=mesh.extent,
         path=getattr(case.analysis, "path", "load"),
@@ -292,6 +294,12 @@ def soundness(model: Fem, elastic: Elastic) -> Callable[[Floats], bool]:
         return model.strain == "small" or bool(np.all(np.linalg.det(elastic.F(x)) > 0))
 
     return sound
+
+
+def squeezed(F: Floats) -> float:
+    """The least principal stretch among deformation gradients (n, 3, 3), negative where one is inside out."""
+    least = np.sqrt(np.maximum(np.linalg.eigvalsh(F.transpose(0, 2, 1) @ F)[:, 0], 0.0))
+    return float((np.sign(np.linalg.det(F)) * least).min(initial=1.0))
 
 
 def energies(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> tuple[Energy, Energy | None]:

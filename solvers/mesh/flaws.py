@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.mesh.folds import folded
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, jacobians
 
 COINCIDENT = 1e-6  # of the extent, and at most a hundredth of the shortest edge: nodes so close are one
@@ -131,10 +132,29 @@ def _turned(points: Floats, cells: Ints, kind: str) -> Ints:
     turned = volumes < 0
     cells = cells.copy()
     cells[turned] = cells[turned][:, TURNED[kind]]
-    mesh = Mesh(points, cells, kind)
-    folded: NDArray[np.bool_] = np.any(jacobians(mesh, mesh.element.quadrature()[0]) <= 0, axis=1)
-    _none(folded, points, cells, kind, "fold over themselves", "repair the mesh: part of such a cell is inside out")
+    _unfolded(Mesh(points, cells, kind), longest**2 * (FLAT * longest + rounding))
     return cells
+
+
+def _unfolded(mesh: Mesh, least: Floats) -> None:
+    """Refuse cells of which any part is inside out: at a corner and between integration points as well."""
+    bad, where = folded(mesh, least)
+    if not len(bad):
+        return
+    corners = mesh.points[mesh.cells[bad[0]]]
+    place = mesh.element.shape(where[:1])[0] @ corners
+    det = jacobians(Mesh(corners, np.arange(len(corners))[None], mesh.kind), where[:1])
+    raise Unreadable(
+        f"{len(bad)} of its {len(mesh.cells)} {mesh.element.family} fold over themselves, the first is cell {bad[0]} at "
+        f"{at(corners.mean(axis=0))}: next to {at(place)} it has {float(det[0, 0]) / _mean(mesh, bad[0]):.2g} of its mean "
+        "volume",
+        "E564", "repair the mesh: part of such a cell is inside out; straight edges, or a finer mesh where it curves, help",
+    )  # fmt: skip
+
+
+def _mean(mesh: Mesh, cell: int) -> float:
+    """Mean of det dX/dxi over a cell, m^3."""
+    return float(abs(mesh.volumes[cell]) / mesh.element.volume)
 
 
 def _none(bad: NDArray[np.bool_], points: Floats, cells: Ints, kind: str, what: str, remedy: str) -> None:
