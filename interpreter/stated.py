@@ -32,6 +32,7 @@ from softmark.interpreter.models.beam6dof import Beam6Dof
 from softmark.interpreter.models.fem import Fem
 from softmark.interpreter.models.mass_spring import MassSpring
 from softmark.interpreter.models.prepared import Solution, Workshop
+from softmark.interpreter.parts.resultants import of_selections
 from softmark.interpreter.results import ModelResult, ProbeResult, clean
 from softmark.interpreter.scene import Declared, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -59,6 +60,8 @@ DOUBTS: dict[str, str] = {
     "W361": "the integrator has taken much of the energy",
     "W362": "the step does not resolve the slowest vibration",
     "W364": "its mesh has slivers",
+    "W371": "its mesh does not carry the load that is asked for",
+    "W372": "where a load ends was not followed everywhere",
 }
 
 VOID = ("W351",)  # states of which no part of the error says anything
@@ -198,11 +201,10 @@ class Stated:
 
     def _parts(self) -> dict[str, Callable[[Seen], float]]:
         found: dict[str, Callable[[Seen], float]] = {
-            "discretisation": self._discretisation,
-            "model": self._model,
-            "rounding": self._rounding,
-            "solver": self._solver,
-        }
+            "discretisation": self._discretisation, "model": self._model,
+            "rounding": self._rounding, "solver": self._solver,
+        }  # fmt: skip
+        found |= {name: lambda seen, own=own: own for name, own in of_selections(self.result.loads).items()}
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
     # -------------------------------------------------------------- other solutions
