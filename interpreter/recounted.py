@@ -88,6 +88,9 @@ def _pushed(
     """
     facets = mesh.facets
     corners = mesh.points[facets]
+    told = mesh.selections.get(load.where)
+    if told is not None and told.remainder > MOST_UNSURE * told.area:  # it has been said already how much is open
+        raise Unchecked("the border of what is loaded runs along the surface")
     extent = float(np.sqrt((np.ptp(mesh.points, axis=0) ** 2).sum()))
     settled, settling = settled_of(case.shape, mesh, load.where)
     side = case.shape.side(corners) if hasattr(case.shape, "side") else np.zeros(len(facets), dtype=np.bool_)
@@ -325,7 +328,7 @@ class Sweep:
         line, begin, end = line[:-1][real], cut[:-1][real], cut[1:][real]
         middle = self._local(a[line][:, None], 0.5 * (begin + end)[:, None])[0]
         sides = self._levels(f[line], middle)
-        sides = np.where(self.through[:, None, f[line]], np.sign(sides) * np.inf, sides)  # no tolerance on a facet that is cut
+        sides = np.where(self.through[:, None, f[line]], np.sign(sides) * 1e300, sides)  # no tolerance on a facet that is cut
         inside = np.broadcast_to(self.condition.given(sides, self.extent), (1, len(line)))[0]
         return line[inside], begin[inside], end[inside]
 

@@ -29,6 +29,7 @@ from softmark.interpreter.models.beam6dof import Beam6Dof
 from softmark.interpreter.models.fem import Fem, element_class
 from softmark.interpreter.models.mass_spring import MassSpring
 from softmark.interpreter.models.prepared import Solution, Workshop
+from softmark.interpreter.parts.resultants import of_selections
 from softmark.interpreter.resolving import shows
 from softmark.interpreter.results import ModelResult, ProbeResult, clean
 from softmark.interpreter.scene import Declared, Scene
@@ -96,6 +97,7 @@ class Stated:
             "solver": self._solver,
         }
         found |= selection(self)
+        found |= {name: lambda seen, own=own: own * seen.size for name, own in of_selections(self.result.loads).items()}
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
     # -------------------------------------------------------------- other solutions

@@ -32,7 +32,7 @@ def selection(whole: Stated) -> dict[str, Callable[[Seen], float]]:
     if left == 0.0:
         return {}
     if not any(own.missed for own in grips.values()):
-        return {"selection": lambda seen: left}
+        return {"selection": lambda seen: left * seen.size}
     return {"selection": lambda seen: _apart(whole, seen)}
 
 

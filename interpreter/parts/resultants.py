@@ -64,9 +64,10 @@ def resultants(case: Case, prepared: Any) -> dict[str, Resultant]:
     return {load.name: _resultant(case, load, mesh, points, energy) for load, energy in prepared.applied}
 
 
-def missing(found: Mapping[str, Resultant]) -> float:
-    """The largest part of a load that may be wrong, relative to it: what the selection adds to a stated error."""
-    return max((r.missing for r in found.values()), default=0.0)
+def of_selections(found: Mapping[str, Resultant]) -> dict[str, float]:
+    """What selections of loads add to a stated error: the largest part of a load that may be wrong; empty of no surface loads."""
+    own = [r.missing for r in found.values() if r.area is not None]
+    return {"loads": max(own)} if own else {}
 
 
 def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, energy: Any) -> Resultant:
