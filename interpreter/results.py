@@ -139,7 +139,7 @@ class ModelResult:
     shape: Shape | None = None
     mesh: Any = None  # the mesh and its nodal displacements, for files that other programs read
     stated: Mapping[str, Any] = field(default_factory=dict)  # the error that it states itself, where it was asked
-    reactions: Mapping[str, Any] = field(default_factory=dict)  # of each support: the share of its selection that is held
+    reactions: Mapping[str, Any] = field(default_factory=dict)  # of each support: the share that is held
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""
