@@ -85,8 +85,9 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for name, supports in everywhere.items():
         if len({c for support in supports for c in support.thing.components}) == 3:
             last = supports[-1]
-            yield _diagnostic("E303", last.at("where"), f"`{last.name}` selects all of `{name}`", "selects everything",
-                              "nothing would be left to deform: select a part of the body, or free a component")  # fmt: skip
+            help = "nothing would be left to deform: select a part of the body, or leave components free"
+            problem = f"`{last.name}` selects all of `{name}`"
+            yield _diagnostic("E303", last.at("where"), problem, "selects everything", help)
 
 
 def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:

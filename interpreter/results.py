@@ -142,7 +142,7 @@ class ModelResult:
     mesh: Any = None  # the mesh and its nodal displacements, for files that other programs read
     stated: Mapping[str, Any] = field(default_factory=dict)  # the error that it states itself, where it was asked
     loads: Mapping[str, Resultant] = field(default_factory=dict)  # what acts, and what was asked
-    reactions: Mapping[str, Any] = field(default_factory=dict)  # of each support: the share of its selection that is held
+    reactions: Mapping[str, Any] = field(default_factory=dict)  # of each support: the share that is held
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""

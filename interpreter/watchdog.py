@@ -296,8 +296,8 @@ def _springs(case: Case, prepared: Any, mesh: Any) -> Balance:
 def held(case: Case, mesh: Any) -> NDArray[np.bool_]:
     """Which degrees of freedom supports hold (n, 3): of the nodes that they select, and of whole cells and facets.
 
-    Cells and facets are taken as selected where all their corners are, seen from a little inside: a selection without its
-    border holds up to it.
+    Cells and facets are taken as selected where all their corners are, seen from a little inside: a selection without
+    its border holds up to it.
     """
     points = mesh.points
     found = np.zeros(points.shape, dtype=np.bool_)

@@ -41,17 +41,18 @@ def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
 
 def unmeshed(declared: Declared, reason: object) -> Diagnostic:
     """An element that no mesh is made of."""
-    at = declared.at("element")
-    return Diagnostic("E508", f"`{declared.name}` cannot be meshed: {reason}", at.source, at.span, "no such mesh", EVERY)
+    at, problem = declared.at("element"), f"`{declared.name}` cannot be meshed: {reason}"
+    return Diagnostic("E508", problem, at.source, at.span, "no such mesh", EVERY)
 
 
 def sized(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     """A `size` where the body is a mesh already."""
     if model.size is None or model.mesh is not None or not getattr(case.shape, "prebuilt", False):
         return []
-    at, problem = declared.at("size"), f"the `size` of `{declared.name}` is not used: `{case.body.name}` is a mesh already"
-    return [Diagnostic("W376", problem, at.source, at.span, "has no effect",
-                       "its cells are taken as they are: leave `size` out, or mesh the body anew and name that file")]  # fmt: skip
+    at, body = declared.at("size"), case.body.name
+    problem = f"the `size` of `{declared.name}` is not used: `{body}` is a mesh already"
+    help = "its cells are taken as they are: leave `size` out, or mesh the body anew and name that file"
+    return [Diagnostic("W376", problem, at.source, at.span, "has no effect", help)]
 
 
 def _refused(declared: Declared, field: str, problem: str, label: str, help: str) -> Diagnostic:
