@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from softmark.solvers.dynamics.loading import steady
-from softmark.solvers.dynamics.newmark import newmark_stage
 from softmark.solvers.dynamics.scheme import Motion, Past, Stage
+from softmark.solvers.dynamics.trapezoidal import mean_stage
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.system import System
@@ -33,8 +33,7 @@ class BDF2:
         """The trapezoidal rule at the start, the formula from then on."""
         now, before = past.now, past.before
         if before is None:
-            load = system.forces.graded(now.time, now.time + step)
-            return system.solve(newmark_stage(system, now, step, load, 0.25, 0.5))
+            return system.solve(mean_stage(system, now, step))
         ratio = step / (now.time - before.time)
         c0 = (1.0 + 2.0 * ratio) / (1.0 + ratio) / step
         c2 = ratio**2 / (1.0 + ratio) / step

@@ -46,6 +46,8 @@ class CentralDifferences:
         now = system.under(past.now, load.first)
         half = now.v + 0.5 * step * now.a
         x = system.supported(now.x + step * half, end)
+        if system.problem.damping.beta:
+            system.damping.begin(0.5 * (now.x + x))  # the velocity of the half step is that of its middle
         a, v = system.kick(now, x, half, end, load.last)
         system.longest = self.safety * system.frequencies.after(now, x, a, end)
         if step > system.longest:

@@ -6,11 +6,16 @@ import numpy as np
 
 from softmark.solvers.dynamics.forces import Forces
 from softmark.solvers.dynamics.problem import Rayleigh
+from softmark.solvers.dynamics.scheme import Motion, Stage
 from softmark.solvers.energies.energy import Floats
 
 
 class Damping:
-    """C = alpha M + beta K, K the definite tangent of the internal forces where the step starts."""
+    """C = alpha M + beta K, K the definite tangent of the internal forces in the state to which the velocity belongs.
+
+    In any other state a velocity that keeps the volume seems to change it, by O(h), and the bulk modulus of a nearly
+    incompressible body makes a brake of that.
+    """
 
     def __init__(self, forces: Forces, rayleigh: Rayleigh, target: Floats) -> None:
         self.forces, self.rayleigh = forces, rayleigh
@@ -30,7 +35,7 @@ class Damping:
         return bool(self.rayleigh.alpha or self.rayleigh.beta)
 
     def begin(self, x: Floats) -> None:
-        """Set C for the step that starts in x."""
+        """Set C to that of the state x."""
         if not self.active:
             return
         alpha, beta = self.rayleigh.alpha, self.rayleigh.beta
@@ -42,6 +47,20 @@ class Damping:
         self._C = self.forces.pattern.matrix(self.data)
         if beta and self.length:
             self._towing = self._stiffness_times(self.direction)
+
+    def foresee(self, stage: Stage) -> None:
+        """Set C for a step, in the state to which its start leads; where there is no stiffness, in the start."""
+        start = stage.start
+        self.begin(stage.acting(start.x + stage.step * start.v))
+        if not np.all(np.isfinite(self.data)):
+            self.begin(start.x)
+
+    def agrees(self, stage: Stage, motion: Motion, bound: float) -> bool:
+        """Set C anew where a step has ended; whether its force was the same, up to a bound in N."""
+        v = stage.speeding(motion.v)
+        before = self.force(v)
+        self.begin(stage.acting(motion.x))
+        return float(np.linalg.norm(self.force(v) - before)) <= bound
 
     def force(self, v: Floats) -> Floats:
         """C v on the free degrees of freedom, zero on the others (dofs,), N."""

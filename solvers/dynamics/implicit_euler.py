@@ -31,4 +31,4 @@ class ImplicitEuler:
         """a1 = (x1 - x0 - h v0) / h^2, v1 = (x1 - x0) / h."""
         now = past.now
         load = steady(system.forces.mean(now.time, now.time + step))
-        return system.solve(Stage(now, step, load, 1.0 / step**2, 1.0 / step, now.x + step * now.v, now.v))
+        return system.solve(Stage(now, step, load, 1.0 / step**2, 1.0 / step, now.x + step * now.v, now.v, secant=True))

@@ -157,7 +157,7 @@ class Balance:
         a[fixed], v[fixed] = system.support_acceleration(self.time), system.support_velocity(self.end)
         mean = (1.0 - stage.alpha_m) * a + stage.alpha_m * stage.start.a if stage.alpha_m else a
         inertia = self.forces.inertia(mean)
-        drag = system.damping.force(self.share * v + stage.alpha_f * stage.start.v)
+        drag = system.damping.force(stage.speeding(v))
         return Trial(self, x, v, a, inertia, drag)
 
     def motion(self, trial: Trial) -> Motion:

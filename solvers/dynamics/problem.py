@@ -39,10 +39,11 @@ class Direct:
 class Rayleigh:
     """Damping C = alpha M + beta K, `alpha` in 1/s, `beta` in s (Rayleigh 1877; Clough and Penzien 1993, section 12-5).
 
-    A mode of angular frequency w gets the damping ratio alpha/(2 w) + beta w/2. K is the tangent at the start of
-    each step, made positive semi-definite: damping then never drives, its force is linear in the velocity, and the
-    equations of a step stay those of a minimum. The price is an error of O(h) in the force of beta K where the
-    stiffness changes along the motion; where it does not, the integrators keep their order. alpha M brakes rigid
+    A mode of angular frequency w gets the damping ratio alpha/(2 w) + beta w/2. K is the tangent, made positive
+    semi-definite, so that damping never drives, in the state to which the velocity of the equations belongs: the
+    end of the step, or its middle where that is the mean velocity. It is foreseen, and a step is made again where
+    it was another one, so that its equations stay those of a minimum; capped steps keep that of their start, as
+    programs with so few iterations do. alpha M brakes rigid
     motion as well; beta K does not touch translations, and slightly brakes the rotation of a stressed body.
     """
 

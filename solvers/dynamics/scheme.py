@@ -60,6 +60,16 @@ class Stage:
     alpha_m: float = 0.0
     alpha_f: float = 0.0
     between: bool = False
+    secant: bool = False  # v is the mean velocity of the step, and damping that of its middle
+
+    def acting(self, x: Floats) -> Floats:
+        """The state in which damping acts, if the step ends in x: that to which its velocity belongs."""
+        share = 0.5 if self.secant else 1.0 - self.alpha_f
+        return self.start.x + share * (x - self.start.x)
+
+    def speeding(self, v: Floats) -> Floats:
+        """The velocity that damping acts on, if that of the end is v."""
+        return (1.0 - self.alpha_f) * v + self.alpha_f * self.start.v
 
 
 class Integrator(Protocol):

@@ -18,6 +18,8 @@ from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear import Factor, Singular, factor
 
 SMALL = 500  # unknowns below which SuperLU is as quick
+REPEATS = 4  # of a step, each with the damping of the state that the last one found
+DRAG = 1e-5  # of the largest force: by how much the force of damping may be that of another state
 SAME = 1e-8  # relative: loads that differ by less are one
 
 
@@ -149,7 +151,20 @@ class System:
     # ------------------------------------------------------------------ implicit steps
 
     def solve(self, stage: Stage) -> Motion:
-        """The end of an implicit step. Raises StepFailed."""
+        """The end of an implicit step; damped by the stiffness of the state that it acts in. Raises StepFailed."""
+        if not self.problem.damping.beta or self.problem.cap is not None:
+            return self._solved(stage)
+        self.damping.foresee(stage)
+        for _ in range(REPEATS):
+            motion = self._solved(stage)
+            if self.damping.agrees(stage, motion, DRAG * self.newton.scale):
+                break
+        if not stage.alpha_f and not stage.secant:  # what it takes is told by the mean velocity, see ledger.py
+            self.damping.begin(0.5 * (stage.start.x + motion.x))
+        return motion
+
+    def _solved(self, stage: Stage) -> Motion:
+        """The end of an implicit step with the damping as it is. Raises StepFailed."""
         found = self.lagged.solve(stage) if self.lagged else None
         motion, self.outcome = found or self.newton.solve(stage)
         return motion

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from softmark.solvers.dynamics.newmark import newmark_stage
-from softmark.solvers.dynamics.scheme import Motion, Past
+from softmark.solvers.dynamics.scheme import Motion, Past, Stage
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.system import System
@@ -29,6 +28,14 @@ class Trapezoidal:
         """Nothing to refuse."""
 
     def advance(self, system: System, past: Past, step: float) -> Motion:
-        """The step of average acceleration."""
-        load = system.forces.graded(past.now.time, past.now.time + step)
-        return system.solve(newmark_stage(system, past.now, step, load, 0.25, 0.5))
+        """The step of average acceleration, as a balance of means."""
+        return system.solve(mean_stage(system, past.now, step))
+
+
+def mean_stage(system: System, now: Motion, h: float) -> Stage:
+    """M (v1 - v0) / h + C (v0 + v1) / 2 + (f0 + f1) / 2 = 0: Newmark's formulas for beta = 1/4 and gamma = 1/2 with
+    the acceleration of the start put in. What damping takes, h times its power at the mean velocity, is never negative.
+    """
+    load = system.forces.graded(now.time, now.time + h)
+    coast = now.x + h * now.v
+    return Stage(now, h, load, 2.0 / h**2, 2.0 / h, coast, now.v, alpha_f=0.5)

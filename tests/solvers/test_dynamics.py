@@ -229,7 +229,9 @@ def test_rayleigh_damping_ratio(name: str, oscillators: Oscillators, states: Sta
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_support_that_moves(name: str, states: States, quadratic: type[Any]) -> None:
+def test_a_support_that_moves(
+    name: str, states: States, quadratic: type[Any], sampled: Callable[..., Course]
+) -> None:
     """Base x_s = s sin(w t) under an oscillator of frequency w0 at rest:
 
     x = s w0/(w0^2 - w^2) (w0 sin wt - w sin w0 t). Errors O(h^2), O(h) for backward Euler.
@@ -238,7 +240,7 @@ def test_a_support_that_moves(name: str, states: States, quadratic: type[Any]) -
     K = w0**2 * np.array([[1.0, -1.0], [-1.0, 1.0]])
     problem = Dynamics(
         Assembly(2, np.array([0]), [quadratic(K)], []), np.ones(2), np.zeros(2), np.zeros(2),
-        np.array([0]), np.array([s]), lambda t: float(np.sin(w * t)), integrator=INTEGRATORS[name](),
+        np.array([0]), np.array([s]), sampled(lambda t: float(np.sin(w * t))), integrator=INTEGRATORS[name](),
     )  # fmt: skip
     path = march(problem, 4.0, h)
     x, t = states(path), path.times
