@@ -52,7 +52,7 @@ class LoadedScene:
         only = (models,) if isinstance(models, str) else tuple(models or ())
         if problems := unknown_models(self.scene, only):
             raise SceneError(problems)
-        return run(self.scene, list(self.warnings), Options(only=only, repeat=repeat))
+        return run(self.scene, list(self.warnings), Options(only=only, repeat=repeat, free=True))
 
 
 def load(file: str | Path, /, **parameters: str) -> LoadedScene:

@@ -64,6 +64,7 @@ class Options:
     warn: Callable[[Sequence[Diagnostic]], None] = lambda found: None
     draw: bool = True  # find the surfaces that a report shows
     stated: tuple[str, ...] | None = None  # which models are asked what error they state themselves; (): all
+    free: bool = False  # the others say what is known of their error at no cost
     # how a reference is had: made, or known from another run of the same
     recall: Callable[[Scene, Declared, Callable[[], Any]], Any] = lambda scene, reference, make: make()
 
@@ -118,8 +119,10 @@ def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
         if from_a_model(scene.declared[name]):
             options.say("scan", name)
             _virtual(work, scene.declared[name])
-    if options.stated is not None:
-        _state(work, options.stated or tuple(work.models))
+    asked = () if options.stated is None else options.stated or tuple(work.models)
+    _state(work, asked, asked=True)
+    if options.free:
+        _state(work, [n for n in work.models if n not in asked], asked=False)
     return _report(work, partial=False)
 
 
@@ -232,14 +235,15 @@ def _model(work: _Run, name: str) -> None:
     )
 
 
-def _state(work: _Run, names: Sequence[str]) -> None:
-    """Ask models that have an answer what error they state of it."""
-    from softmark.interpreter.stated import stated
-
+def _state(work: _Run, names: Sequence[str], asked: bool) -> None:
+    """Have models that have an answer state the error of it, at a cost where they are asked."""
     for name, result in ((n, m) for n, m in list(work.models.items()) if n in names):
+        from softmark.interpreter.stated import stated
+
         work.options.say("state", f"the error of {name}")
         declared, prepared = work.scene.declared[name], work.prepared[name][0]
-        said = stated(work.scene, declared, work.views[name], prepared, result, work.measured, work.warnings)
+        view, warnings = work.views[name], work.warnings
+        said = stated(work.scene, declared, view, prepared, result, work.measured, warnings, asked)
         work.models[name] = replace(result, stated=said)
 
 

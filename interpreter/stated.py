@@ -4,7 +4,8 @@ Parts are added up, each a function of what a probe sees. Discretisation: how fa
 space over the same cells, or where that is not to be had from the same model on coarser meshes. Model: how far the same
 model with the best strain measure that its material has is; of beams, estimates of what their theory leaves out.
 Rounding: from how near to singular the stiffness is, or from the forces and coordinates. Solver: the Newton step that
-would come next. Where one of them cannot be told, or would cost too much, the model vouches for nothing, and says why. Each is told in the unit of a metric, by the metric itself, or not at all.
+would come next. Where one cannot be told, or would cost too much, the model vouches for nothing, and says why. Each is
+told in the unit of a metric, by the metric itself, or not at all. What nobody asked for is told where it is free.
 
 A warning of DOUBTS counts as said as well: with it a model says of itself that its answer may be off. With one of VOID
 it vouches for nothing.
@@ -190,7 +191,7 @@ class Stated:
     def _coarser_beams(self) -> list[tuple[Solution, float]]:
         thing = self.declared.thing
         found: list[tuple[Solution, float]] = []
-        self.budget.must_hold(0.75 if thing.segments > 1 else 2.0)
+        self.budget.must_hold(0.75, slight=True)
         segments = thing.segments
         while segments > 1 and len(found) < 2:
             fewer = (segments + 1) // 2
@@ -229,8 +230,7 @@ class Stated:
         def find() -> Field:
             if self.mesh is None or getattr(self.mesh, "displacement", None) is None:
                 raise Unknown("the displacements of its nodes are not known")
-            if not self.asked:
-                self.budget.must_hold(1.0)
+            self.budget.must_hold(1.0)
             return finer.found(self.scene, self.solid, self._own, self.mesh, self._tangent, self.budget)
 
         field: Field = self._once("finer", find)
@@ -345,8 +345,7 @@ class Stated:
         full = self._full
         if full is None or len(full.free) > FACTORED:
             return None
-        if not self.asked:
-            self.budget.must_hold(0.5)
+        self.budget.must_hold(0.5)
         x, (assembly, found) = self._state, self._tangent()
         d = np.zeros_like(x)
         d[assembly.free] = -found.solve(assembly.gradient(x, 1.0)[assembly.free])

@@ -25,7 +25,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", metavar="FILE", help="write the JSON report to FILE; - is standard output")
     parser.add_argument("--junit", metavar="FILE", help="write models and expectations as a JUnit file")
     parser.add_argument("--vtu", action="store_true", help="write meshes and surfaces for ParaView as well")
-    stated = "say what error each model states itself, from a coarser mesh and its own state"
+    stated = "say what error each model states itself, from a finer space over its cells and its own state"
     parser.add_argument("--stated", action="store_true", help=stated)
     parser.add_argument("--repeat", type=_count, default=1, metavar="N", help="time each solution N times")
 
@@ -80,7 +80,8 @@ def _run(scene: Scene, found: list[Diagnostic], parsed: argparse.Namespace, prog
         print(problem, file=sys.stderr)
         return 2
     stated = () if parsed.stated else None
-    options = runner.Options(tuple(parsed.model), parsed.repeat, progress.say, shelf.keep, warn, stated=stated)
+    options = runner.Options(tuple(parsed.model), parsed.repeat, progress.say, shelf.keep, warn, stated=stated,
+                             free=True)  # fmt: skip
     try:
         report = runner.run(scene, found, options)
     except SceneError as error:

@@ -11,7 +11,7 @@ from softmark.interpreter.report.metric_details import details_of
 from softmark.interpreter.report.quantities import own_error
 from softmark.interpreter.report.results_table import SYMBOLS, Notes, ResultsTable, caption, ordered
 from softmark.interpreter.report.sheet import Cell, csv_link
-from softmark.interpreter.report.vouching import checked, words
+from softmark.interpreter.report.vouching import checked, silent, words
 from softmark.interpreter.results import ReferenceResult, Timing
 
 SIZES = ("nodes", "elements", "dofs")
@@ -47,6 +47,7 @@ def _vouched(findings: Findings) -> str:
     """What models state of their own errors, and that their forces were found again."""
     models = findings.report.models.items()
     said = [tag("li", tag("code", text(name)), " ", prose(w)) for name, m in models if (w := words(m))]
+    said += [tag("li", prose(quiet))] if (quiet := silent(findings.report)) else []
     again = checked(findings.report)
     stated = tag("ul", *said, class_="notes") if said else ""
     return stated + (tag("p", text(again), class_="quiet about") if again else "")

@@ -186,7 +186,7 @@ class ResultsTable:
         if value is None:
             return self.notes.dash(self._reason(name, result, metric))
         found = result.metrics[metric.name]
-        shown = tag("data", text(self._text(value, metric)), value=repr(value))
+        shown = tag("data", text(self._text(value, metric)), value=repr(value)) + self._stated(result, metric)
         if metric.clock and "verdict" in found.details:
             return _verdict(bool(found.details["verdict"])) + shown
         if not found.meaningful:
@@ -197,6 +197,15 @@ class ResultsTable:
             word = "tied" if self.findings.tied(metric) else "best"
             return tag("strong", shown) + tag("small", word, class_="best")
         return shown
+
+    def _stated(self, result: Result, metric: Metric) -> str:
+        """What a model states of the number, in the unit of the column: `± 0.05`."""
+        said = result.stated.get(metric.name) if isinstance(result, ModelResult) else None
+        if said is None or said.get("value") is None or metric.clock:
+            return ""
+        error = float(said["value"])
+        own = f"\u00a0±\u00a0{signed(f'{error / self.scales[metric.name][0].factor:.2g}')}"
+        return tag("small", tag("data", text(own), value=repr(error)), class_="stated")
 
     def _text(self, value: float, metric: Metric) -> str:
         """The number as it stands in its column."""

@@ -121,7 +121,9 @@ class _Rows:
         largest = max(abs(v) for r in everyone if (v := value_of(r, metric.name)) is not None)
         if negligible(found.value, largest, metric.unit):
             return "0"
-        return _amount(found.value, found.unit) + ("" if found.meaningful else " †")
+        own = vouching.beside(result, metric.name, found) if isinstance(result, ModelResult) else None
+        error = f" {own}" if own and not metric.clock else ""
+        return _amount(found.value, found.unit) + error + ("" if found.meaningful else " †")
 
 
 def _blocks(widths: Sequence[int], room: int, effort: int) -> list[list[int]]:

@@ -12,7 +12,6 @@ from softmark.interpreter.stating.seen import Unknown
 
 SOLUTIONS = 4.0  # times what the solution took, in all
 LEAST = 1.0  # s: less than that is not worth asking for
-FREE = 0.03, 0.03  # the same of what nobody asked for: of the solution, and s
 NOT_ASKED = "nobody asked for it: `--stated` does"
 
 
@@ -22,7 +21,10 @@ class Overspent(Unknown):
 
 @dataclass
 class Budget:
-    """Seconds of processor time that may be spent, counted while `with` holds; `asked` is whether somebody asks."""
+    """Seconds of processor time that may be spent, counted while `with` holds.
+
+    `asked` is whether somebody asks: else nothing is spent but on what is slight.
+    """
 
     limit: float
     solution: float  # s, what the solution took
@@ -37,9 +39,7 @@ class Budget:
         """For a model with these times."""
         seconds = (clock.get(n) for n in ("setup_cpu_s", "solve_cpu_s"))
         took = sum(float(t.to_json()["median"]) for t in seconds if t)
-        if not asked:
-            return cls(max(FREE[0] * took, FREE[1]), took, False)
-        return cls(max(SOLUTIONS * took, LEAST), took)
+        return cls(max(SOLUTIONS * took, LEAST), took, asked)
 
     def __enter__(self) -> None:
         self._depth += 1
@@ -63,18 +63,17 @@ class Budget:
         """Seconds."""
         return self.limit - self.spent - (self._running if self._depth else 0.0)
 
-    def must_hold(self, solutions: float) -> None:
-        """Raises Overspent where so many times the solution would cost more than what is left."""
+    def must_hold(self, solutions: float, slight: bool = False) -> None:
+        """Raises Overspent where so many times the solution cost more than what is left, or where nobody asked."""
+        if not self.asked and not slight:
+            raise Overspent(NOT_ASKED)
         if solutions * self.solution > self.left:
-            raise Overspent(self._why(f"would cost about {solutions:.2g} times the solution"))
+            raise Overspent(f"it would cost more than {SOLUTIONS:g} times the solution")
 
     def check(self, *_: object) -> None:
         """Raises Overspent once it is spent."""
         if self.left < 0.0:
-            raise Overspent(self._why(f"costs more than {SOLUTIONS:g} times the solution"))
-
-    def _why(self, what: str) -> str:
-        return f"it {what}" if self.asked else NOT_ASKED
+            raise Overspent(f"it costs more than {SOLUTIONS:g} times the solution")
 
 
 def _listener() -> Any:
