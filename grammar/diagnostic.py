@@ -8,7 +8,7 @@ E5xx what a model or a reference cannot represent, E6xx running; W as E, for wha
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 from unicodedata import category, east_asian_width
@@ -25,6 +25,15 @@ class Source:
 
 
 @dataclass(frozen=True, slots=True)
+class Second:
+    """Another place that a message is about, such as that of a parameter whose value is out of range."""
+
+    source: Source
+    span: Span
+    label: str
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnostic:
     """One message. `message` says what is wrong, `label` what stands at the span, `help` how to mend it."""
 
@@ -35,6 +44,7 @@ class Diagnostic:
     label: str = ""
     help: str = ""
     notes: tuple[str, ...] = ()
+    also: tuple[Second, ...] = ()
 
     @property
     def severity(self) -> Literal["error", "warning"]:
@@ -57,6 +67,11 @@ def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
         "help": encodable(diagnostic.help) or None,
         "label": encodable(diagnostic.label) or None,
         "notes": [encodable(note) for note in diagnostic.notes],
+        "related": [
+            {"file": encodable(s.source.name), "line": s.span.line, "column": s.span.column,
+             "message": encodable(s.label)}
+            for s in diagnostic.also
+        ],
     }
 
 
@@ -106,8 +121,11 @@ def _drawing(diagnostic: Diagnostic, paint: Paint) -> str:
     head = paint(f"{severity}[{diagnostic.code}]", severity) + paint(f": {_said(diagnostic.message)}", "bold")
     lines, margin = [head], "   "
     if diagnostic.source and diagnostic.span:
-        margin = " " * (len(str(diagnostic.span.line)) + 2)
-        lines += _snippet(diagnostic, diagnostic.source, diagnostic.span, margin, paint)
+        margin = " " * (max(len(str(s.line)) for s in (diagnostic.span, *(s.span for s in diagnostic.also))) + 2)
+        first = Second(diagnostic.source, diagnostic.span, diagnostic.label)
+        lines += _snippet(first, margin, paint, severity)
+        for second in diagnostic.also:
+            lines += _snippet(second, margin, paint)
     remarks = [("help", diagnostic.help), *(("note", note) for note in diagnostic.notes)]
     for kind, text in remarks:
         if text:
@@ -117,17 +135,19 @@ def _drawing(diagnostic: Diagnostic, paint: Paint) -> str:
     return "\n".join(lines)
 
 
-def _snippet(diagnostic: Diagnostic, source: Source, span: Span, margin: str, paint: Paint) -> list[str]:
-    """The place, the line of the text, and carets under the span with the label after them."""
+def _snippet(place: Second, margin: str, paint: Paint, severity: str = "") -> list[str]:
+    """The place, the line of the text, and carets under the span with the label after them; dashes at a second."""
+    source, span = place.source, place.span
     line, first, last = _line(source.text, span)
     shown, before, carets = _clip(_cells(line), first, last)
-    label = f" {_said(diagnostic.label)}" if diagnostic.label else ""
-    bar = paint("|", "gutter")
+    label = f" {_said(place.label)}" if place.label else ""
+    bar, arrow = paint("|", "gutter"), paint("-->" if severity else ":::", "gutter")
+    number = f"{span.line:>{len(margin) - 2}}"
     return [
-        f"{margin[1:]}{paint('-->', 'gutter')} {_said(source.name)}:{span.line}:{span.column}",
+        f"{margin[1:]}{arrow} {_said(source.name)}:{span.line}:{span.column}",
         f"{margin}{bar}",
-        f" {paint(str(span.line), 'gutter')} {bar} {shown}".rstrip(),
-        f"{margin}{bar} {' ' * before}{paint('^' * carets + label, diagnostic.severity)}",
+        f" {paint(number, 'gutter')} {bar} {shown}".rstrip(),
+        f"{margin}{bar} {' ' * before}{paint(('^' if severity else '-') * carets + label, severity or 'gutter')}",
     ]
 
 
@@ -147,7 +167,7 @@ def _cells(line: str) -> list[str]:
     cells: list[str] = []
     column = 0
     for character in line:
-        cell = " " * (TAB - column % TAB) if character == "\t" else _safe(character)
+        cell = " " * (TAB - column % TAB) if character == "\t" else visible(character)
         column += _width(cell)
         cells.append(cell)
     return cells
@@ -187,12 +207,26 @@ def _columns(character: str) -> int:
 
 def _said(text: str) -> str:
     """A line of a message, its middle left out where parts of the text that it repeats make it too long to read."""
-    return _safe(text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} … {text[-LONGEST // 4 :]}")
+    return visible(text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} … {text[-LONGEST // 4 :]}")
 
 
-def _safe(text: str) -> str:
-    """Without what could steer a terminal, cannot be seen or cannot be encoded."""
+def visible(text: str) -> str:
+    """A line without what could steer a terminal, cannot be seen or cannot be encoded: pictures stand for it."""
     return text if text.isprintable() else "".join(map(_picture, text))
+
+
+def all_visible(value: Any) -> Any:
+    """The same value with all texts in it `visible`, line feeds kept; what is no text is left as it is.
+
+    For what is shown in a terminal: titles, messages and names come from scenes and files that others wrote.
+    """
+    if isinstance(value, str):
+        return value if value.isprintable() else "\n".join(map(visible, value.split("\n")))
+    if isinstance(value, Mapping):
+        return {k: all_visible(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return type(value)(map(all_visible, value))
+    return value
 
 
 def _picture(character: str) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar import tree
+from softmark.grammar.diagnostic import Second
 from softmark.grammar.suggest import nearest
 from softmark.interpreter import schema, sweeping, units
 from softmark.interpreter.expressions import Bad, Place, Quantity, VectorValue, describe, words
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.overrides import Override
     from softmark.interpreter.vocabulary.studies import Target, Variant
 
+ORIGINS = 3  # parameters whose places a message shows
 FARTHEST = 1e30  # sixth powers of it, as in the volume times the stiffness of a body, are still numbers
 Bound = tuple[tree.Expression, Place]  # an expression, and the text that it stands in
 
@@ -243,7 +245,19 @@ class Binder:
         if due == units.NONE:
             hint = f"{field.meaning}, without a unit"
         label = f"{found}{shown}" if value.dimension != units.NONE else "no unit"
-        raise place.fail("E204", node.span, f"expected {units.named(due)}, found {found}", label, hint)
+        problem = f"expected {units.named(due)}, found {found}"
+        raise place.fail("E204", node.span, problem, label, hint, self._origins(node))
+
+    def _origins(self, node: tree.Expression) -> tuple[Second, ...]:
+        """Where the parameters in an expression get their values: what is wrong with it may be wrong there."""
+        found: dict[str, Second] = {}
+        for part, _ in tree.walk(node):
+            name = part.text if isinstance(part, tree.Name) else ""
+            parameter = self.compiler.scope.parameters.get(self.module.prefix + name)
+            if parameter is not None and len(found) < ORIGINS:
+                at = parameter.location
+                found.setdefault(name, Second(at.source, at.span, f"`{name}` gets its value here"))
+        return tuple(found.values())
 
     def _range(self, field: Field, node: tree.Expression, place: Place, value: float) -> None:
         if value != 0.0 and not 1.0 / FARTHEST <= abs(value) <= FARTHEST:
@@ -257,7 +271,7 @@ class Binder:
         help = schema.ADVICE.get((field.name, value >= field.interval.high)) or field.meaning
         literal = isinstance(node, tree.Number) or isinstance(getattr(node, "operand", None), tree.Number)
         raise place.fail("E301", node.span, f"`{field.name}` must be {limits}",
-                         "out of range" if literal else f"this is {shown}", help)
+                         "out of range" if literal else f"this is {shown}", help, self._origins(node))
 
     def _vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         unit = units.si(field.dimension or units.NONE)

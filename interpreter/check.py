@@ -318,6 +318,6 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (
-    _bodies, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses, _published,
-    _expectations, _use,
+    _bodies, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses,
+    _published, _expectations, _use,
 )  # fmt: skip

@@ -116,11 +116,12 @@ def _help(arguments: list[str], name: str | None) -> int:
     """The overview; for an unknown command an error with the nearest one."""
     wanted = not arguments or arguments[0] in ("-h", "--help", "help")
     if name is not None and not wanted:
+        from softmark.grammar.diagnostic import visible
         from softmark.grammar.suggest import nearest
 
         close = nearest(name, COMMANDS)
         hint = f"did you mean `dsl {close}`?" if close else "`dsl --help` lists the commands"
-        print(f"error: `{name}` is not a command of dsl; {hint}", file=sys.stderr)
+        print(visible(f"error: `{name}` is not a command of dsl; {hint}"), file=sys.stderr)
         return 2
     if not wanted:
         print(

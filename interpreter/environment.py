@@ -8,9 +8,10 @@ import platform
 from datetime import datetime
 from typing import Any
 
-from softmark.grammar.diagnostic import Source
+from softmark.grammar.diagnostic import Source, encodable
 from softmark.interpreter import units
 from softmark.interpreter.expressions import Quantity
+from softmark.interpreter.modules import standard_name
 from softmark.interpreter.scene import Scene
 
 
@@ -23,7 +24,8 @@ def describe(scene: Scene) -> dict[str, Any]:
         parameters[name] = {"value": value, "unit": units.si(p.value.dimension), "text": p.text}
     return {
         "title": scene.title,
-        "file": scene.path or source.name,
+        "file": encodable(scene.path or source.name),
+        "standard": standard_name(scene.path),
         "sha256": hashlib.sha256(source.text.encode()).hexdigest(),
         "parameters": parameters,
         "text": source.text,

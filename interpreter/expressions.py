@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from softmark.grammar import tree
-from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.diagnostic import Diagnostic, Second, Source
 from softmark.grammar.suggest import nearest
 from softmark.grammar.tree import Span
 from softmark.interpreter import schema, units
@@ -51,9 +51,11 @@ class Place:
     source: Source
     diagnostics: list[Diagnostic]
 
-    def fail(self, code: str, span: Span, message: str, label: str = "", help: str = "") -> Bad:
+    def fail(
+        self, code: str, span: Span, message: str, label: str = "", help: str = "", also: tuple[Second, ...] = ()
+    ) -> Bad:
         """Record an error; the caller raises what this returns."""
-        self.diagnostics.append(Diagnostic(code, message, self.source, span, label, help))
+        self.diagnostics.append(Diagnostic(code, message, self.source, span, label, help, also=also))
         return Bad(message)
 
 

@@ -44,12 +44,28 @@ class Ledger(list[Diagnostic]):
 
     def closed(self) -> list[Diagnostic]:
         """What was found, each once: a scene that is used twice is complained about once."""
-        found = list(dict.fromkeys(self))
+        found = together(dict.fromkeys(self))
         if not self.full:
             return found
         last, problem = found[-1], f"there may be more errors: after {MOST} no more are looked for"
         help = "mend those above first"
         return [*found, Diagnostic("E131", problem, last.source, last.span, "the last one looked at", help)]
+
+
+def together(found: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Errors that say the same of one parameter wherever it is used are one, at the first of these places."""
+    first: dict[object, list[Diagnostic]] = {}
+    for d in found:
+        first.setdefault((d.code, d.message, d.source, d.also) if d.also else d, []).append(d)
+    return [_one(group) for group in first.values()]
+
+
+def _one(group: list[Diagnostic]) -> Diagnostic:
+    lines = sorted({d.span.line for d in group[1:] if d.span is not None})
+    if not lines:
+        return group[0]
+    said = f"the same holds for line{'s' * (len(lines) > 1)} {', '.join(map(str, lines))}"
+    return replace(group[0], notes=(*group[0].notes, said))
 
 
 def shortened(found: list[Diagnostic]) -> list[Diagnostic]:

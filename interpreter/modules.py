@@ -79,6 +79,14 @@ def standard_scenes() -> dict[str, Path]:
     return {f.stem: f for f in files if f.relative_to(ROOT).parts[0] not in ("materials", "templates")}
 
 
+def standard_name(path: str | Path | None) -> str | None:
+    """What a scene of the standard library is called, by its file; None for any other file."""
+    if path is None or not Path(path).resolve().is_relative_to(ROOT.resolve()):
+        return None
+    own = Path(path).resolve()
+    return next((name for name, file in standard_scenes().items() if file.resolve() == own), None)
+
+
 def locate(name: str) -> Path:
     """The file of a scene given on the command line: a path, or a name of the standard library."""
     if os.path.isfile(name):

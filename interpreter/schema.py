@@ -303,7 +303,8 @@ SYNONYMS = {
 # What is near a field of ours and is another quantity: the number cannot be taken over.
 CONVERTED = {
     "diameter": "half the diameter", "mass": "mass divided by volume", "total_mass": "mass divided by volume",
-    "totalMass": "mass divided by volume", "center": "not the middle of the shape", "centre": "not the middle of the shape",
+    "totalMass": "mass divided by volume",
+    "center": "not the middle of the shape", "centre": "not the middle of the shape",
 }  # fmt: skip
 
 # What other programs call the choices of a field.

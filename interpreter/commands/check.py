@@ -25,6 +25,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> int:
     """0 if no scene has an error, else 2."""
+    from softmark.grammar.diagnostic import visible
+
     status = 0
     for name in parsed.files:
         scene, found = load(name, parsed.overrides)
@@ -38,7 +40,7 @@ def run(parsed: argparse.Namespace) -> int:
         if scene is None or has_errors(found):
             status = 2
         elif parsed.diagnostics == "text":
-            print(f"{name}: {_contents(scene)}")
+            print(visible(f"{name}: {_contents(scene)}"))
     return status
 
 

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from softmark.grammar.diagnostic import visible
+
 if TYPE_CHECKING:
     from softmark.interpreter.scene import Scene
 
@@ -29,8 +31,8 @@ def collision(outputs: Sequence[Place], inputs: Iterable[Place] = ()) -> str:
 
 def _message(option: str, path: Path, what: str, other: Path) -> str:
     same = "" if path == other else f", which is the same file as {other}"
-    return (f"error[E394]: {option} would write to {path}{same}: that is {what}, and would be lost; "
-            f"choose another place with {option.split()[0]}")  # fmt: skip
+    return visible(f"error[E394]: {option} would write to {path}{same}: that is {what}, and would be lost; "
+                   f"choose another place with {option.split()[0].rstrip(',')}")  # fmt: skip
 
 
 def _key(path: Path) -> object:
@@ -41,9 +43,9 @@ def _key(path: Path) -> object:
         if path.exists():
             found = path.stat()
             return found.st_dev, found.st_ino
-    except (OSError, ValueError):
+        return os.path.realpath(path)
+    except (OSError, ValueError):  # that it cannot be written to is said elsewhere
         return None
-    return os.path.realpath(path)
 
 
 def read_by(scene: Scene) -> list[Place]:

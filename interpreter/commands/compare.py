@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from softmark.grammar.diagnostic import visible
 from softmark.interpreter.commands.options import override_option
 from softmark.interpreter.commands.studying import (
     again_options,
@@ -90,7 +91,7 @@ def _changes(parsed: argparse.Namespace) -> int:
         old, new = (changes.read(name) for name in parsed.files)
         found = changes.changes(old, new, (parsed.files[0], parsed.files[1]))
     except changes.Foreign as foreign:
-        print(f"error: {foreign}", file=sys.stderr)
+        print(visible(f"error: {foreign}"), file=sys.stderr)
         return 2
     if parsed.json is None:
         print(changes_table(found, sys.stdout.isatty()))

@@ -7,6 +7,7 @@ import inspect
 import re
 import sys
 
+from softmark.grammar.diagnostic import visible
 from softmark.grammar.suggest import distance, nearest
 from softmark.interpreter import ranges, schema, units
 from softmark.interpreter.schema import Constructor, Field
@@ -27,7 +28,7 @@ def run(parsed: argparse.Namespace) -> int:
         close = _slip(parsed.name)
         said = ABSENT.get(parsed.name.lower()) or (f"did you mean `{close}`?" if close else _meant_unit(parsed.name))
         hint = said or "`dsl list` shows what there is"
-        print(f"error: there is nothing called `{parsed.name}`; {hint}", file=sys.stderr)
+        print(visible(f"error: there is nothing called `{parsed.name}`; {hint}"), file=sys.stderr)
         return 2
     print(text)
     return 0
@@ -159,8 +160,8 @@ def page(name: str) -> str | None:
         return f"{name} (element)\n\n{inspect.getdoc(schema.words()[name])}"
     if used := _field_page(name) or _choice_page(name):
         return used
-    meant = name.lower() not in ABSENT and (schema.WORDS.get(name) or schema.SYNONYMS.get(name) or schema.CHOICES.get(name))
-    if meant and not _unit(name):
+    meant = schema.WORDS.get(name) or schema.SYNONYMS.get(name) or schema.CHOICES.get(name)
+    if name.lower() not in ABSENT and meant and not _unit(name):
         said = f"`{name}` is not a word of this language; what is meant is called `{meant}` here."
         return f"{said}\n\n{page(meant) or _field_page(meant)}"
     return _unit(name)

@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Callable
 
+from softmark.grammar.diagnostic import visible
 from softmark.grammar.suggest import nearest
 
 
@@ -26,7 +27,7 @@ def run(parsed: argparse.Namespace) -> int:
     if what not in topics:
         close = nearest(parsed.what, topics)
         hint = f"did you mean `{close}`?" if close else "lists: " + ", ".join(topics)
-        print(f"error: there is no list of `{parsed.what}`; {hint}", file=sys.stderr)
+        print(visible(f"error: there is no list of `{parsed.what}`; {hint}"), file=sys.stderr)
         return 2
     rows = topics[what]()
     width = max(len(name) for name, _ in rows)

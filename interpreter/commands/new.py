@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
+from softmark.grammar.diagnostic import visible
 from softmark.grammar.suggest import nearest
 from softmark.scenes import ROOT
 
@@ -26,7 +27,7 @@ def run(parsed: argparse.Namespace) -> int:
     if parsed.template not in templates:
         close = nearest(parsed.template, templates)
         hint = f"did you mean `{close}`?" if close else "templates: " + ", ".join(templates)
-        print(f"error: there is no template `{parsed.template}`; {hint}", file=sys.stderr)
+        print(visible(f"error: there is no template `{parsed.template}`; {hint}"), file=sys.stderr)
         return 2
     sys.stdout.write(templates[parsed.template].read_text(encoding="utf-8"))
     return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from softmark.grammar.diagnostic import visible
 from softmark.interpreter.commands.options import scene_options
 from softmark.interpreter.commands.scenes import errors, load, show
 
@@ -26,9 +27,9 @@ def run(parsed: argparse.Namespace) -> int:
         show(problems)
         return 2
     plan = plan_of(scene, tuple(parsed.model))
-    rows = [(t.kind, t.name, t.detail, f"line {t.asked.span.line}") for t in plan.tasks]
+    rows = [(t.kind, t.name, visible(t.detail), f"line {t.asked.span.line}") for t in plan.tasks]
     widths = [max((len(r[i]) for r in rows), default=0) for i in range(2)]
-    print(scene.title)
+    print(visible(scene.title))
     for kind, name, detail, line in rows:
         print(f"  {kind:<{widths[0]}}  {name:<{widths[1]}}  {detail}   <- {line}")
     studies = scene.of_kind("study")

@@ -19,6 +19,7 @@ class Progress:
 
     def say(self, what: str, detail: str) -> None:
         """Show what is being done: `solve`, `rod: iteration 3`."""
+        detail = detail if detail.isprintable() else "".join(c if c.isprintable() else "?" for c in detail)
         if what == "compile" or (what == "start" and not self.live):
             self.clear()
             print(detail if what == "start" else f"  {detail} ...", file=self.stream, flush=True)

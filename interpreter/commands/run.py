@@ -62,6 +62,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _run(scene: Scene, found: list[Diagnostic], parsed: argparse.Namespace, progress: Progress) -> int:
+    from softmark.grammar.diagnostic import visible
     from softmark.interpreter import leaving
     from softmark.interpreter import run as runner
     from softmark.interpreter.commands.scenes import show
@@ -100,5 +101,5 @@ def _run(scene: Scene, found: list[Diagnostic], parsed: argparse.Namespace, prog
     if parsed.json != "-":
         print(terminal.table(report, sys.stdout.isatty()))
         if written:
-            print(f"\nreport: {written}")
+            print(f"\nreport: {visible(written)}")
     return 3 if shelf.failed else report.exit_status

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from softmark.grammar.diagnostic import visible
 from softmark.interpreter.commands.collisions import collision, folded, read_by
 
 if TYPE_CHECKING:
@@ -129,6 +130,8 @@ class Shelf:
 def unusable(places: Iterable[tuple[str, str]], written: Iterable[Path] = ()) -> str:
     """Why one of some places, each given by an option, or of the files `written` into `--out`, cannot be written to."""
     for option, place in places:
+        if "\0" in place:
+            return message(place, OSError(None, "a name has no NUL in it"), option)
         try:
             _try_folder(Path(place) if option == "--out" else _parent(place))
         except OSError as error:
@@ -162,4 +165,4 @@ def _try_folder(folder: Path) -> None:
 def message(place: str, error: OSError, option: str) -> str:
     """What to say of a place that cannot be written to."""
     reason = error.strerror or str(error)
-    return f"error[E404]: cannot write {place or 'the report'}: {reason}; choose another place with {option}"
+    return visible(f"error[E404]: cannot write {place or 'the report'}: {reason}; choose another place with {option}")

@@ -43,13 +43,15 @@ def again_options(parser: argparse.ArgumentParser) -> None:
 
 def warn(warnings: Sequence[Diagnostic]) -> None:
     """A line for each code: who studies a scene again and again has read them, and the page has all."""
+    from softmark.grammar.diagnostic import visible
+
     first: dict[str, list[Diagnostic]] = {}
     for w in warnings:
         first.setdefault(w.code, []).append(w)
     for code, own in first.items():
         where = f" line {own[0].span.line}" if own[0].span else ""
         more = f" (and {len(own) - 1} more of the kind)" if len(own) > 1 else ""
-        print(f"{code}{where}: {own[0].message}{more}", file=sys.stderr)
+        print(visible(f"{code}{where}: {own[0].message}{more}"), file=sys.stderr)
 
 
 def carried_out(
@@ -87,8 +89,10 @@ def carried_out(
 
 
 def _refused(progress: Progress, words: str, status: int = 2) -> int:
+    from softmark.grammar.diagnostic import all_visible
+
     progress.clear()
-    print(words, file=sys.stderr)
+    print(all_visible(words), file=sys.stderr)
     return status
 
 

@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.report.quantities import quantity
 
 STYLES = {"bold": "1", "good": "32", "bad": "31", "quiet": "2"}
@@ -15,6 +16,7 @@ NOTHING = "Nothing changed: the same models, statuses and values; no time differ
 
 def changes_table(found: Mapping[str, Any], colour: bool) -> str:
     """A block for each kind of change, what explains it first; a sentence where there is none."""
+    found = all_visible(found)
     paint = colour and not os.environ.get("NO_COLOR")
     blocks = [
         _block("environment", _facts(found["environment"]), paint),

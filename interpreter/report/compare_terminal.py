@@ -8,6 +8,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.report.compare_asked import spoken
 from softmark.interpreter.report.compare_view import (
     CLOCKS,
@@ -31,6 +32,9 @@ def table(
     comparison: Mapping[str, Any], colour: bool, path: str | None = None, width: int | None = None
 ) -> str:
     """Every configuration of every scene, what failed, and what to take; the path of the page after it."""
+    comparison = {n: v if n == "scenes" else all_visible(v) for n, v in comparison.items()}
+    scenes_ = [{**s, "title": all_visible(s.get("title"))} for s in comparison.get("scenes") or ()]
+    comparison = {**comparison, "scenes": scenes_}
     paint = colour and not os.environ.get("NO_COLOR")
     room = width or max(80, shutil.get_terminal_size((WIDE, 24)).columns if colour else WIDE)
     scenes: dict[str, list[View]] = {}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
+from softmark.interpreter.report.markup import legible
 from softmark.interpreter.results import Report
 
 FAILED = ("not_converged", "diverged", "failed")
@@ -26,6 +27,8 @@ def render(report: Report) -> str:
     for kind, tag in (("errors", "error"), ("failures", "failure"), ("skipped", "skipped")):
         suite.set(kind, str(len(suite.findall(f"*/{tag}"))))
     suite.set("tests", str(len(suite)))
+    for element in suite.iter():  # texts that scenes and files brought: XML has no control characters
+        element.attrib = {name: legible(value) for name, value in element.attrib.items()}
     ElementTree.indent(suite)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(suite, encoding="unicode") + "\n"
 

@@ -10,12 +10,19 @@ VOID = frozenset({"meta", "input", "br", "img", "link", "wbr"})
 
 def text(value: object) -> str:
     """Any value as HTML text: `<`, `>`, `&` and quotes escaped, control characters as their pictures."""
-    visible = _CONTROL.sub(lambda match: _picture(match[0]), str(value))
-    return html.escape(visible, quote=True)
+    return html.escape(legible(value), quote=True)
 
 
-# what HTML forbids: control characters other than tab and line feed, surrogates, noncharacters
-_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufdd0-\ufdef\ufffe\uffff]")
+def legible(value: object) -> str:
+    """Any value as text that HTML and XML can hold and a person sees as it is written."""
+    return _CONTROL.sub(lambda match: _picture(match[0]), str(value))
+
+
+# what HTML or XML forbid: control characters other than tab and line feed, surrogates, noncharacters; and what turns
+# the direction of the letters after it
+_CONTROL = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufdd0-\ufdef\ufffe\uffff]"
+)
 
 
 def _picture(character: str) -> str:

@@ -44,15 +44,20 @@ def listing(scene: Mapping[str, Any]) -> str:
         "pre", tag("code", *lines), class_="scene", tabindex=0, role="region", aria_label="Text of the scene"
     )
     digest = tag("p", f"SHA-256 {text(scene.get('sha256') or '–')}", class_="quiet digest")
-    title = str(scene.get("file") or scene.get("title") or "scene")
+    title = scene_name(scene, str(scene.get("title") or "scene"))
     return details(
         f"Scene: {title}", digest, whole if lines else tag("p", "Its text is not known.", class_="quiet")
     )
 
 
+def scene_name(scene: Mapping[str, Any], otherwise: str) -> str:
+    """What a command calls a scene: its name in the standard library, or else its file."""
+    return str(scene.get("standard") or scene.get("file") or otherwise)
+
+
 def _facts(findings: Findings) -> list[tuple[str, str]]:
     scene, report = findings.report.scene, findings.report
-    facts = [("Scene", scene.get("file", "–")), ("SHA-256 of its text", scene.get("sha256", "–"))]
+    facts = [("Scene", scene_name(scene, "–")), ("SHA-256 of its text", scene.get("sha256", "–"))]
     facts += [(WORDS.get(key, key), value) for key, value in report.environment.items()]
     solvers = sorted({str(s) for m in report.models.values() if (s := m.solve.get("linear_solver"))})
     facts += [("Linear solver", ", ".join(solvers))] if solvers else []
@@ -61,7 +66,7 @@ def _facts(findings: Findings) -> list[tuple[str, str]]:
 
 def command(findings: Findings) -> str:
     """`dsl run FILE -p h=3mm --model rod`, quoted for a shell; a scene without a file comes by stdin."""
-    file = str(findings.report.scene.get("file", "-"))
+    file = scene_name(findings.report.scene, "-")
     parts = ["dsl", "run", "-" if file.startswith("<") else file]
     parts += [part for override in _overrides(findings) for part in ("-p", override)]
     parts += [part for name in _only(findings) for part in ("--model", name)]

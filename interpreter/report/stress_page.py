@@ -10,7 +10,7 @@ from softmark.interpreter.report import stress_figures
 from softmark.interpreter.report.document import document, moment
 from softmark.interpreter.report.markup import count, listed, plain, prose, section, tag, text
 from softmark.interpreter.report.plate import details
-from softmark.interpreter.report.provenance import listing, table_of
+from softmark.interpreter.report.provenance import listing, scene_name, table_of
 from softmark.interpreter.report.stress_reach import gaps, nowhere
 from softmark.interpreter.report.stress_view import CLASSES, beyond, class_of, percent, reach, shown, told
 
@@ -61,7 +61,7 @@ def _silent(stress: Json) -> str:
     wrong = [p for study in stress["studies"] for p in study["points"] if p["class"] == "silent"]
     if not wrong:
         return ""
-    file = str(stress["scene"].get("file") or "-")
+    file = scene_name(stress["scene"], "-")
     items = [tag("li", tag("code", text(p["model"])), ", ", prose(told(p)), _command(again(file, p))) for p in wrong]
     box = tag("div", tag("ul", *items), class_="callout bad")
     return section("silent", "Wrong without a word", box)
@@ -115,7 +115,8 @@ def _range(study: Json, model: str, name: str, unit: str) -> str:
     if not own:
         return tag("td", "–")
     if _chosen(own):
-        words = ", ".join(text(v) for v in reach(own, unit)) or ("with none" if any(e.get("wrong") for e in own.values()) else "")
+        none = "with none" if any(e.get("wrong") for e in own.values()) else ""
+        words = ", ".join(text(v) for v in reach(own, unit)) or none
         said = [tag("small", _beyond(e, unit)) for e in own.values()]
     else:
         words = " … ".join(text(v) for v in reach(own, unit)) or nowhere(own.values())

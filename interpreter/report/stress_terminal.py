@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter import units
 from softmark.interpreter.report.stress_reach import chosen, ends, gaps, nowhere
 
@@ -21,6 +22,8 @@ SAID = {
 
 def table(found: Json, file: str, overrides: Sequence[str], colour: bool, place: str | None) -> str:
     """All studies, the counts, and every silent point with the command that repeats it."""
+    found = {"scene": {"title": all_visible(str(found["scene"]["title"]))},
+             **{n: all_visible(v) for n, v in found.items() if n != "scene"}}  # fmt: skip
     lines = [str(found["scene"]["title"])]
     for study in found["studies"]:
         lines += ["", *_study(study)]

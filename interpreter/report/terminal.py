@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
+from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter import units
 from softmark.interpreter.report import vouching
 from softmark.interpreter.report.bodies import Body, bodies
@@ -35,6 +37,7 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
 
     Each body has a table of its own; one that is wider than `width` goes on below itself.
     """
+    report = _shown(report)
     paint = _Paint(terminal and not os.environ.get("NO_COLOR"))
     room = width or (max(80, shutil.get_terminal_size((WIDE, 24)).columns) if terminal else WIDE)
     findings = Findings(report)
@@ -48,6 +51,20 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
     if report.expectations:
         parts += ["", *(_expectation(e, paint) for e in report.expectations)]
     return "\n".join(parts)
+
+
+def _shown(report: Report) -> Report:
+    """The report with all texts that scenes and files brought as a terminal can show them; the scene's text stays."""
+    scene = {n: v if n == "text" else all_visible(v) for n, v in report.scene.items()}
+    models, references = ({n: _plain(r) for n, r in known.items()} for known in (report.models, report.references))
+    judged = tuple(replace(e, text=all_visible(e.text), reason=all_visible(e.reason)) for e in report.expectations)
+    return replace(report, scene=scene, models=models, references=references, expectations=judged)
+
+
+def _plain(result: Any) -> Any:
+    metrics = {n: replace(m, reason=all_visible(m.reason)) for n, m in result.metrics.items()}
+    stated = {"stated": all_visible(dict(result.stated))} if isinstance(result, ModelResult) else {}
+    return replace(result, message=all_visible(result.message), metrics=metrics, **stated)
 
 
 class _Paint:

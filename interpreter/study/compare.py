@@ -263,7 +263,7 @@ def _analysis(points: list[Json], references: Json, studies: Json, request: Requ
 
 def _scene(subject: Subject) -> Json:
     known = describe(subject.scene)
-    chosen = ("title", "file", "sha256", "text", "parameters", "overrides")
+    chosen = ("title", "file", "standard", "sha256", "text", "parameters", "overrides")
     return {"name": subject.name, **{n: known[n] for n in chosen}}
 
 

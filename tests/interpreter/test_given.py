@@ -1,4 +1,4 @@
-"""What a run would refuse is refused when the scene is checked, and what models cannot do that nobody asked for is not."""
+"""What a run would refuse is refused when a scene is checked; what models cannot do that nobody asks for is not."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_every_format_that_is_read_is_known_by_its_ending() -> None:
     assert not formats.MESHES & formats.SURFACES
 
 
-@pytest.mark.parametrize("name, steps", [("skin.stl", False), ("skin.ply", True), ("skin.msh", False)])
+@pytest.mark.parametrize(("name", "steps"), [("skin.stl", False), ("skin.ply", True), ("skin.msh", False)])
 def test_a_surface_is_filled_by_what_fills_it(name: str, steps: bool) -> None:
     """`gmsh -3 skin.stl` of Gmsh 4.15 leaves 12 triangles; with a volume it makes tetrahedra. It merges no .ply."""
     said = formats.filling(Path(name))
@@ -43,7 +43,7 @@ def test_a_surface_is_filled_by_what_fills_it(name: str, steps: bool) -> None:
     assert f"gmsh -3 {name}" not in said
 
 
-def test_what_another_model_cannot_do_stops_no_model_that_can(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_another_model_cannot_do_stops_no_other(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "two.scene"
     file.write_text(TWO, encoding="utf-8")
     out = ["--out", str(tmp_path / "out")]

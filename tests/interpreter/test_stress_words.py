@@ -90,7 +90,7 @@ def test_a_whole_range_is_said_with_what_was_not_judged_in_it() -> None:
     assert "; 2 points between not judged" in said(holed)
 
 
-@pytest.mark.parametrize("here, other, expected", [
+@pytest.mark.parametrize(("here", "other", "expected"), [
     ("unjudged", "unjudged", "no truth: double, single"),
     ("right", "unjudged", "right: double; no truth: single"),
     ("unjudged", "inaccurate", "no truth: double; inaccurate: single"),

@@ -112,7 +112,7 @@ def stress(subject: Subject, request: Request) -> Stress:
             kept = f"{len(journal.on_disk(KIND))} points are in {journal.path}"
             raise Interrupted(f"{kept}; the same command with `--resume` goes on") from stop
     known = describe(subject.scene)
-    chosen = ("title", "file", "sha256", "text", "parameters", "overrides")
+    chosen = ("title", "file", "standard", "sha256", "text", "parameters", "overrides")
     scene = {"name": subject.name, **{n: known[n] for n in chosen}}
     created = started.isoformat(timespec="seconds")
     return Stress(scene, [t.to_json() for t in trials], environment(started), request.command, created)

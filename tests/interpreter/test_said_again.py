@@ -1,0 +1,40 @@
+"""`To repeat this run`: a scene of the library is called by its name, wherever the package is installed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import softmark
+from softmark.interpreter.environment import describe
+from softmark.interpreter.modules import standard_name, standard_scenes
+from softmark.interpreter.report.findings import Findings
+from softmark.interpreter.report.html import render
+from softmark.interpreter.report.provenance import command
+from softmark.interpreter.report.stress_page import again
+
+POINT = {"texts": {"L": "1 m"}, "model": "rod"}
+
+
+def test_a_scene_of_the_library_is_repeated_by_its_name() -> None:
+    report = softmark.load("stiff-cantilever").run(models=["rod"])
+    assert command(Findings(report)) == "dsl run stiff-cantilever --model rod"
+    page = render(report)
+    assert str(standard_scenes()["stiff-cantilever"].parent) not in page, "no path into a package"
+
+
+def test_a_point_of_a_study_is_repeated_by_the_name() -> None:
+    known = describe(softmark.load("beam-at-the-extremes").scene)
+    assert known["standard"] == "beam-at-the-extremes"
+    from softmark.interpreter.report.provenance import scene_name
+
+    assert again(scene_name(known, "-"), POINT) == "dsl run beam-at-the-extremes -p 'L=1 m' --model rod"
+
+
+def test_a_file_of_ones_own_keeps_its_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    own = tmp_path / "silicone-beam.scene"
+    own.write_text(standard_scenes()["silicone-beam"].read_text(encoding="utf-8"), encoding="utf-8")
+    assert standard_name(own) is None
+    assert describe(softmark.load(own).scene)["standard"] is None
