@@ -19,9 +19,10 @@ class Progress:
 
     def say(self, what: str, detail: str) -> None:
         """Show what is being done: `solve`, `rod: iteration 3`."""
-        if what == "compile" or (what == "start" and not self.live):
+        if what in ("compile", "compiled") or (what == "start" and not self.live):
             self.clear()
-            print(detail if what == "start" else f"  {detail} ...", file=self.stream, flush=True)
+            line = {"start": detail, "compile": f"  {detail} ...", "compiled": f"  {detail}"}[what]
+            print(line, file=self.stream, flush=True)
             return
         if not self.live or (time.monotonic() - self._last < 0.1 and what != "start"):
             return
