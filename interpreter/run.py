@@ -275,16 +275,14 @@ def _timed(work: _Run, name: str, prepared: Prepared) -> tuple[Solution, list[fl
 
 
 def _warm(work: _Run, name: str, prepared: Prepared) -> None:
-    if (
-        not work.compiling
-        and "softmark.solvers.jit" in sys.modules
-        and not sys.modules["softmark.solvers.jit"].compiled()
-    ):
-        work.compiling = True
-        work.options.say("compile", "compiling kernels, once for this version")
-    else:
-        work.options.say("solve", name)
+    kernels: Any = sys.modules.get("softmark.solvers.jit")
+    cold = not work.compiling and kernels is not None and not kernels.compiled()
+    work.compiling |= cold
+    say, begin, before = work.options.say, time.perf_counter(), kernels.made() if kernels else 0
+    say("compile", "compiling kernels, once for this version") if cold else say("solve", name)
     prepared.warm()
+    if work.compiling and kernels and kernels.made() > before:
+        say("compiled", f"compiling kernels: {kernels.made() - before}, {time.perf_counter() - begin:.0f} s")
 
 
 # ------------------------------------------------------------------ references

@@ -92,6 +92,9 @@ FOLDER = cache_folder()
 CACHED = _usable(FOLDER)
 
 
+_made = 0  # kernels that this process has compiled
+
+
 class _Files:
     """Kernels of one function on disk, a file for each set of types: what numba asks of its index and data files."""
 
@@ -111,6 +114,8 @@ class _Files:
 
     def save(self, key: Any, kept: Any) -> None:
         """Keep it, whole or not at all; a disk that is full or read-only keeps nothing."""
+        global _made
+        _made += 1
         data: bytes = serialize.dumps((key, kept))
         with suppress(OSError):
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -238,3 +243,8 @@ def kernel(function: Kernel) -> Kernel:
 def compiled() -> bool:
     """Whether kernels of this version are on disk already: if not, the first run has to compile them."""
     return CACHED and any(FOLDER.rglob(f"*{SUFFIX}"))
+
+
+def made() -> int:
+    """How many kernels this process has compiled so far, those that are called by others included."""
+    return _made

@@ -204,9 +204,10 @@ def segments_of(x: Floats, elements: Ints, l: Floats) -> Segments:
     of the same strains.
     """
     global _KNOWN
-    for known in _KNOWN:
-        if known[0].dtype == x.dtype and all(map(np.array_equal, known, (x, elements, l))):
-            return known[3]
+    for state, kept, lengths, known in _KNOWN:
+        same = np.array_equal(state, x) and np.array_equal(kept, elements) and np.array_equal(lengths, l)
+        if same and state.dtype == x.dtype:
+            return known
     found = Segments.of(x.copy(), elements, l)
     _KNOWN = ((x.copy(), elements.copy(), l.copy(), found), *_KNOWN[: KEPT - 1])
     return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -137,7 +138,8 @@ def test_interruption_keeps_what_was_finished(tmp_path: Path) -> None:
 def test_first_run_says_that_it_compiles(tmp_path: Path) -> None:
     text = SMALL + "model solid = fem(tet4, strain = small, size = 10 mm)\n"
     first = dsl("run", written(tmp_path, text), cwd=tmp_path, XDG_CACHE_HOME=str(tmp_path / "cache"))
-    assert "compiling kernels" in first.stderr
+    assert "compiling kernels, once for this version ..." in first.stderr
+    assert re.search(r"^  compiling kernels: [1-9]\d*, \d+ s$", first.stderr, re.MULTILINE)
     second = dsl("run", "my.scene", cwd=tmp_path, XDG_CACHE_HOME=str(tmp_path / "cache"))
     assert "compiling kernels" not in second.stderr
 

@@ -1,0 +1,156 @@
+"""What a first command costs, in counts that no other program on the machine changes."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from softmark.interpreter.commands import shelf as shelves
+from softmark.interpreter.report import html
+from softmark.solvers.energies import rod_kinematics
+
+COMPILED = 28  # functions for one run of corotational tetrahedra; 137 when sorts and LAPACK went through numba
+COUNTING = """
+import sys
+from numba.core import event
+
+class Count(event.Listener):
+    number = 0
+
+    def on_start(self, event):
+        Count.number += 1
+
+    def on_end(self, event):
+        pass
+
+event.register("numba:compile", Count())
+from softmark.interpreter.cli import main
+
+status = main()
+print(status, Count.number, file=sys.stderr)
+"""
+RODS = """
+material silicone = neo_hookean(young = 60 kPa, poisson = 0.49, density = 1070 kg/m^3)
+body beam = solid(cylinder(length = 178 mm, radius = 19 mm, axis = +x), silicone)
+support wall = fixed(beam, where = x <= 0 mm)
+load weight = gravity(9.81 m/s^2, direction = -z)
+probe axis = line(beam, from = (0, 0, 0) mm, to = (178, 0, 0) mm)
+reference theory = simo_reissner(beam)
+metric eta = energy_norm(axis, against = theory)
+"""
+
+
+@pytest.mark.slow
+def test_a_first_run_compiles_no_more_functions_than_it_needs(tmp_path: Path) -> None:
+    """In an empty cache, overloads that numba compiles inside included."""
+    arguments = ["run", "silicone-beam", "--model", "corot_tet", "--json", str(tmp_path / "r.json")]
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path)}
+    run = subprocess.run(
+        [sys.executable, "-c", COUNTING, *arguments], env=environment, capture_output=True, text=True, check=False
+    )
+    status, number = run.stderr.split()[-2:]
+    assert status == "0", run.stderr
+    assert 0 < int(number) <= COMPILED
+
+
+def scene(folder: Path, rods: int) -> str:
+    """So many rods in one scene."""
+    file = folder / "rods.scene"
+    models = "".join(f"model rod{i} = beam6dof(segments = {4 + i})\n" for i in range(rods))
+    file.write_text(RODS + models, encoding="utf-8")
+    return str(file)
+
+
+def test_a_page_is_made_once_however_many_models_there_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from softmark.interpreter.cli import main
+
+    pages, render = [], html.render
+    monkeypatch.setattr(html, "render", lambda report: pages.append(report) or render(report))  # type: ignore[func-returns-value]
+    assert main(["run", scene(tmp_path, 5), "--out", str(tmp_path / "out")]) == 0
+    assert len(pages) == 1
+    assert len(pages[0].models) == 5
+
+
+class _Report:
+    """As much of a report as the shelf looks at; writing it takes time on a clock of our own."""
+
+    def __init__(self, models: int) -> None:
+        self.models = dict.fromkeys(range(models))
+
+
+def test_keeping_models_takes_a_tenth_of_what_they_take_and_grows_with_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each takes 1 s to solve, and 10 ms to write: written after each, 300 would take 450 s."""
+    import argparse
+
+    from softmark.interpreter.report import files
+
+    now, spent = [0.0], [0.0]
+
+    def write(report: _Report, folder: Path, page: bool = True) -> None:
+        assert not page  # while models are computed
+        now[0] += 0.01 * len(report.models)
+        spent[0] += 0.01 * len(report.models)
+
+    monkeypatch.setattr(time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(files, "write", write)
+    parsed = argparse.Namespace(json=None, junit=None, out=str(tmp_path), vtu=False)
+    shelf = shelves.Shelf(parsed, argparse.Namespace(path=None))  # type: ignore[arg-type]
+    for models in range(1, 301):
+        now[0] += 1.0
+        shelf.keep(_Report(models))  # type: ignore[arg-type]
+    assert 0.0 < spent[0] <= 300.0 / shelves.SPARE
+    assert shelf.count > 270  # on disk already
+
+
+def test_a_run_that_breaks_off_leaves_all_that_was_finished(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Interrupted in its third model: two are in the numbers and on the page."""
+    import json
+
+    from softmark.interpreter import run as runner
+    from softmark.interpreter.cli import main
+
+    solve, seen = runner._model, []
+
+    def third(work: object, name: str) -> None:
+        seen.append(name)
+        if len(seen) == 3:
+            raise KeyboardInterrupt
+        solve(work, name)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(runner, "_model", third)
+    monkeypatch.setattr(shelves, "SPARE", 1e9)  # none but the first would be on disk
+    assert main(["run", scene(tmp_path, 4), "--out", str(tmp_path / "out")]) == 130
+    assert "2 finished models" in capsys.readouterr().err
+    kept = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
+    assert list(kept["models"]) == ["rod0", "rod1"]
+    assert "rod1" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_rod_looks_at_each_state_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Energy, forces, tangent and motion of a state have the same strains: 94 times in ten steps became 26."""
+    from softmark.interpreter.api import load
+
+    states, of = [0], rod_kinematics.Segments.of
+
+    def counted(*arguments: object) -> object:
+        states[0] += 1
+        return of(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(rod_kinematics.Segments, "of", staticmethod(counted))
+    report = load(scene(tmp_path, 1)).run()
+    steps = report.models["rod0"].solve["iterations"]
+    assert steps > 3
+    assert states[0] <= 3 * steps + 6  # a state, the turned frames of a step and its end; at rest and when done
