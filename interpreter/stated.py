@@ -28,6 +28,7 @@ from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.seen import Known
 from softmark.interpreter.metrics.seen import Seen as Looked
 from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.models import ribbon
 from softmark.interpreter.models.beam6dof import Beam6Dof
 from softmark.interpreter.models.fem import Fem
 from softmark.interpreter.models.mass_spring import MassSpring
@@ -59,6 +60,8 @@ DOUBTS: dict[str, str] = {
     "W361": "the integrator has taken much of the energy",
     "W362": "the step does not resolve the slowest vibration",
     "W364": "its mesh has slivers",
+    "W381": "its law ends before its strains do",
+    "W382": "it is flat, between a beam and a plate",
 }
 
 VOID = ("W351",)  # states of which no part of the error says anything
@@ -69,7 +72,7 @@ FINER = 2.0  # how much finer or coarser the other mesh is
 NEAR, APART = 1.25, 1.6  # times as many cells along an edge: less is the same mesh; from here on it will do
 MOST = 20_000  # cells of a finer mesh, where there is no coarser one
 THEORY = 2.0  # times the distance of two strain measures
-CLAMPED = 2.5  # (d/L)^2 times that: what clamps and end faces do to a beam; solids show up to 1.8
+BENT = 0.5  # times the square of the strain of bending of a beam
 LEFT = 2.0  # times the next Newton step
 FACTORED = 300_000  # unknowns up to which that step is computed
 EPS = float(np.finfo(np.float64).eps)
@@ -425,19 +428,18 @@ class Stated:
 
 
 def _of_beams(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
-    """What the theory of beams leaves out, relative: clamps and warping (d/L)^2, without shear that too, and strain.
+    """What the theory of beams leaves out, relative: clamps and thickness, curling across flat sections, and strain.
 
     Estimates for solid sections, on the safe side of what solids of the same shape show. Bending stretches one side as
     much as it shortens the other, so that a law that is not linear shows in second order; in stretch it does at once.
     """
-    section = case.shape.section
-    depth: float = 2.0 * max(max(abs(u), abs(v)) for u, v in section.samples())
-    spans = max(1, len(case.supports))
-    slender = (depth * spans / case.shape.length) ** 2
-    checks = result.solve.get("checks") or {}
-    bent, stretched = (float(checks.get(n) or 0.0) for n in ("bending_strain", "axial_strain"))
-    missing = slender * (CLAMPED if thing.shear else CLAMPED + 1.0)
-    total: float = missing + bent**2 + 2.0 * stretched
+    section, poisson = case.shape.section, case.material.poisson
+    spans, checks = max(1, len(case.supports)), result.solve.get("checks") or {}
+    said = (float(checks.get(n) or 0.0) for n in ("bending_strain", "axial_strain", "flat_curvature_per_m"))
+    bent, stretched, curvature = said
+    missing = ribbon.missing(section, case.shape.length, poisson, spans, thing.shear)
+    missing += ribbon.stiffening(section, poisson, curvature)
+    total: float = missing + BENT * bent**2 + 2.0 * stretched
     if total > COARSE:
         raise Unknown("the beam is too thick or too strained for its theory")
     return total

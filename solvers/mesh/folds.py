@@ -17,7 +17,7 @@ import numpy as np
 
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, jacobians
 
-DEPTH = 8  # cuts at most: a cell that is undecided then has a volume within 1e-4 of zero somewhere, and counts as folded
+DEPTH = 8  # cuts at most: a cell that is undecided then is within 1e-4 of a volume of zero, and counts as folded
 CORNERS = {"tet10": np.vstack([np.zeros(3), np.eye(3)]), "hex8": np.array(list(product((-1.0, 1.0), repeat=3)))}
 
 

@@ -22,7 +22,8 @@ ELEMENTS = {
 }  # fmt: skip
 MIXED = {"mixed_hex8": "hex8, formulation = mixed", "mixed_tet10": "tet10, formulation = mixed"}
 PULLED_Y = "support other = displaced(b, where = y >= 40 mm, by = (0 mm, 80 mm, 0 mm), components = y)"
-WAYS = {"uniaxial": "", "equibiaxial": PULLED_Y, "planar": "support other = fixed(b, where = y >= 40 mm, components = y)"}
+HELD_Y = "support other = fixed(b, where = y >= 40 mm, components = y)"
+WAYS = {"uniaxial": "", "equibiaxial": PULLED_Y, "planar": HELD_Y}
 
 
 def declared(models: dict[str, str], size: str) -> str:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from softmark.interpreter.api import load
-from softmark.interpreter.scene import SceneError
 from softmark.interpreter.outlying import BESIDE, _of_prism
+from softmark.interpreter.scene import SceneError
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 SCENE = """softmark 1
