@@ -72,7 +72,7 @@ FINER = 2.0  # how much finer or coarser the other mesh is
 NEAR, APART = 1.25, 1.6  # times as many cells along an edge: less is the same mesh; from here on it will do
 MOST = 20_000  # cells of a finer mesh, where there is no coarser one
 THEORY = 2.0  # times the distance of two strain measures
-BENT = 0.5  # times the square of the strain of bending of a beam
+BENT, STRETCHED = 0.5, 1.2  # of a beam: times the square of its strain of bending, and times that of stretch
 LEFT = 2.0  # times the next Newton step
 FACTORED = 300_000  # unknowns up to which that step is computed
 EPS = float(np.finfo(np.float64).eps)
@@ -439,10 +439,10 @@ def _of_beams(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     bent, stretched, curvature = said
     missing = ribbon.missing(section, case.shape.length, poisson, spans, thing.shear)
     missing += ribbon.stiffening(section, poisson, curvature)
-    total: float = missing + BENT * bent**2 + 2.0 * stretched
-    if total > COARSE:
-        raise Unknown("the beam is too thick or too strained for its theory")
-    return total
+    strained: float = BENT * bent**2 + STRETCHED * stretched
+    if missing + strained > COARSE:
+        raise Unknown(f"the beam is too {'thick' if missing > strained else 'strained'} for its theory")
+    return missing + strained
 
 
 # ------------------------------------------------------------------ of a run

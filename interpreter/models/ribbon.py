@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from softmark.interpreter.scene import Declared
 
 FLAT = 4.0  # times as wide as thick: from here on a section is one of a strip
-CLAMPED, STRIP = 1.6, 3.2  # times plate(nu) width / length at each clamp: of square and round sections, of flat ones
+CLAMPED, STRIP = (
+    1.6,
+    3.2,
+)  # times plate(nu) width / length at each clamp: of square and round sections, of flat ones
 THICK = 0.3  # times (width / length)^2
 SEEN = 0.02  # of the stiffness: what is worth a warning
 

@@ -58,7 +58,7 @@ def test_a_node_beyond_the_quarter_point(middle: float, sound: bool) -> None:
     if sound:
         assert checked(points, cells, "tet10").kind == "tet10"
         return
-    said = r"1 of its 1 tetrahedra fold over themselves, .* cell 0 .* next to \(1?0+, 0, 0\) m"
+    said = r"1 of its 1 tetrahedra fold over themselves, .* cell 0 .* beside \(1?0+, 0, 0\) m"
     with pytest.raises(Unreadable, match=said):
         checked(points, cells, "tet10")
 
