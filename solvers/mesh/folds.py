@@ -30,7 +30,7 @@ CORNERS = {
 def _lattice(kind: str) -> tuple[Floats, Floats, Floats]:
     """Local points (k, 3), coefficients from values there (k, k), and values there in each of eight parts (8, k, k)."""
     at, basis, parts = _of_tetrahedron() if kind == "tet10" else _of_hexahedron()
-    coefficients: Floats = np.linalg.inv(basis(at))
+    coefficients = np.asarray(np.linalg.inv(basis(at)), dtype=np.float64)
     within: Floats = np.stack([basis(part) @ coefficients for part in parts])
     return at, coefficients, within
 

@@ -1,7 +1,7 @@
 """How far beams are from solids, beside what they state: `python tests/benchmarks/beams.py [N]`, the first N cases.
 
 A beam of rubber, clamped at one end or at both, under its own weight, against ten-node tetrahedra of a third of its
-depth at finite strain; `k` is w L^3 / (E I). The error is that of the displacements along the axis, relative, in the l2 norm.
+depth at finite strain; `k` is w L^3 / (E I). The error is that of displacements along the axis, relative, l2.
 What was found is in `MEASURED` of tests/interpreter/test_stated_beams.py, which holds what beams state against it.
 """
 
