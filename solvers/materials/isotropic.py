@@ -65,10 +65,12 @@ class Isotropic:
         stabilization for Stokes equations"). With less than lam = 2 mu (nu = 1/3) the pressure keeps mu, or all of K
         where K is less.
         """
-        if self.poisson >= 1.0 / 3.0:
-            return self.shear_modulus
-        ratio = 2.0 * self.poisson / (1.0 - 2.0 * self.poisson)  # lam / mu
-        return self.shear_modulus * max(-2.0 / 3.0, ratio - 1.0)
+        return self.shear_modulus * max(-2.0 / 3.0, min(1.0, self._ratio - 1.0))
+
+    @property
+    def _ratio(self) -> float:
+        """lam / mu, infinite at nu = 0.5."""
+        return math.inf if self.incompressible else 2.0 * self.poisson / (1.0 - 2.0 * self.poisson)
 
     @property
     def incompressible(self) -> bool:
@@ -93,7 +95,7 @@ class Isotropic:
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
         """The law at finite strain less M/2 g^2, and g, the constraint that measures its change of volume.
 
-        M is lam - `local_lambda`, or K in a law that is written with it (see `pressure_modulus`).
+        M is lam - `local_lambda`.
 
         None where there is no such law, or where its part of the volume is no such square.
         """
