@@ -148,3 +148,17 @@ def test_a_gripped_strip_at_three_times_its_length() -> None:
     plain, mixed = (report.models[n] for n in ("plain", "mixed"))
     assert plain.status == mixed.status == "converged", (plain.message, mixed.message)
     assert mixed.metrics["narrowed"].value == pytest.approx(plain.metrics["narrowed"].value, rel=0.05)
+
+
+@pytest.mark.parametrize(("stretch", "codes"), [(1.7, []), (1.85, ["W381"]), (2.3, ["W381"])])
+def test_the_law_that_ends_before_says_so(stretch: float, codes: list[str]) -> None:
+    """St Venant-Kirchhoff: across a free bar E = -nu (s^2 - 1) / 2, so t^2 = 1 - nu (s^2 - 1), which ends at s = 2.08.
+
+    From t = 1/sqrt(3) on, s = 1.79 at nu = 0.3, it is doubted.
+    """
+    text = stretched("st_venant_kirchhoff", 0.3, "uniaxial", {"hexes": "hex8"})
+    report = loads(text.replace("by = (80 mm,", f"by = ({40 * (stretch - 1)!r} mm,")).run()
+    assert [w.code for w in report.warnings] == codes
+    value = report.models["hexes"].metrics["thinned"].value
+    assert value is not None
+    assert value == pytest.approx((1.0 - max(0.0, 1.0 - 0.3 * (stretch**2 - 1.0)) ** 0.5) * 40e-3, abs=1e-8)
