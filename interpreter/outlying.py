@@ -43,7 +43,7 @@ def kept(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np.bool_], tup
 def distances(case: Case, X: Floats) -> tuple[Floats, float]:
     """How far each point X (n, 3) lies outside a body (n,), and the body's diagonal, both in m."""
     shape = case.shape
-    if not hasattr(shape, "section"):
+    if getattr(shape, "prebuilt", False):
         from softmark.solvers.elements.interpolation import locate
         from softmark.solvers.mesh.file import read
 
@@ -51,7 +51,14 @@ def distances(case: Case, X: Floats) -> tuple[Floats, float]:
         mesh = read(known.path, known.unit, known.coincident)
         return locate(mesh, X).outside, mesh.extent
     low, high = (np.array(end) for end in shape.bounds)
-    return _of_prism(shape, X), float(np.linalg.norm(high - low))
+    extent = float(np.linalg.norm(high - low))
+    return (_of_prism(shape, X) if hasattr(shape, "section") else _of_box(low, high, X)), extent
+
+
+def _of_box(low: Floats, high: Floats, X: Floats) -> Floats:
+    """Of the bounds of a shape of which nothing else is known: at most what is right."""
+    found: Floats = np.linalg.norm(np.maximum(np.maximum(low - X, X - high), 0.0), axis=1)
+    return found
 
 
 def _of_prism(shape: Any, X: Floats) -> Floats:

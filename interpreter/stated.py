@@ -26,6 +26,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.case import Case, Fault, case_for
 from softmark.interpreter.measuring import View
 from softmark.interpreter.metrics.course_norm import CourseNorm
+from softmark.interpreter.models import ribbon
 from softmark.interpreter.models.beam6dof import Beam6Dof
 from softmark.interpreter.models.fem import Fem, element_class
 from softmark.interpreter.models.mass_spring import MassSpring
@@ -51,7 +52,7 @@ THEORY = 2.0  # times the distance of two strain measures on another mesh
 ALIKE = 1.25  # the same on the mesh itself
 HOPELESS = 1.0  # relative: an error of all that moves is no statement
 STEP = 3.0  # times the distance of two steps over r - 1
-CLAMPED = 2.5  # (d/L)^2 times that: what clamps and end faces do to a beam; solids show up to 1.8
+BENT, STRETCHED = 0.5, 1.2  # of a beam: times the square of its strain of bending, and times that of stretch
 LEFT = 2.0  # times the next Newton step
 TRIFLE = 1e-6  # relative: a step whose largest node is below that need not be looked up anywhere
 FACTORED = 300_000  # unknowns up to which that step is computed
@@ -410,22 +411,21 @@ def _at_most(seen: Seen, step: Floats) -> float | None:
 
 
 def _of_beams(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
-    """What the theory of beams leaves out, relative: clamps and warping (d/L)^2, without shear that too, and strain.
+    """What the theory of beams leaves out, relative: clamps and thickness, curling across flat sections, and strain.
 
     Estimates for solid sections, on the safe side of what solids of the same shape show. Bending stretches one side as
     much as it shortens the other, so that a law that is not linear shows in second order; in stretch it does at once.
     """
-    section = case.shape.section
-    depth: float = 2.0 * max(max(abs(u), abs(v)) for u, v in section.samples())
-    spans = max(1, len(case.supports))
-    slender = (depth * spans / case.shape.length) ** 2
-    checks = result.solve.get("checks") or {}
-    bent, stretched = (float(checks.get(n) or 0.0) for n in ("bending_strain", "axial_strain"))
-    missing = slender * (CLAMPED if thing.shear else CLAMPED + 1.0)
-    total: float = missing + bent**2 + 2.0 * stretched
-    if total > COARSE:
-        raise Unknown("the beam is too thick or too strained for its theory")
-    return total
+    section, poisson = case.shape.section, case.material.poisson
+    spans, checks = max(1, len(case.supports)), result.solve.get("checks") or {}
+    said = (float(checks.get(n) or 0.0) for n in ("bending_strain", "axial_strain", "flat_curvature_per_m"))
+    bent, stretched, curvature = said
+    missing = ribbon.missing(section, case.shape.length, poisson, spans, thing.shear)
+    missing += ribbon.stiffening(section, poisson, curvature)
+    strained: float = BENT * bent**2 + STRETCHED * stretched
+    if missing + strained > COARSE:
+        raise Unknown(f"the beam is too {'thick' if missing > strained else 'strained'} for its theory")
+    return missing + strained
 
 
 # ------------------------------------------------------------------ of a run

@@ -163,8 +163,13 @@ def _fibres(model: Any, case: Case, solution: Solution) -> dict[str, Any]:
     if not isinstance(model, Beam6Dof) or solution.displacement is None:
         return {}
     rod, arm = _Beam(model, case, np.array(model.stations(case))).rod(solution.displacement)
-    bent, stretched = rod.strain(arm)
-    return {"largest_strain": bent + stretched, "bending_strain": bent, "axial_strain": stretched}
+    u, v = (max(abs(p[i]) for p in case.shape.section.samples()) for i in (0, 1))
+    bent, stretched = rod.strain(np.array([arm, v, u]))
+    flat = rod.curvatures[:, 1 if v <= u else 2]  # about the axis along the wider side
+    return {
+        "largest_strain": bent + stretched, "bending_strain": bent, "axial_strain": stretched,
+        "flat_curvature_per_m": float(np.abs(flat).max()),
+    }  # fmt: skip
 
 
 def _kept(model: Any, case: Case, solution: Solution) -> dict[str, Any]:

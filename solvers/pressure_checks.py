@@ -44,8 +44,8 @@ class Split:
 def split_of(material: object, strain: str, young: float, nu: float) -> Split | None:
     """What pressures take of a law of Young's modulus in Pa, and what is left; None where no formula is known.
 
-    Of small and corotational strain, and of the split law, they take K = mu (r + 2/3), r = lam/mu = 2 nu / (1 - 2 nu).
-    Of the others, mu (r - s), and s mu stays: s = 1 for r >= 2, else r - 1 or -2/3, whichever is more.
+    Of small and corotational strain they take K = mu (r + 2/3), r = lam/mu = 2 nu / (1 - 2 nu). Of others mu (r - s),
+    and s mu stays of lam: s = 1 for r >= 2, else r - 1 or -2/3, whichever is more.
     """
     mu, each = young / (2.0 * (1.0 + nu)), 1.0 - 2.0 * nu
     whole = each / (mu * (2.0 * nu + 2.0 / 3.0 * each))
@@ -56,7 +56,7 @@ def split_of(material: object, strain: str, young: float, nu: float) -> Split | 
     if (known := _FINITE.get(type(material))) is None:
         return None
     shape, g, dg = known
-    s = -2.0 / 3.0 if shape is _isochoric else 1.0 if nu >= 1.0 / 3.0 else max(2.0 * nu / each - 1.0, -2.0 / 3.0)
+    s = 1.0 if nu >= 1.0 / 3.0 else max(2.0 * nu / each - 1.0, -2.0 / 3.0)
     taken = each / (mu * (2.0 * nu - s * each))
     return Split(lambda F: mu * shape(F, s), g, dg, _swelling, taken)
 
@@ -124,9 +124,10 @@ def _neo_hookean(F: Floats, s: float) -> Floats:
 
 
 def _isochoric(F: Floats, s: float) -> Floats:
-    """mu/2 (J^(-2/3) I1 - 3)."""
-    third = (1.0 + _stretch(F) / 3.0)[:, None, None]
-    return np.exp(-2.0 / 3.0 * _logarithm(F))[:, None, None] * (F - third * _inverse(F))
+    """mu/2 (J^(-2/3) I1 - 3) + (s + 2/3) mu/2 (J - 1)^2, all over mu."""
+    third, kept = (1.0 + _stretch(F) / 3.0)[:, None, None], (s + 2.0 / 3.0) * _swelling(F)
+    shape = np.exp(-2.0 / 3.0 * _logarithm(F))[:, None, None] * (F - third * _inverse(F))
+    return shape + kept[:, None, None] * _cofactor(F)
 
 
 def _kirchhoff(F: Floats, s: float) -> Floats:

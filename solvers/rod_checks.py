@@ -55,13 +55,19 @@ class Rod:
                 by[np.arange(e) + side, :, np.arange(e)] += ends[side].transpose(0, 2, 1)
         return g, by
 
-    def strain(self, arm: float) -> tuple[float, float]:
-        """The largest strains: by curvature, of a fibre at a distance `arm`, m, from the axis; by stretch and shear."""
-        theta = rotation_vector(self.R[:-1].transpose(0, 2, 1) @ self.R[1:])
-        middle = self.R[:-1] @ exponential(0.5 * theta)
+    def strain(self, arms: Floats) -> tuple[float, float]:
+        """The largest strains: by twist and curvatures, of fibres at distances `arms` (3,), m; by stretch and shear."""
+        middle = self.R[:-1] @ exponential(0.5 * self.l[:, None] * self.curvatures)
         Gamma = np.einsum("eki,ek->ei", middle, np.diff(self.x, axis=0)) / self.l[:, None] - np.array([1.0, 0.0, 0.0])
-        bent = arm * np.linalg.norm(theta, axis=1) / self.l
+        bent = np.linalg.norm(arms * self.curvatures, axis=1)
         return float(bent.max()), float(np.linalg.norm(Gamma, axis=1).max())
+
+    @property
+    def curvatures(self) -> Floats:
+        """Of each element about e1, e2 and e3 (n - 1, 3), 1/m: twist and bending."""
+        theta = rotation_vector(self.R[:-1].transpose(0, 2, 1) @ self.R[1:])
+        found: Floats = theta / self.l[:, None]
+        return found
 
     def _ends(self, N: Floats, M: Floats, d: Floats, A: Floats) -> tuple[Floats, Floats]:
         """Forces and moments at the first and the second node, (e, k, 6) each, for N and M (e, k, 3)."""

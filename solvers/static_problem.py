@@ -93,10 +93,11 @@ class Statics:
 
     `path` says how: by raising the load, or along the path of equilibria by its length (`arc_length`).
     `twin` is the assembly of the corotational law with the same moduli, or None; `sound` says whether a state
-    is admissible (no inverted cell), and `near` whether an equilibrium of the twin is one to start from. `bold` tries whole steps first; rods, whose space already follows their
-    rotation, need no such start. `convex` says that the energy is a positive quadratic form, whose one
-    equilibrium is stable. `extent` is the size of the body in m; `weights` make degrees of freedom that are
-    rotations comparable with displacements: forces are multiplied and motions divided by them.
+    is admissible (no inverted cell), and `near` whether an equilibrium of the twin is one to start from. `bold` tries
+    whole steps first; rods, whose space already follows their rotation, need no such start. `convex` says that the
+    energy is a positive quadratic form, whose one equilibrium is stable. `extent` is the size of the body in m;
+    `weights` make degrees of freedom that are rotations comparable with displacements: forces are multiplied and
+    motions divided by them.
 
     Converged means: the out-of-balance force is at most `tolerance` times the larger of load and reactions.
     In a stiff body or under a tiny load rounding alone can exceed that, since a strain of 1e-16 times a large

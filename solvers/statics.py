@@ -3,13 +3,13 @@
 Three ways, in this order. The free one takes whole Newton steps: with the exact tangent of a corotational
 energy they reach a 60-degree bend at full load in about six steps, because that energy grows with stretch
 alone and not with its square; a stiffer law starts from the equilibrium of its corotational twin, or from a
-state that is given. What it finds is kept only if it is a stable equilibrium without inverted cells. Where they
-lose themselves, as in large stretches, or where the corotational twin is squeezed flat, from where half of a body may
-come out turned by 180 degrees and as stable as the right state, whole steps at loads that grow follow (`static_steps.py`). The careful one
-then starts again: every step leads to less energy than one of the MEMORY states before it had (Armijo 1966; Grippo,
-Lampariello and Lucidi 1986), the tangent is made definite where it is not, and the load comes in steps that shrink
-and grow. Where it ends on an unstable equilibrium, as a straight column above its buckling load does, it steps aside
-and goes on to a stable one.
+state that is given. What it finds is kept only if it is a stable equilibrium without inverted cells. Where whole
+steps lose themselves, as in large stretches, or where the corotational twin is squeezed flat, from where half of a
+body may come out turned by 180 degrees and as stable as the right state, they follow loads that grow
+(`static_steps.py`). The careful one then starts again: every step leads to less energy than one of the MEMORY states
+before it had (Armijo 1966; Grippo, Lampariello and Lucidi 1986), the tangent is made definite where it is not, and the
+load comes in steps that shrink and grow. Where it ends on an unstable equilibrium, as a straight column above its
+buckling load does, it steps aside and goes on to a stable one.
 
 With a cap there is only the free way, cut after so many linear systems. Along `arc_length` there is only the path of
 equilibria from rest (`arc_length.py`). An answer whose digits rounding has taken is refused (`condition`).

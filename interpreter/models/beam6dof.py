@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.case import borders, coverage, coverages
+from softmark.interpreter.models import ribbon
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
 from softmark.interpreter.vocabulary.supports import Follows
@@ -49,7 +50,9 @@ class Beam6Dof:
             ]
         if isinstance(case.analysis, Dynamic):
             return [_still(declared)]
-        return [*self._loads(declared, case), *self._supports(declared, case), *self._thick(declared, case)]
+        flat = ribbon.doubt(declared, case)
+        found = [*self._loads(declared, case), *self._supports(declared, case), *self._thick(declared, case)]
+        return found if flat is None else [*found, flat]
 
     def _loads(self, declared: Declared, case: Case) -> list[Diagnostic]:
         found = []

@@ -37,6 +37,7 @@ from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.materials import law_for, parts_for
 from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.polar import rotations
+from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.mesh.file import Unreadable
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.meshable import UnknownElement
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from softmark.solvers.statics import Watch
 
 FLAT = 0.25  # of a length: a corotational state with cells squeezed below it is none to start from
+GIVES_WAY = 3.0**-0.5  # of a length: where stress in uniaxial compression of a St Venant-Kirchhoff solid peaks
 LOST_VOLUME = 0.05  # share of the body's volume that a mesh may miss without a warning
 
 
@@ -126,7 +128,7 @@ class PreparedSolid:
         x = self.unknowns.moved(found.x)
         u = x.reshape(-1, 3)
         solution = outcome.found(found, displacement_of(self.mesh, u))
-        notes = (*self._misread_rotation(x), *outcome.doubts(self.declared, found))
+        notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *outcome.doubts(self.declared, found))
         facts = solution.facts | mesh_facts(self.mesh)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         return replace(solution, facts=facts, notes=notes, mesh=self._deformed(u, found.x, left))
@@ -134,6 +136,22 @@ class PreparedSolid:
     def _deformed(self, u: Floats, state: Floats, left: Floats | None) -> Deformed:
         pressures = self.unknowns.pressed(self.problem.assembly.internal[0], state)
         return Deformed(self.mesh, u, pressures=pressures, left=left)
+
+    def _beyond_its_law(self, x: Floats) -> tuple[Diagnostic, ...]:
+        """Whether a St Venant-Kirchhoff solid is squeezed to where it gives way."""
+        if not isinstance(self.elastic.law, StVenantKirchhoff) or (least := squeezed(self.elastic.F(x))) > GIVES_WAY:
+            return ()
+        at = self.declared.at("strain")
+        return (
+            Diagnostic(
+                "W381",
+                f"`{self.declared.name}` squeezes a St Venant-Kirchhoff solid to {max(0.0, least):.2g} of its size",
+                at.source,
+                at.span,
+                f"the law gives way below {GIVES_WAY:.3g}",
+                "squeezed more it resists less, and stretched by sqrt(1 + 1 / nu) it is flat; use `neo_hookean`",
+            ),
+        )
 
     def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
         if self.model.strain != "small":

@@ -30,6 +30,8 @@ DOUBTS: dict[str, str] = {
     "W371": "its mesh does not carry the load that is asked for",
     "W372": "where a load ends was not followed everywhere",
     "W375": "its supports hold another part than they select",
+    "W381": "its law ends before its strains do",
+    "W382": "it is flat, between a beam and a plate",
     "W377": "there are few steps to a swing of its loads",
     "W378": "steps do not show all of a course",
 }

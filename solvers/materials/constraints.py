@@ -79,7 +79,7 @@ class Mixed:
     """A law taken apart: `shape`, what stays at every point, and M/2 g^2 of the constraint g.
 
     `modulus` is M in Pa, infinite where the solid is incompressible: the bulk modulus K where strains are small or
-    corotational and in laws that are written with K, else what `Isotropic.local_lambda` leaves of lam.
+    corotational, else what `Isotropic.local_lambda` leaves of lam.
     """
 
     shape: Law

@@ -58,17 +58,19 @@ class Isotropic:
         """What of lam stays at every point of a cell where a pressure takes the rest, Pa: of `finite_mixed`.
 
         A pressure holds the volume of a cell in the mean, and between its points volumes may still trade. What resists
-        that is the rest of the law alone, and with all of K taken away (lam - K = -2 mu/3) it gives way: stretched by t,
-        a neo-Hookean solid resists strains h along its axes by mu sum (b_i + 1/t) h_i^2 - 2 mu/3 (tr h)^2, b = (t^2,
-        1/t, 1/t), which is indefinite for every t > 1. So mu of lam stays, as in a solid of nu = 1/4, which does not lock:
-        what grad-div stabilisation adds to Taylor and Hood's elements (Olshanskii and Reusken 2004, "Grad-div
+        that is the rest of the law alone, and with all of K taken away (lam - K = -2 mu/3) it gives way: stretched by
+        t, a neo-Hookean solid resists strains h along its axes by mu sum (b_i + 1/t) h_i^2 - 2 mu/3 (tr h)^2, b = (t^2,
+        1/t, 1/t), which is indefinite for every t > 1. So mu of lam stays, as in a solid of nu = 1/4, which does not
+        lock: what grad-div stabilisation adds to Taylor and Hood's elements (Olshanskii and Reusken 2004, "Grad-div
         stabilization for Stokes equations"). With less than lam = 2 mu (nu = 1/3) the pressure keeps mu, or all of K
         where K is less.
         """
-        if self.poisson >= 1.0 / 3.0:
-            return self.shear_modulus
-        ratio = 2.0 * self.poisson / (1.0 - 2.0 * self.poisson)  # lam / mu
-        return self.shear_modulus * max(-2.0 / 3.0, ratio - 1.0)
+        return self.shear_modulus * max(-2.0 / 3.0, min(1.0, self._ratio - 1.0))
+
+    @property
+    def _ratio(self) -> float:
+        """lam / mu, infinite at nu = 0.5."""
+        return math.inf if self.incompressible else 2.0 * self.poisson / (1.0 - 2.0 * self.poisson)
 
     @property
     def incompressible(self) -> bool:
@@ -93,7 +95,7 @@ class Isotropic:
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
         """The law at finite strain less M/2 g^2, and g, the constraint that measures its change of volume.
 
-        M is lam - `local_lambda`, or K in a law that is written with it (see `pressure_modulus`).
+        M is lam - `local_lambda`.
 
         None where there is no such law, or where its part of the volume is no such square.
         """

@@ -30,19 +30,19 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
     """
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """The energy is linear in its two moduli."""
+        """The energy is linear in its two moduli, of K = lam + 2 mu/3 the first has 2 mu/3, and the second lam."""
         return _Shear(**vars(self)), _Volume(**vars(self))
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
-        """As it is split already."""
+        """The first part has `local_lambda` for lam."""
         from softmark.solvers.materials.constraints import VolumeRatio
 
-        return _Shear(**vars(self)), VolumeRatio()
+        return _Shape(**vars(self)), VolumeRatio()
 
     @property
-    def pressure_modulus(self) -> float:
-        """K, Pa: the law is split that way."""
-        return self.bulk_modulus
+    def _of_shear(self) -> float:
+        """2 mu/3, and all of K where lam is negative, Pa."""
+        return (2.0 / 3.0 + min(0.0, self._ratio)) * self.young / (2.0 * (1.0 + self.poisson))
 
     def energy(self, stretch: Array, j: Array) -> Array:
         mu, K = self.shear_modulus, self.bulk_modulus
@@ -63,12 +63,31 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
 
 
 class _Shear(NeoHookeanIsochoric):
-    """The part that belongs to mu."""
+    """The part that belongs to mu: without any stiffness to volume it would be unstable in tension."""
 
     volume_share = 0.0
 
+    @property
+    def bulk_modulus(self) -> float:
+        """2 mu/3, Pa."""
+        return self._of_shear
+
 
 class _Volume(NeoHookeanIsochoric):
-    """The part that belongs to K."""
+    """The part that belongs to lam."""
 
     shear_share = 0.0
+
+    @property
+    def bulk_modulus(self) -> float:
+        """lam, Pa; 0 where it is negative."""
+        return super().bulk_modulus - self._of_shear
+
+
+class _Shape(NeoHookeanIsochoric):
+    """All but what a pressure takes."""
+
+    @property
+    def bulk_modulus(self) -> float:
+        """What stays at every point, Pa."""
+        return self.local_lambda + 2.0 / 3.0 * self.shear_modulus

@@ -144,11 +144,11 @@ def _unfolded(mesh: Mesh, least: Floats) -> None:
     corners = mesh.points[mesh.cells[bad[0]]]
     place = mesh.element.shape(where[:1])[0] @ corners
     det = jacobians(Mesh(corners, np.arange(len(corners))[None], mesh.kind), where[:1])
+    left, first = float(det[0, 0]) / _mean(mesh, bad[0]), f"cell {bad[0]} at {at(corners.mean(axis=0))}"
     raise Unreadable(
-        f"{len(bad)} of its {len(mesh.cells)} {mesh.element.family} fold over themselves, the first is cell {bad[0]} at "
-        f"{at(corners.mean(axis=0))}: next to {at(place)} it has {float(det[0, 0]) / _mean(mesh, bad[0]):.2g} of its mean "
-        "volume",
-        "E564", "repair the mesh: part of such a cell is inside out; straight edges, or a finer mesh where it curves, help",
+        f"{len(bad)} of its {len(mesh.cells)} {mesh.element.family} fold over themselves, the first is {first}: beside "
+        f"{at(place)} it has {left:.2g} of its mean volume",
+        "E564", "repair the mesh: part of such a cell is inside out; straight edges help, or a finer mesh of the curve",
     )  # fmt: skip
 
 

@@ -17,16 +17,21 @@ import numpy as np
 
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, jacobians
 
-DEPTH = 8  # cuts at most: a cell that is undecided then has a volume within 1e-4 of zero somewhere, and counts as folded
-CORNERS = {"tet10": np.vstack([np.zeros(3), np.eye(3)]), "hex8": np.array(list(product((-1.0, 1.0), repeat=3)))}
+DEPTH = (
+    8  # cuts at most: a cell that is undecided then is within 1e-4 of a volume of zero, and counts as folded
+)
+CORNERS = {
+    "tet10": np.vstack([np.zeros(3), np.eye(3)]),
+    "hex8": np.array(list(product((-1.0, 1.0), repeat=3))),
+}
 
 
 @lru_cache(maxsize=2)
 def _lattice(kind: str) -> tuple[Floats, Floats, Floats]:
     """Local points (k, 3), coefficients from values there (k, k), and values there in each of eight parts (8, k, k)."""
     at, basis, parts = _of_tetrahedron() if kind == "tet10" else _of_hexahedron()
-    coefficients = np.linalg.inv(basis(at))
-    within = np.stack([basis(part) @ coefficients for part in parts])
+    coefficients = np.asarray(np.linalg.inv(basis(at)), dtype=np.float64)
+    within: Floats = np.stack([basis(part) @ coefficients for part in parts])
     return at, coefficients, within
 
 
@@ -58,7 +63,9 @@ def _of_hexahedron() -> Made:
     def basis(xi: Floats) -> Floats:
         t = 0.5 * (1.0 + xi)  # (m, 3)
         one = np.stack([comb(2, i) * t**i * (1.0 - t) ** (2 - i) for i in range(3)])  # (3, m, 3)
-        found: Floats = np.einsum("im,jm,km->mijk", one[:, :, 0], one[:, :, 1], one[:, :, 2]).reshape(len(xi), 27)
+        found: Floats = np.einsum("im,jm,km->mijk", one[:, :, 0], one[:, :, 1], one[:, :, 2]).reshape(
+            len(xi), 27
+        )
         return found
 
     at = np.array(list(product((-1.0, 0.0, 1.0), repeat=3)))

@@ -22,12 +22,15 @@ ELEMENTS = {
 }  # fmt: skip
 MIXED = {"mixed_hex8": "hex8, formulation = mixed", "mixed_tet10": "tet10, formulation = mixed"}
 PULLED_Y = "support other = displaced(b, where = y >= 40 mm, by = (0 mm, 80 mm, 0 mm), components = y)"
-WAYS = {"uniaxial": "", "equibiaxial": PULLED_Y, "planar": "support other = fixed(b, where = y >= 40 mm, components = y)"}
+HELD_Y = "support other = fixed(b, where = y >= 40 mm, components = y)"
+WAYS = {"uniaxial": "", "equibiaxial": PULLED_Y, "planar": HELD_Y}
 
 
 def declared(models: dict[str, str], size: str) -> str:
     """The lines of models by the words of their elements."""
-    return "\n".join(f"model {name} = fem({words}, strain = finite, size = {size})" for name, words in models.items())
+    return "\n".join(
+        f"model {name} = fem({words}, strain = finite, size = {size})" for name, words in models.items()
+    )
 
 
 def stretched(law: str, nu: float, way: str, models: dict[str, str]) -> str:
@@ -61,6 +64,8 @@ def across(law: str, nu: float, way: str) -> float:
         J, I1 = STRETCH * s * t, STRETCH**2 + s**2 + t**2
         if law == "neo_hookean":
             return float(mu * (t - 1.0 / t) + lam * np.log(J) / t)
+        if law == "neo_hookean_isochoric":
+            return float(mu * J ** (-2 / 3) * (t - I1 / (3.0 * t)) + (lam + 2 / 3 * mu) * (J - 1.0) * J / t)
         m, l = 4.0 / 3.0 * mu, lam + 5.0 / 6.0 * mu
         return m * (1.0 - 1.0 / (I1 + 1.0)) * t + l * (J - 1.0 - 0.75 * m / l) * STRETCH * s
 
@@ -69,12 +74,13 @@ def across(law: str, nu: float, way: str) -> float:
 
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("nu", [0.3, 0.4999, 0.5])
-@pytest.mark.parametrize("law", ["neo_hookean", "stable_neo_hookean"])
+@pytest.mark.parametrize("law", ["neo_hookean", "stable_neo_hookean", "neo_hookean_isochoric"])
 def test_three_times_its_length_in_every_formulation(law: str, nu: float, way: str) -> None:
     """1e-7 of the edge: equilibrium to 1e-8 of the forces, of a state that every element has exactly.
 
     With all of K in the pressure, `mean_dilatation` of this cube turned a corner inside out in uniaxial tension (-0.67
-    times its height) and called it stable; equibiaxially and in planar tension nothing with pressures converged.
+    times its height) and called it stable; equibiaxially and in planar tension nothing with pressures converged. The
+    isochoric law with selective integration, all of K at the centre, buckled at a stretch of 2.5.
     """
     models = MIXED if nu == 0.5 else ELEMENTS | MIXED
     report = loads(stretched(law, nu, way, models)).run()
@@ -142,3 +148,17 @@ def test_a_gripped_strip_at_three_times_its_length() -> None:
     plain, mixed = (report.models[n] for n in ("plain", "mixed"))
     assert plain.status == mixed.status == "converged", (plain.message, mixed.message)
     assert mixed.metrics["narrowed"].value == pytest.approx(plain.metrics["narrowed"].value, rel=0.05)
+
+
+@pytest.mark.parametrize(("stretch", "codes"), [(1.7, []), (1.85, ["W381"]), (2.3, ["W381"])])
+def test_the_law_that_ends_before_says_so(stretch: float, codes: list[str]) -> None:
+    """St Venant-Kirchhoff: across a free bar E = -nu (s^2 - 1) / 2, so t^2 = 1 - nu (s^2 - 1), which ends at s = 2.08.
+
+    From t = 1/sqrt(3) on, s = 1.79 at nu = 0.3, it is doubted.
+    """
+    text = stretched("st_venant_kirchhoff", 0.3, "uniaxial", {"hexes": "hex8"})
+    report = loads(text.replace("by = (80 mm,", f"by = ({40 * (stretch - 1)!r} mm,")).run()
+    assert [w.code for w in report.warnings] == codes
+    value = report.models["hexes"].metrics["thinned"].value
+    assert value is not None
+    assert value == pytest.approx((1.0 - max(0.0, 1.0 - 0.3 * (stretch**2 - 1.0)) ** 0.5) * 40e-3, abs=1e-8)

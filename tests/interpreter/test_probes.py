@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import meshio
 import numpy as np
 import pytest
 
 import softmark
+from softmark.interpreter.looking import _volume
+from softmark.interpreter.metrics.seen import Known, Seen
+from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
 from softmark.solvers.mesh.shapes import Box
 
 BLOCK = """
@@ -130,7 +135,13 @@ def test_an_integral_of_squared_strains_is_exact_on_any_mesh(size: float) -> Non
     """
     L, c = 0.06, 1e-6 / 0.06
     place = _volume(Box((L, 0.02, 0.02)), size)
-    right, wrong = (lambda X: np.outer(0.5 * c * X[:, 0] ** 2, [1, 0, 0]), lambda X: np.outer(0.5 * c * L * X[:, 0], [1, 0, 0]))
+
+    def right(X: np.ndarray) -> np.ndarray:
+        return np.outer(0.5 * c * X[:, 0] ** 2, [1.0, 0.0, 0.0])
+
+    def wrong(X: np.ndarray) -> np.ndarray:
+        return np.outer(0.5 * c * L * X[:, 0], [1.0, 0.0, 0.0])
+
     case: Any = SimpleNamespace(material=SimpleNamespace(shear_modulus=3.0, lame_lambda=5.0))
     known = Known("theory", right(place.X), right)
     seen = Seen("m", case, place.X, wrong(place.X), weights=place.weights, known=known, displacement=wrong)

@@ -58,12 +58,13 @@ def test_a_node_beyond_the_quarter_point(middle: float, sound: bool) -> None:
     if sound:
         assert checked(points, cells, "tet10").kind == "tet10"
         return
-    with pytest.raises(Unreadable, match=r"1 of its 1 tetrahedra fold over themselves, .* cell 0 .* next to \(1?0+, 0, 0\) m"):
+    said = r"1 of its 1 tetrahedra fold over themselves, .* cell 0 .* beside \(1?0+, 0, 0\) m"
+    with pytest.raises(Unreadable, match=said):
         checked(points, cells, "tet10")
 
 
 def test_a_hexahedron_dented_at_a_corner() -> None:
-    """A corner pushed through the plane of its three neighbours: det < 0 there and positive at all eight Gauss points."""
+    """A corner pushed through the plane of its three neighbours: det < 0 there, positive at all eight Gauss points."""
     points = ELEMENTS["hex8"].places().copy()
     points[6] = [0.15, 0.15, 0.15]  # the diagonal corner (1, 1, 1)
     mesh = Mesh(points, np.arange(8)[None], "hex8")
