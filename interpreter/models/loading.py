@@ -45,9 +45,9 @@ def _load(
             dead += weights[:, None] * (magnitude * np.array(direction))
         case Traction(vector=vector):
             surface = _surface(case, load, mesh)
-            surface.spread(dead, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array(vector))
+            surface.spread(dead, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array(vector), False)
         case Pressure(magnitude=p) if small:
-            _surface(case, load, mesh).spread(dead, lambda A: -p * A)
+            _surface(case, load, mesh).spread(dead, lambda A: -p * A, True)
         case Pressure(magnitude=p):
             facets, weights = _surface(case, load, mesh).weighted
             return FollowerPressure(mesh.points, facets, p, weights)

@@ -62,7 +62,8 @@ class Bounds(Range):
     __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Bounds:
-        return self * Bounds.of(other, self)._inverse()
+        inverse: Bounds = Bounds.of(other, self)._inverse()
+        return self * inverse
 
     def __rtruediv__(self, other: Any) -> Bounds:
         return Bounds.of(other, self) * self._inverse()

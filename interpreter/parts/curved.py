@@ -21,7 +21,7 @@ DEPTH = 18  # halvings of a facet
 MOST = 60_000  # triangles at once: a border that needs more is followed no further
 RAYS = (8, 12)  # of two rules: the second is taken, the first says how good it is
 EXACT = 1e-12  # of the local area of a facet: what two rules may differ by
-ALONG, INSIDE = 4, 6  # Gauss points on each side of a border; points along each side of a whole triangle
+ALONG, INSIDE = 6, 8  # Gauss points on each side of a border; points along each side of a whole triangle
 
 
 @dataclass

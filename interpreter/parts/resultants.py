@@ -65,7 +65,7 @@ def resultants(case: Case, prepared: Any) -> dict[str, Resultant]:
 
 
 def of_selections(found: Mapping[str, Resultant]) -> dict[str, float]:
-    """What selections add to a stated error: the largest part of a load that may be wrong; empty of no surface loads."""
+    """What selections add to a stated error: the largest part of a load that may be wrong; empty without such loads."""
     own = [r.missing for r in found.values() if r.area is not None]
     return {"selection": max(own)} if own else {}
 
