@@ -148,7 +148,7 @@ class Sweep:
 
     @property
     def _square(self) -> bool:
-        return self.corners.shape[1] == 4
+        return bool(self.corners.shape[1] == 4)
 
     def whole_and_parts(self) -> tuple[Ints, tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
         """Facets that are selected whole (w,), and points of others: facets (p,), local points (p, 2), weights (p,).
@@ -355,7 +355,7 @@ class Sweep:
         sides = self._levels(f[line], middle)
         through = self.through[:, None, f[line]]  # on a facet that is cut nothing lies on the border
         sides = np.where(through, np.sign(sides) * 1e300, sides)
-        inside = np.broadcast_to(self.condition.given(sides, self.extent), (1, len(line)))[0]
+        inside = np.broadcast_to(self.condition.given([*sides], self.extent), (1, len(line)))[0]
         return line[inside], begin[inside], end[inside]
 
     def _level(self, b: int, f: Ints, a: Floats, places: Floats) -> Floats:

@@ -204,7 +204,7 @@ class Stated:
             "discretisation": self._discretisation, "model": self._model,
             "rounding": self._rounding, "solver": self._solver,
         }  # fmt: skip
-        found |= {name: lambda seen, own=own: own for name, own in of_selections(self.result.loads).items()}
+        found |= of_selections(self.result.loads)
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
     # -------------------------------------------------------------- other solutions

@@ -133,7 +133,8 @@ def _touching(asked: Asked, looked: Looked, b: int, some: Ints, f: Ints, tri: Fl
     start, end = (first(tri[some], off)[:, i, None] for i in (1, 2))
     side = start + np.linspace(0.1, 0.9, 5)[:, None] * (end - start)
     on = np.abs(asked.level(b, asked.patches.at(f[some], side))).max(axis=1) <= asked.slack[b]
-    return found & away & home & on
+    found &= away & home & on
+    return found
 
 
 def _along_rays(asked: Asked, b: int, f: Ints, tri: Floats, points: Points, depth: int) -> Mask:

@@ -41,7 +41,7 @@ class Loaded:
         return not (len(self.whole) or np.any(self.w > 0.0))
 
     def spread(self, dead: Floats, push: Any, linear: bool) -> None:
-        """Add to nodal forces (n, 3), N, those of a load: `push` makes forces of area vectors (..., 3), linear or not."""
+        """Add to nodal forces (n, 3), N, those of a load: `push` makes forces of area vectors, linear or not."""
         nodes = self.whole.shape[1]
         facet, bent = FACETS[nodes], np.zeros(len(self.whole), dtype=np.bool_)
         if not linear:  # the area of a curved facet is no polynomial

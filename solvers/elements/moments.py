@@ -36,8 +36,7 @@ def places(nodes: int) -> Floats:
 
 @cache
 def _coefficients(nodes: int) -> Floats:
-    found: Floats = np.linalg.inv(_monomials(nodes, places(nodes)))
-    return found
+    return np.asarray(np.linalg.inv(_monomials(nodes, places(nodes))), dtype=np.float64)
 
 
 def _monomials(nodes: int, xi: Floats) -> Floats:
