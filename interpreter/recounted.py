@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -23,11 +23,12 @@ from softmark.solvers import checks
 from softmark.solvers.checks import Floats, Ints
 
 LINES = (12, 18)  # Gauss lines in a strip, of two rules
-ALONG = 4  # Gauss points between two crossings
+ALONG = 7  # Gauss points between two crossings
+GRID = 12  # squared: Gauss points on whole facets whose area is no polynomial
 ASKED = 25  # points of a line, and lines of a facet, between which a border is looked for
 AGREE = 1e-11  # of the local area of a facet: what two rules may differ by in a strip
 HALVED = 14  # times
-SURE = 1e-9  # of the local area of a facet: what is not claimed to be found better
+SURE = 3e-9  # of the local area of a facet: what is not claimed to be found better
 MOST_UNSURE = 1e-6  # of a load: where more of it is, it was not found again
 MARGIN = 0.1  # of its size: how far a curved facet may reach beyond points on it
 
@@ -100,7 +101,10 @@ def _pushed(
         out = case.shape.onto_side if len(which) and side[which[0]] else None
         sweep = Sweep(load.where, corners[which], extent, out, settled[which], settling[which])
         whole, (f, xi, w), (g, left) = sweep.whole_and_parts()
-        found += checks.surface_forces(surface, facets[which[whole]], push)
+        if isinstance(load, Pressure) or facets.shape[1] == 3:
+            found += checks.surface_forces(surface, facets[which[whole]], push)
+        else:
+            found += _whole(surface, facets[which[whole]], push)
         found += checks.part_forces(surface, facets[which[f]], xi, w, push)
         vague = checks.part_forces(surface, facets[which[g]], np.full((len(g), 2), 0.25), left, push)
         unsure += float(np.abs(vague).sum())
@@ -108,6 +112,22 @@ def _pushed(
     if empty:
         raise Unchecked("the part of the surface that is loaded is smaller than what is looked for")
     return found, unsure
+
+
+def _whole(surface: Floats, facets: Ints, push: Callable[[Floats], Floats]) -> Floats:
+    """Nodal forces (n, 3), N, of a dead load on whole facets that may be curved."""
+    x, v = np.polynomial.legendre.leggauss(GRID)
+    a, b = (0.5 * (t.ravel() + 1.0) for t in np.meshgrid(x, x))
+    w = 0.25 * np.outer(v, v).ravel()
+    square = facets.shape[1] == 4
+    xi = np.stack([2 * a - 1, 2 * b - 1], axis=1) if square else np.stack([a, (1 - a) * b], axis=1)
+    w = 4 * w if square else w * (1 - a)
+    found: Floats = np.zeros_like(surface)
+    for at in range(0, len(facets), 500):
+        some = facets[at : at + 500]
+        each = np.repeat(some, len(w), axis=0)
+        found += checks.part_forces(surface, each, np.tile(xi, (len(some), 1)), np.tile(w, len(some)), push)
+    return found
 
 
 @dataclass(frozen=True)
@@ -128,7 +148,7 @@ class Sweep:
 
     @property
     def _square(self) -> bool:
-        return self.corners.shape[1] == 4
+        return bool(self.corners.shape[1] == 4)
 
     def whole_and_parts(self) -> tuple[Ints, tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
         """Facets that are selected whole (w,), and points of others: facets (p,), local points (p, 2), weights (p,).
@@ -195,7 +215,7 @@ class Sweep:
         return cut, inside
 
     def _signs(self, levels: Floats) -> Floats:
-        """-1 or 1 on either side of a border, of levels (b, ...); what lies within its tolerance is on the side of 1."""
+        """-1 or 1 on either side of a border, of levels (b, ...); what is within its tolerance is on the side of 1."""
         slack = np.array([1e-9 * self.extent**b.power for b in self.condition.borders])
         sign: Floats = np.sign(np.where(np.abs(levels) <= slack.reshape(-1, *(1,) * (levels.ndim - 1)), 0.0, levels))
         return np.where(sign == 0.0, self._side_of_zero(sign), sign)
@@ -224,7 +244,8 @@ class Sweep:
         for halved in range(HALVED + 1):
             if not len(own):
                 break
-            (few, _), (many, (g, xi, w)) = self._strips(own, low, high, LINES[0]), self._strips(own, low, high, LINES[1])
+            few, _ = self._strips(own, low, high, LINES[0])
+            many, (g, xi, w) = self._strips(own, low, high, LINES[1])
             apart = np.abs(few - many).max(axis=1)
             good = (apart <= AGREE) | (halved == HALVED)
             late = good & (apart > AGREE)
@@ -240,26 +261,27 @@ class Sweep:
 
     def _panels(self, f: Ints) -> tuple[Ints, Floats, Floats]:
         """Facets cut where lines of equal a meet sides, turns and meetings of borders: facets, begins and ends."""
-        owners, places = [f, f], [np.zeros(len(f)), np.ones(len(f))]
-        t = np.linspace(0.0, 1.0, ASKED)
-        for end in (0.0, 1.0):  # where borders meet the sides at both ends of the lines
-            grid = np.tile(t, (len(f), 1))
-            levels = self._levels(f, self._local(grid, np.full_like(grid, end))[0])
-            for b in range(len(levels)):
-                line, low, high, sign = self._changes(levels[b], t, lambda l, a, b=b, end=end: self._level(
-                    b, f[l], a, np.full_like(a, end)))  # fmt: skip
-                own = f[line]
-                root = _bisected(lambda a, b=b, own=own, end=end: self._level(b, own, a, np.full_like(a, end)), low, high, sign)
-                owners.append(own)
-                places.append(root)
-        for own, a in self._special(f):
-            owners.append(own)
-            places.append(a)
-        facet, place = np.concatenate(owners), np.concatenate(places)
+        found = [(f, np.zeros(len(f))), (f, np.ones(len(f))), *self._ends(f), *self._special(f)]
+        facet, place = (np.concatenate(column) for column in zip(*found, strict=True))
         order = np.lexsort((place, facet))
         facet, place = facet[order], place[order]
         real = (facet[1:] == facet[:-1]) & (place[1:] - place[:-1] > 1e-9)
         return facet[:-1][real], place[:-1][real], place[1:][real]
+
+    def _ends(self, f: Ints) -> list[tuple[Ints, Floats]]:
+        """Where borders meet the sides at both ends of the lines: facets and a."""
+        t, found = np.linspace(0.0, 1.0, ASKED), []
+        for end in (0.0, 1.0):
+            grid = np.tile(t, (len(f), 1))
+            levels = self._levels(f, self._local(grid, np.full_like(grid, end))[0])
+            for b in range(len(levels)):
+
+                def level(line: Ints, a: Floats, b: int = b, end: float = end) -> Floats:
+                    return self._level(b, f[line], a, np.full_like(a, end))
+
+                line, *between = _changes(levels[b], t, level)
+                found.append((f[line], _bisected(partial(level, line), *between)))
+        return found
 
     def _special(self, f: Ints) -> list[tuple[Ints, Floats]]:
         """Where borders turn back along the lines, and where two of them meet: facets and a, by Newton's method."""
@@ -300,7 +322,8 @@ class Sweep:
         w = weight[line][:, None] * 0.5 * (end - begin)[:, None] * u
         xi, dw = self._local(np.broadcast_to(a[line][:, None], b.shape), b)
         w, strip = w * dw, np.repeat(line // n, ALONG)
-        parts = [np.bincount(strip, (w * m).ravel(), minlength=len(f)) for m in (np.ones_like(b), xi[..., 0], xi[..., 1])]
+        powers = (np.ones_like(b), xi[..., 0], xi[..., 1])
+        parts = [np.bincount(strip, (w * m).ravel(), minlength=len(f)) for m in powers]
         return np.stack(parts, axis=1), (strip, xi.reshape(-1, 2), w.ravel())
 
     def _local(self, a: Floats, b: Floats) -> tuple[Floats, Floats]:
@@ -316,11 +339,13 @@ class Sweep:
         levels = self._levels(f, self._local(np.broadcast_to(a[:, None], grid.shape), grid)[0])  # (b, m, l)
         lines, cuts = [np.arange(n), np.arange(n)], [np.zeros(n), np.ones(n)]
         for b in range(len(levels)):
-            line, low, high, sign = self._changes(
-                levels[b], t, lambda l, s, b=b: self._level(b, f[l], a[l], s)
-            )
+
+            def level(line: Ints, place: Floats, b: int = b) -> Floats:
+                return self._level(b, f[line], a[line], place)
+
+            line, *between = _changes(levels[b], t, level)
             lines.append(line)
-            cuts.append(_bisected(lambda s, b=b, l=line: self._level(b, f[l], a[l], s), low, high, sign))
+            cuts.append(_bisected(partial(level, line), *between))
         line, cut = np.concatenate(lines), np.concatenate(cuts)
         order = np.lexsort((cut, line))
         line, cut = line[order], cut[order]
@@ -328,30 +353,10 @@ class Sweep:
         line, begin, end = line[:-1][real], cut[:-1][real], cut[1:][real]
         middle = self._local(a[line][:, None], 0.5 * (begin + end)[:, None])[0]
         sides = self._levels(f[line], middle)
-        sides = np.where(self.through[:, None, f[line]], np.sign(sides) * 1e300, sides)  # no tolerance on a facet that is cut
-        inside = np.broadcast_to(self.condition.given(sides, self.extent), (1, len(line)))[0]
+        through = self.through[:, None, f[line]]  # on a facet that is cut nothing lies on the border
+        sides = np.where(through, np.sign(sides) * 1e300, sides)
+        inside = np.broadcast_to(self.condition.given([*sides], self.extent), (1, len(line)))[0]
         return line[inside], begin[inside], end[inside]
-
-    def _changes(self, level: Floats, t: Floats, at: Callable[[Ints, Floats], Floats]) -> tuple[Ints, Floats, Floats, Floats]:
-        """Lines (c,) on which a level (m, l) at places t (m,) changes its sign, between which places, and its sign before.
-
-        Where it comes near zero and goes away again, the bottom of a parabola tells whether it has been beyond.
-        """
-        sign = np.where(level >= 0.0, 1.0, -1.0)
-        i, line = np.nonzero(sign[:-1] * sign[1:] < 0.0)
-        found = [(line, t[i], t[i + 1], sign[i, line])]
-        size, step = np.abs(level), t[1] - t[0]
-        near = (size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:])
-        near &= (sign[1:-1] == sign[:-2]) & (sign[1:-1] == sign[2:])
-        i, line = np.nonzero(near)
-        before, here, after = level[i, line], level[i + 1, line], level[i + 2, line]
-        bend = before - 2.0 * here + after
-        low = t[i + 1] + 0.5 * step * np.clip((before - after) / np.where(bend == 0.0, 1.0, bend), -1.0, 1.0)
-        beyond = at(line, low) * sign[i + 1, line] < 0.0
-        i, line, low = i[beyond], line[beyond], low[beyond]
-        found += [(line, t[i], low, sign[i, line]), (line, low, t[i + 2], -sign[i, line])]
-        whole = [np.concatenate(column) for column in zip(*found, strict=True)]
-        return whole[0], whole[1], whole[2], whole[3]
 
     def _level(self, b: int, f: Ints, a: Floats, places: Floats) -> Floats:
         """One level (l,) at one place on each line."""
@@ -360,6 +365,28 @@ class Sweep:
             level = np.broadcast_to(self.condition.borders[b].at(x, y, z), (1, len(f)))[0]
         found: Floats = np.where(self.settled[f, b], self.settling[f, b], level)
         return found
+
+
+def _changes(level: Floats, t: Floats, at: Callable[[Ints, Floats], Floats]) -> tuple[Ints, Floats, Floats, Floats]:
+    """Lines (c,) on which a level (m, l) at places t (m,) changes its sign, between which places, and its sign before.
+
+    Where it comes near zero and goes away again, the bottom of a parabola tells whether it has been beyond.
+    """
+    sign = np.where(level >= 0.0, 1.0, -1.0)
+    i, line = np.nonzero(sign[:-1] * sign[1:] < 0.0)
+    found = [(line, t[i], t[i + 1], sign[i, line])]
+    size, step = np.abs(level), t[1] - t[0]
+    near = (size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:])
+    near &= (sign[1:-1] == sign[:-2]) & (sign[1:-1] == sign[2:])
+    i, line = np.nonzero(near)
+    before, here, after = level[i, line], level[i + 1, line], level[i + 2, line]
+    bend = before - 2.0 * here + after
+    low = t[i + 1] + 0.5 * step * np.clip((before - after) / np.where(bend == 0.0, 1.0, bend), -1.0, 1.0)
+    beyond = at(line, low) * sign[i + 1, line] < 0.0
+    i, line, low = i[beyond], line[beyond], low[beyond]
+    found += [(line, t[i], low, sign[i, line]), (line, low, t[i + 2], -sign[i, line])]
+    lines, begins, ends, signs = (np.concatenate(column) for column in zip(*found, strict=True))
+    return lines, begins, ends, signs
 
 
 def _bisected(level: Callable[[Floats], Floats], low: Floats, high: Floats, sign: Floats) -> Floats:

@@ -99,7 +99,7 @@ class Stated:
             "solver": self._solver,
         }
         found |= selection(self)
-        found |= {name: lambda seen, own=own: own * seen.size for name, own in of_selections(self.result.loads).items()}
+        found |= of_selections(self.result.loads)
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
     # -------------------------------------------------------------- other solutions

@@ -339,7 +339,7 @@ def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats
 
 
 def part_forces(points: Floats, facets: Ints, xi: Floats, w: Floats, push: Callable[[Floats], Floats]) -> Floats:
-    """The same of parts of facets: local points xi (p, 2) with weights w (p,) in local area, each on its facet (p, k)."""
+    """The same of parts of facets: local points xi (p, 2), weights w (p,) in local area, each on its facet (p, k)."""
     kind, found = FACETS[facets.shape[1]], np.zeros_like(points)
     x = points[facets] - points[facets[:, :1]]
     t = np.einsum("pai,paj->jpi", x, slope(kind, xi))

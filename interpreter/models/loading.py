@@ -44,13 +44,13 @@ def _load(
             weights = nodal_mass(mesh, parts, case.material.density, mass)
             dead += weights[:, None] * (magnitude * np.array(direction))
         case Traction(vector=vector):
-            surface = _surface(case, load, mesh)
-            surface.spread(dead, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array(vector))
+            t = np.array(vector)
+            _surface(case, load, mesh).spread(dead, lambda A: np.linalg.norm(A, axis=-1)[..., None] * t, False)
         case Pressure(magnitude=p) if small:
-            _surface(case, load, mesh).spread(dead, lambda A: -p * A)
+            _surface(case, load, mesh).spread(dead, lambda A: -p * A, True)
         case Pressure(magnitude=p):
-            facets, weights = _surface(case, load, mesh).weighted
-            return FollowerPressure(mesh.points, facets, p, weights)
+            facets, of_parts = _surface(case, load, mesh).weighted
+            return FollowerPressure(mesh.points, facets, p, of_parts)
         case PointForce():
             _point_force(dead, case, load, mesh)
         case _:

@@ -48,10 +48,10 @@ class Bounds(Range):
         return Bounds((-self.high, -self.low), (-self.steep[1], -self.steep[0]))
 
     def __sub__(self, other: Any) -> Bounds:
-        return self + -Bounds.of(other, self)
+        return self + (-Bounds.of(other, self))
 
     def __rsub__(self, other: Any) -> Bounds:
-        return -self + other
+        return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> Bounds:
         o = Bounds.of(other, self)
@@ -62,12 +62,14 @@ class Bounds(Range):
     __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Bounds:
-        return self * Bounds.of(other, self)._inverse()
+        product: Bounds = self * Bounds.of(other, self)._inverse()
+        return product
 
     def __rtruediv__(self, other: Any) -> Bounds:
         return Bounds.of(other, self) * self._inverse()
 
     def _inverse(self) -> Bounds:
+        """One over this."""
         with np.errstate(all="ignore"):
             through = (self.low <= 0.0) & (self.high >= 0.0)
             low, high = (np.where(through, e, 1.0 / v) for e, v in ((-np.inf, self.high), (np.inf, self.low)))

@@ -21,7 +21,7 @@ DEPTH = 18  # halvings of a facet
 MOST = 60_000  # triangles at once: a border that needs more is followed no further
 RAYS = (8, 12)  # of two rules: the second is taken, the first says how good it is
 EXACT = 1e-12  # of the local area of a facet: what two rules may differ by
-ALONG, INSIDE = 4, 6  # Gauss points on each side of a border; points along each side of a whole triangle
+ALONG, INSIDE = 6, 8  # Gauss points on each side of a border; points along each side of a whole triangle
 
 
 @dataclass
@@ -133,7 +133,8 @@ def _touching(asked: Asked, looked: Looked, b: int, some: Ints, f: Ints, tri: Fl
     start, end = (first(tri[some], off)[:, i, None] for i in (1, 2))
     side = start + np.linspace(0.1, 0.9, 5)[:, None] * (end - start)
     on = np.abs(asked.level(b, asked.patches.at(f[some], side))).max(axis=1) <= asked.slack[b]
-    return found & away & home & on
+    found &= away & home & on
+    return found
 
 
 def _along_rays(asked: Asked, b: int, f: Ints, tri: Floats, points: Points, depth: int) -> Mask:

@@ -30,7 +30,7 @@ REACH = 2.0  # times the deviation: how deep a border may seem to cut
 
 
 def deviations(mesh: Mesh) -> Floats:
-    """How far each boundary facet (f,) may lie off the smooth surface, m: zero where its neighbours go on as it does."""
+    """How far each boundary facet (f,) may lie off the smooth surface, m: zero where its neighbours go on as it."""
     facets = mesh.facets
     corners = facets[:, : mesh.element.facet.corners]
     size = np.ptp(mesh.points[corners], axis=1).max(axis=1)

@@ -41,7 +41,8 @@ def odd(d: Floats) -> Ints:
 def first(rows: Floats, corner: Ints) -> Floats:
     """Rows (n, 3, ...) turned so that a corner comes first."""
     turned = (corner[:, None] + np.arange(3)) % 3
-    return rows[np.arange(len(rows))[:, None], turned]
+    found: Floats = rows[np.arange(len(rows))[:, None], turned]
+    return found
 
 
 def areas(tri: Floats) -> Floats:

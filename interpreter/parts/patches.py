@@ -34,7 +34,7 @@ class Patches:
     @property
     def nodes(self) -> int:
         """Of each facet."""
-        return self.corners.shape[1]
+        return int(self.corners.shape[1])
 
     def at(self, f: Ints, xi: Floats) -> Floats:
         """Points (n, q, 3) of facets f (n,) at local points xi (n, q, 2), m."""

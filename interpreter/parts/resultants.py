@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,10 +64,15 @@ def resultants(case: Case, prepared: Any) -> dict[str, Resultant]:
     return {load.name: _resultant(case, load, mesh, points, energy) for load, energy in prepared.applied}
 
 
-def of_selections(found: Mapping[str, Resultant]) -> dict[str, float]:
-    """What selections of loads add to a stated error: the largest part of a load that may be wrong; empty of no surface loads."""
-    own = [r.missing for r in found.values() if r.area is not None]
-    return {"loads": max(own)} if own else {}
+def missing(found: Mapping[str, Resultant]) -> float | None:
+    """The largest part of a load on a surface that may be wrong, relative to it; None where there is no such load."""
+    return max((r.missing for r in found.values() if r.area is not None), default=None)
+
+
+def of_selections(found: Mapping[str, Resultant]) -> dict[str, Callable[[Any], float]]:
+    """What selections of loads add to a stated error, whatever is seen, as a part that has a name."""
+    own = missing(found)
+    return {} if own is None else {"loads": lambda seen: own * seen.size}
 
 
 def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, energy: Any) -> Resultant:

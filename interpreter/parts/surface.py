@@ -17,6 +17,8 @@ from softmark.solvers.elements.facets import FACETS
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
 
+SOME = 1000  # curved facets at a time
+
 
 @dataclass(frozen=True)
 class Loaded:
@@ -38,28 +40,37 @@ class Loaded:
         """Whether it has no area."""
         return not (len(self.whole) or np.any(self.w > 0.0))
 
-    def spread(self, dead: Floats, push: Any) -> None:
-        """Add to nodal forces (n, 3), N, those of a load: `push` makes forces of area vectors (..., 3)."""
-        facet = FACETS[self.whole.shape[1]]
-        xi, weights = facet.quadrature()
-        t = np.einsum("qkj,fki->jfqi", facet.gradient(xi), self.points[self.whole])
-        forces = push(np.cross(t[0], t[1]))
-        np.add.at(dead, self.whole, np.einsum("q,qa,fqi->fai", weights, facet.shape(xi), forces))
+    def spread(self, dead: Floats, push: Any, linear: bool) -> None:
+        """Add to nodal forces (n, 3), N, those of a load: `push` makes forces of area vectors, linear or not."""
+        nodes = self.whole.shape[1]
+        facet, bent = FACETS[nodes], np.zeros(len(self.whole), dtype=np.bool_)
+        if not linear:  # the area of a curved facet is no polynomial
+            bent = ~Patches(self.points[self.whole], 1.0).affine
+        self._whole(dead, push, self.whole[~bent], facet.quadrature())
+        curved = self.whole[bent]
+        for at in range(0, len(curved), SOME):
+            self._whole(dead, push, curved[at : at + SOME], moments.fine(nodes))
         t = np.einsum("pkj,pki->jpi", facet.gradient(self.xi), self.points[self.nodes])
         forces = self.w[:, None] * push(np.cross(t[0], t[1]))
         np.add.at(dead, self.nodes, facet.shape(self.xi)[:, :, None] * forces[:, None])
 
+    def _whole(self, dead: Floats, push: Any, facets: Ints, rule: tuple[Floats, Floats]) -> None:
+        facet, (xi, weights) = FACETS[facets.shape[1]], rule
+        t = np.einsum("qkj,fki->jfqi", facet.gradient(xi), self.points[facets])
+        forces = push(np.cross(t[0], t[1]))
+        np.add.at(dead, facets, np.einsum("q,qa,fqi->fai", weights, facet.shape(xi), forces, optimize=True))
+
     def over(self, facets: Ints) -> float:
         """m^2, of some facets (f, k) alone."""
         keys = {tuple(row) for row in facets.tolist()}
-        own, cut = (np.array([tuple(r) in keys for r in rows.tolist()], dtype=bool) for rows in (self.whole, self.nodes))
+        own, cut = (np.array([tuple(r) in keys for r in f.tolist()], dtype=bool) for f in (self.whole, self.nodes))
         return replace(self, whole=self.whole[own], nodes=self.nodes[cut], xi=self.xi[cut], w=self.w[cut]).area
 
     @property
     def area(self) -> float:
         """m^2, on the mesh."""
         found = np.zeros_like(self.points)
-        self.spread(found, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array([1.0, 0.0, 0.0]))
+        self.spread(found, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array([1.0, 0.0, 0.0]), False)
         return float(found[:, 0].sum())
 
     @property
@@ -88,7 +99,7 @@ def loaded(shape: Any, mesh: Mesh, condition: Condition) -> Loaded:
 
 
 def settled_of(shape: Any, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
-    """What a condition means on facets of a mesh: borders that do not cut them (f, b), and their levels there (f, b)."""
+    """What a condition means on facets of a mesh: borders that do not cut them (f, b), and their levels there."""
     asked = Asked.of(condition, Patches(mesh.points[mesh.facets], mesh.extent))
     if not hasattr(shape, "side"):
         crossed = asked.crossed_facets()

@@ -44,7 +44,7 @@ def part(asked: Asked) -> Part:
     f, tri = patches.triangles
     if not len(f):
         return Part(f, f, np.zeros((0, 2)), np.zeros(0))
-    crossed = asked.look(f, tri).crossed.any(axis=0)
+    crossed: Mask = np.asarray(asked.look(f, tri).crossed.any(axis=0))
     if crossed.any():
         asked = asked.steady(np.unique(f[crossed]))
         crossed[crossed] = asked.look(f[crossed], tri[crossed]).crossed.any(axis=0)

@@ -8,7 +8,6 @@ from softmark.interpreter import units
 from softmark.interpreter.parts.resultants import SHOWN, Resultant
 from softmark.interpreter.report.findings import Findings
 from softmark.interpreter.report.markup import prose, section, tag, text
-from softmark.interpreter.report.quantities import signed
 
 LEAD = "The resultant of every load at full size on the undeformed body, and the part of it that the meshes take."
 
@@ -31,7 +30,8 @@ def _loads(findings: Findings) -> Iterator[tuple[str, Mapping[str, Resultant]]]:
 
 def _row(name: str, own: Mapping[str, Resultant]) -> str:
     one = next(iter(own.values()))
-    force = signed(units.show_all([_near(c, one) for c in one.exact_force or one.force], units.FORCE))
+    shown = units.show_all([_near(c, one) for c in one.exact_force or one.force], units.FORCE)
+    force = shown.replace("-", "\N{MINUS SIGN}")
     cells = (tag("td", text(force)), tag("td", prose(_taken(own))))
     return tag("tr", tag("th", tag("code", text(name)), scope="row"), *cells)
 

@@ -23,10 +23,6 @@ class Facet(Protocol):
         """Points (q, 2) and weights (q,) that integrate a pressure on the facet as it deforms."""
 
     @staticmethod
-    def samples(n: int) -> Floats:
-        """Centroids (n^2, 2) of equal parts of the reference facet."""
-
-    @staticmethod
     def shape(xi: Floats) -> Floats:
         """Shape functions N (m, k) at local points xi (m, 2)."""
 

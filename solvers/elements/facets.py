@@ -15,14 +15,6 @@ else:
     from softmark.solvers.deferred import np
 
 
-def _triangle_samples(n: int) -> Floats:
-    """Centroids (n^2, 2) of the equal triangles into which lines parallel to the sides cut the unit triangle."""
-    up = [(3 * i + 1, 3 * j + 1) for i in range(n) for j in range(n - i)]
-    down = [(3 * i + 2, 3 * j + 2) for i in range(n - 1) for j in range(n - 1 - i)]
-    centroids: Floats = np.array([*up, *down]) / (3 * n)
-    return centroids
-
-
 class Tri3:
     """Three-node triangle: N_0 = 1 - xi - eta, N_1 = xi, N_2 = eta."""
 
@@ -34,11 +26,6 @@ class Tri3:
     def quadrature() -> tuple[Floats, Floats]:
         """The centroid: exact, since the triangle stays flat."""
         return np.full((1, 2), 1 / 3), np.full(1, 0.5)
-
-    @staticmethod
-    def samples(n: int) -> Floats:
-        """Centroids (n^2, 2) of equal parts."""
-        return _triangle_samples(n)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
@@ -67,11 +54,6 @@ class Tri6:
         return np.array(xi), np.array([wa, wa, wa, wb, wb, wb])
 
     @staticmethod
-    def samples(n: int) -> Floats:
-        """Centroids (n^2, 2) of equal parts."""
-        return _triangle_samples(n)
-
-    @staticmethod
     def shape(xi: Floats) -> Floats:
         """N (m, 6)."""
         L = Tri3.shape(xi)
@@ -97,12 +79,6 @@ class Quad4:
         """Two by two Gauss points: exact for N times the area vector."""
         g = 3**-0.5
         return np.array([(-g, -g), (g, -g), (g, g), (-g, g)]), np.ones(4)
-
-    @staticmethod
-    def samples(n: int) -> Floats:
-        """Centres (n^2, 2) of n by n equal squares."""
-        t = (2 * np.arange(n) + 1) / n - 1
-        return np.stack(np.meshgrid(t, t), axis=-1).reshape(-1, 2)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:

@@ -36,8 +36,7 @@ def places(nodes: int) -> Floats:
 
 @cache
 def _coefficients(nodes: int) -> Floats:
-    found: Floats = np.linalg.inv(_monomials(nodes, places(nodes)))
-    return found
+    return np.asarray(np.linalg.inv(_monomials(nodes, places(nodes))), dtype=np.float64)
 
 
 def _monomials(nodes: int, xi: Floats) -> Floats:
@@ -54,11 +53,18 @@ def basis(nodes: int, xi: Floats) -> Floats:
 @cache
 def whole(nodes: int) -> Floats:
     """The weights (q,) of a whole facet."""
-    x, w = np.polynomial.legendre.leggauss(4)
+    xi, w = fine(nodes)
+    found: Floats = w @ basis(nodes, xi)
+    return found
+
+
+@cache
+def fine(nodes: int, n: int = 10) -> tuple[Floats, Floats]:
+    """n^2 Gauss points (q, 2) and weights (q,) of a whole facet, for what is smooth and no polynomial: its area."""
+    x, w = np.polynomial.legendre.leggauss(n)
     a, b = (t.ravel() for t in np.meshgrid(x, x))
     w = np.outer(w, w).ravel()
-    if nodes == 4:
-        return w @ basis(nodes, np.stack([a, b], axis=1))
-    a, b = 0.5 * (a + 1.0), 0.5 * (b + 1.0)
-    found: Floats = (0.25 * w * (1.0 - a)) @ basis(nodes, np.stack([a, (1.0 - a) * b], axis=1))
-    return found
+    if nodes != 4:
+        a, b = 0.5 * (a + 1.0), 0.5 * (b + 1.0)
+        w, b = 0.25 * w * (1.0 - a), (1.0 - a) * b
+    return np.stack([a, b], axis=1), w

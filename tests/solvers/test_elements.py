@@ -87,11 +87,10 @@ def test_facets_are_those_of_the_reference_cell_seen_from_outside(element: type[
 @pytest.mark.parametrize("facet", FACETS.values(), ids=FACETS)
 def test_facets_are_a_partition_of_unity(facet: type[Facet]) -> None:
     """Sums 1 and 0; the gradient against central differences, exact for polynomials of degree two."""
-    xi, step = facet.samples(4), 1e-5
+    xi, step = np.random.default_rng(1).uniform(0.0, 0.5, (16, 2)), 1e-5
     np.testing.assert_allclose(facet.shape(xi).sum(axis=1), 1.0, rtol=2e-15)
     parts = [(facet.shape(xi + step * e) - facet.shape(xi - step * e)) / (2 * step) for e in np.eye(2)]
     np.testing.assert_allclose(facet.gradient(xi), np.stack(parts, axis=2), atol=1e-10)
-    assert len(xi) == 16
 
 
 @EVERY
