@@ -50,7 +50,8 @@ def test_planes_and_circles_in_cylinders_are_met(kind: str, seed: int) -> None:
     rng = np.random.default_rng(100 + seed)
     axis = rng.normal(size=3)
     axis /= np.linalg.norm(axis)
-    body = Cylinder(float(rng.uniform(0.05, 0.2)), float(rng.uniform(0.01, 0.03)), tuple(axis), tuple(rng.normal(size=3)))
+    length, radius = float(rng.uniform(0.05, 0.2)), float(rng.uniform(0.01, 0.03))
+    body = Cylinder(length, radius, tuple(axis), tuple(rng.normal(size=3)))
     station = Cut("along", float(rng.uniform(0.1, 0.9) * body.length))
     offset, turn = float(rng.uniform(-1, 1) * OFF_CENTRE * body.radius), float(rng.uniform(-np.pi, np.pi))
     circle = Cut("radius", float(rng.uniform(0.25, 0.9) * body.radius))
@@ -91,7 +92,9 @@ def test_a_line_moves_rather_than_one_being_added() -> None:
     assert lines(0.0, 20.0, 4, [Cut("z", 19.9)]) is None  # a needle: left out
     assert lines(0.0, 20.0, 4, [Cut("z", 19.9, thin=True)]) is not None  # all held: as thin as it likes
     near = lines(0.0, 20.0, 4, [Cut("z", 12.0), Cut("z", 12.1)])
-    assert near is not None and 12.0 in near and 12.1 not in near
+    assert near is not None
+    assert 12.0 in near
+    assert 12.1 not in near
 
 
 @pytest.mark.parametrize("k", [2, 3, 4])
