@@ -124,12 +124,9 @@ class _Asking:
         """Whether the selection changes across a surface, on the body or in it."""
         low, high = self.shape.spans[axis]
         aside = ASIDE * (high - low)
-        sides = [t for t in (at - aside, at + aside) if low <= t <= high]
-        if len(sides) < 2:
-            return False
+        near = [t for t in (at - aside, at, at + aside) if low <= t <= high]
         return any(
-            self._holds({**others, axis: sides[0]}) != self._holds({**others, axis: sides[1]})
-            for others in self._samples(axis, where)
+            len({self._holds({**others, axis: t}) for t in near}) == 2 for others in self._samples(axis, where)
         )
 
     def _held_to_the_end(self, axis: str, at: float) -> bool:
