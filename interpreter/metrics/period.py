@@ -92,7 +92,7 @@ def _oscillation(t: Floats, q: Floats) -> tuple[float, float, Floats, Floats]:
 
 
 def _spread(times: Floats, period: float) -> float:
-    """Standard deviation, s, of the lengths of cycles between crossings. Raises Undefined where there is no one length."""
+    """Standard deviation, s, of the lengths of cycles between crossings. Raises Undefined where they have no one."""
     cycles, halves = times[2:] - times[:-2], np.diff(times)
     spread = float(cycles.std(ddof=1)) if len(cycles) > 1 else 0.0
     if spread > UNEVEN * period or float(halves.std()) > LOPSIDED * 0.5 * period:
@@ -122,7 +122,8 @@ def _rival(t: Floats, q: Floats, times: Floats, period: float) -> tuple[float | 
     others = peaks[apart & (pitch[peaks] > LOBE / length)]
     if abs(pitch[first] * period - 1.0) > AGREES:
         raise Undefined(
-            f"it has no dominant period: it swings about its rest in {period:.3g} s, and most in {1 / pitch[first]:.3g} s"
+            f"it has no dominant period: it swings about its rest in {period:.3g} s,"
+            f" and most in {1 / pitch[first]:.3g} s"
         )
     if not len(others):
         return None, 0.0

@@ -29,7 +29,7 @@ STIFF, BETA, END = 1e5, 5e-3, 1.2
 
 def rate(t: float, y: np.ndarray) -> np.ndarray:
     """Of the pendulum's free end (x, z, vx, vz): M a + b K v + f = 0, K = k n n^T + (tension / length) (1 - n n^T)."""
-    at, v = y[:2] + [1.0, 0.0], y[2:]
+    at, v = y[:2] + np.array([1.0, 0.0]), y[2:]
     length = np.hypot(*at)
     n, tension = at / length, STIFF * (length - 1.0)
     along = float(n @ v)
