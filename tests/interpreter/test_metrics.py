@@ -11,6 +11,7 @@ import pytest
 
 from softmark.interpreter import schema, units
 from softmark.interpreter.metrics import METRICS
+from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.mean_error import MeanError
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.realtime import RealTime
@@ -321,6 +322,19 @@ def test_period_of_backward_euler() -> None:
         2 * math.pi * 1.003324, rel=2e-4
     )  # samples are 1/63 of a period apart
     assert found.details["log_decrement"] == pytest.approx(2 * math.pi * 0.04992, rel=2e-3)
+
+
+def test_a_motion_is_judged_by_time_and_not_by_how_many_steps_were_halved() -> None:
+    """Off by 1 in the first half of the time and right in the second, u_ref = 1: sqrt(1/2), however times fall.
+
+    100 times in the first half and 10 in the second; counted one by one it would be sqrt(100/110) = 0.95.
+    """
+    t = np.concatenate([np.linspace(0.0, 1.0, 100, endpoint=False), np.linspace(1.0, 2.0, 11)])
+    right = np.broadcast_to([1.0, 0.0, 0.0], (len(t), 1, 3))
+    wrong = right + np.where(t < 1.0, 1.0, 0.0)[:, None, None] * [0.0, 1.0, 0.0]
+    known = Known("truth", np.zeros((1, 3)), times=t, course=right)
+    looked = seen([[0.0, 0, 0]], np.zeros((1, 3)), known=known, times=t, course=wrong)
+    assert CourseNorm("tip", "truth").measure(looked).value == pytest.approx(math.sqrt(0.5), rel=0.03)
 
 
 @pytest.mark.parametrize("strengths", [(1.0, 1.0), (1.0, 0.8), (0.7, 1.0), (1.0, 0.6)])
