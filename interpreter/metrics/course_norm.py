@@ -22,7 +22,8 @@ class CourseNorm:
     """Relative l2 norm of the error of a motion, over the points of a probe and all times.
 
     sqrt(sum |u(X, t) - u_ref(X, t)|^2 / sum |u_ref(X, t)|^2), over the points X of the probe and the times t of the
-    reference that both have; between its own times u is interpolated linearly. What a model gets wrong on the way
+    reference that both have, each by the time that it stands for (steps may have been halved).
+    Between its own times u is interpolated linearly. What a model gets wrong on the way
     shows here and not in metrics of the end, where a damped body has come to rest whatever it did before: a step
     that is accepted unsolved, numerical damping, a wrong frequency. Details: worst_m, the largest distance of any
     point at any time, and when_s.
@@ -43,12 +44,21 @@ class CourseNorm:
         common = known.times <= seen.times[-1] * (1 + 1e-9)
         t, right = known.times[common], known.course[common]
         distance = np.linalg.norm(_at(t, seen.times, seen.course) - right, axis=2)  # (t, n)
-        size = float((right**2).sum())
+        stands = _stands_for(t)[:, None]
+        size = float((stands[:, :, None] * right**2).sum())
         if size == 0.0:
             raise Undefined(f"`{self.against}` does not move, so nothing is relative to it")
         worst = np.unravel_index(int(distance.argmax()), distance.shape)
         details = {"worst_m": float(distance[worst]), "when_s": float(t[worst[0]])}
-        return Measurement(math.sqrt(float((distance**2).sum()) / size), details, distance.max(axis=1))
+        return Measurement(math.sqrt(float((stands * distance**2).sum()) / size), details, distance.max(axis=1))
+
+
+def _stands_for(t: Floats) -> Floats:
+    """How much time (k,) each of the times t stands for: half the way to its neighbours; at the ends, all of one."""
+    if len(t) < 2:
+        return np.ones(len(t))
+    steps = np.diff(t)
+    return 0.5 * (np.concatenate([steps[:1], steps]) + np.concatenate([steps, steps[-1:]]))
 
 
 def _at(t: Floats, times: Floats, course: Floats) -> Floats:

@@ -23,7 +23,7 @@ from softmark.solvers.dynamics.balance import LOSS
 from softmark.solvers.dynamics.loading import Constant, Course
 from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.resolution import FEW, WRONG, Resolution, resolution, resolved
+from softmark.solvers.dynamics.resolution import WRONG, Resolution, resolution, resolved
 from softmark.solvers.dynamics.scheme import Motion, StepTooLong
 from softmark.solvers.dynamics.trajectory import Diverged, NotConverged, Trajectory
 from softmark.solvers.elements.interpolation import locate
@@ -224,12 +224,13 @@ def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None)
     if found is None or not found.doubtful:
         return ()
     at = declared.at()
-    moves = "slowest vibration" if found.motion == "vibration" else "turning"
+    moves = {"vibration": "slowest vibration", "turn": "turning", "return": "way back to rest"}[found.motion]
+    of = "time" if found.motion == "return" else "period"
     period = units.show(float(f"{found.period:.3g}"), units.TIME)
     problem = (
-        f"{found.steps:.2g} steps to a period of {period}"
-        if found.steps < FEW
-        else f"at the end it is off by {100 * min(found.error, 1.0):.0f} % of its swing (period {period})"
+        f"{found.steps:.2g} steps to a {of} of {period}"
+        if found.steps < found.few
+        else f"at the end it is off by {100 * min(found.error, 1.0):.0f} % of its swing ({of} {period})"
     )
     return (
         Diagnostic(
@@ -246,7 +247,7 @@ def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None)
 def _better(found: Resolution, analysis: Dynamic) -> str:
     """A step that resolves it, at one or two digits: errors fall with the step, or with its square."""
     order = 1.0 if analysis.integrator == "implicit_euler" else 0.5
-    step = min(found.period / (2.0 * FEW), analysis.step * (0.5 * WRONG / max(found.error, 1e-9)) ** order)
+    step = min(found.period / (2.0 * found.few), analysis.step * (0.5 * WRONG / max(found.error, 1e-9)) ** order)
     return units.show(float(f"{step:.1g}"), units.TIME)
 
 

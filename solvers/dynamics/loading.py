@@ -10,11 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
+if TYPE_CHECKING:
+    import numpy as np
 
-from softmark.solvers.energies.energy import Floats
+    from softmark.solvers.energies.energy import Floats
+else:
+    from softmark.solvers.deferred import np
 
 INSIDE = 1e-9  # of a step: how far within it its ends are looked at, where a course may jump and times are rounded
 

@@ -16,6 +16,8 @@ from softmark.solvers.dynamics.trapezoidal import Trapezoidal
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.linear import factor
 
+CONSTANT = Constant()
+
 
 class LinearSolver(Protocol):
     """Solves one system after the other; may keep what it knows of a pattern from step to step."""
@@ -82,7 +84,7 @@ class Dynamics:
     velocity: Floats  # (dofs,)
     fixed: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))  # (c,)
     target: Floats = field(default_factory=lambda: np.zeros(0))  # (c,) m
-    support_course: Course = Constant()
+    support_course: Course = CONSTANT
     courses: tuple[Course, ...] = ()
     damping: Rayleigh = Rayleigh()
     integrator: Integrator = field(default_factory=Trapezoidal)

@@ -34,6 +34,7 @@ ITERATIONS = 6  # of inverse iteration: the frequency is then good to a part in 
 SHIFT = 1e-10  # of the largest ratio of stiffness to mass: makes a body that is not held solvable
 RIGID = 1e-8  # of it: below lie motions without strain
 FEW = 10.0  # steps to a period
+LEAST = 2.0  # steps to the time in which an overdamped body comes back by all but 1/e
 WRONG = 0.05  # of its swing, at the end
 
 
@@ -46,12 +47,13 @@ class Resolution:
     slow: float  # by which part the period is too long
     kept: float  # of the swing after a period, of what physical damping leaves
     error: float  # at the end, as a part of its swing at the start
-    motion: str = "vibration"  # or `turn`: the spin that the body starts with
+    motion: str = "vibration"  # or `turn`: the spin that it starts with; `return` to rest, damped over a critical part
+    few: float = FEW  # steps to a period, below which it is doubtful
 
     @property
     def doubtful(self) -> bool:
-        """Fewer than FEW steps to a period, or an error of more than WRONG at the end."""
-        return self.steps < FEW or self.error > WRONG
+        """Fewer than `few` steps to a period, or an error of more than WRONG at the end."""
+        return self.steps < self.few or self.error > WRONG
 
     @property
     def facts(self) -> dict[str, float | str]:
@@ -76,6 +78,8 @@ def resolved(
     if z is None:
         return None
     rate = 0.5 * damping.alpha + 0.5 * damping.beta * w**2  # 1/s, at which it fades
+    if rate >= w:
+        return _returning(integrator, w, rate, duration, step)
     count, turn = duration / step, cmath.phase(z)
     fade = math.exp(-min(rate * duration, 700.0))
     kept = math.exp(max(count * math.log(abs(z)), -700.0)) if abs(z) > 0.0 else 0.0
@@ -86,6 +90,20 @@ def resolved(
     each = abs(z) ** (2.0 * math.pi / turn) if turn and abs(z) else 0.0
     slow = w * step / turn - 1.0 if turn else math.inf
     return Resolution(2.0 * math.pi / w, per, min(slow, 1e9), each, fade * apart)
+
+
+def _returning(integrator: Integrator, w: float, rate: float, duration: float, step: float) -> Resolution:
+    """How steps resolve the slower of the two ways on which an overdamped mode comes back to rest.
+
+    There is no vibration: exp(-t / T), T = (rate + sqrt(rate^2 - w^2)) / w^2, of which a step makes (1 + h / T)^-1 in
+    implicit Euler, and Pade's (1 - h / 2T) / (1 + h / 2T) is near to what the others make.
+    """
+    T = (rate + math.sqrt(rate**2 - w**2)) / w**2
+    z = step / T
+    kept = 1.0 / (1.0 + z) if isinstance(integrator, ImplicitEuler) else abs(1.0 - 0.5 * z) / (1.0 + 0.5 * z)
+    count = duration / step
+    error = abs(math.exp(-min(duration / T, 700.0)) - kept**count)
+    return Resolution(T, 1.0 / z, 0.0, 1.0, error, "return", LEAST)
 
 
 # ------------------------------------------------------------------ of integrators

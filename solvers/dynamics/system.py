@@ -19,7 +19,7 @@ from softmark.solvers.linear import Factor, Singular, factor
 
 SMALL = 500  # unknowns below which SuperLU is as quick
 REPEATS = 4  # of a step, each with the damping of the state that the last one found
-DRAG = 1e-5  # of the largest force: by how much the force of damping may be that of another state
+DRAG = 10.0  # times the tolerance: what part of the largest force damping may be off by, as that of another state
 SAME = 1e-8  # relative: loads that differ by less are one
 
 
@@ -157,7 +157,7 @@ class System:
         self.damping.foresee(stage)
         for _ in range(REPEATS):
             motion = self._solved(stage)
-            if self.damping.agrees(stage, motion, DRAG * self.newton.scale):
+            if self.damping.agrees(stage, motion, DRAG * self.problem.tolerance * self.newton.scale):
                 break
         if not stage.alpha_f and not stage.secant:  # what it takes is told by the mean velocity, see ledger.py
             self.damping.begin(0.5 * (stage.start.x + motion.x))

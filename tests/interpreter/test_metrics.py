@@ -11,6 +11,7 @@ import pytest
 
 from softmark.interpreter import schema, units
 from softmark.interpreter.metrics import METRICS
+from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.mean_error import MeanError
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.realtime import RealTime
@@ -321,6 +322,47 @@ def test_period_of_backward_euler() -> None:
         2 * math.pi * 1.003324, rel=2e-4
     )  # samples are 1/63 of a period apart
     assert found.details["log_decrement"] == pytest.approx(2 * math.pi * 0.04992, rel=2e-3)
+
+
+def test_a_motion_is_judged_by_time_and_not_by_how_many_steps_were_halved() -> None:
+    """Off by 1 in the first half of the time and right in the second, u_ref = 1: sqrt(1/2), however times fall.
+
+    100 times in the first half and 10 in the second; counted one by one it would be sqrt(100/110) = 0.95.
+    """
+    t = np.concatenate([np.linspace(0.0, 1.0, 100, endpoint=False), np.linspace(1.0, 2.0, 11)])
+    right = np.broadcast_to([1.0, 0.0, 0.0], (len(t), 1, 3))
+    wrong = right + np.where(t < 1.0, 1.0, 0.0)[:, None, None] * [0.0, 1.0, 0.0]
+    known = Known("truth", np.zeros((1, 3)), times=t, course=right)
+    looked = seen([[0.0, 0, 0]], np.zeros((1, 3)), known=known, times=t, course=wrong)
+    assert CourseNorm("tip", "truth").measure(looked).value == pytest.approx(math.sqrt(0.5), rel=0.03)
+
+
+@pytest.mark.parametrize("strengths", [(1.0, 1.0), (1.0, 0.8), (0.7, 1.0), (1.0, 0.6)])
+@pytest.mark.parametrize("shift", [0.0, 0.4, 1.9])
+@pytest.mark.parametrize("zeta", [0.0, 0.01])
+def test_two_vibrations_of_like_strength_have_no_period(
+    strengths: tuple[float, float], shift: float, zeta: float
+) -> None:
+    """0.62 and 1.24 s gave 1.120 s, a mean of what crossings came to."""
+    t = 0.01 * np.arange(1500)
+    slow, fast = (2 * math.pi / T for T in (1.24, 0.62))
+    q = strengths[0] * np.exp(-zeta * slow * t) * np.cos(slow * t)
+    q = q + strengths[1] * np.exp(-zeta * slow * t) * np.cos(fast * t + shift)
+    with pytest.raises(Undefined, match=r"no dominant period|half-waves do not follow|cross"):
+        Period("tip", UP).measure(course(q, 0.01))
+
+
+@pytest.mark.parametrize("share", [0.02, 0.05, 0.1])
+def test_a_weak_second_vibration_is_said_beside_the_period(share: float) -> None:
+    """Of 0.2 s beside 1.24 s: its share by a spectrum to 20 %, cycles apart by what it moves crossings by."""
+    t = 0.005 * np.arange(4000)
+    q = np.cos(2 * math.pi * t / 1.24) + share * np.cos(2 * math.pi * t / 0.2)
+    found = Period("tip", UP).measure(course(q, 0.005))
+    assert found.value == pytest.approx(1.24, rel=0.01)
+    assert found.details["rival_share"] == pytest.approx(share, rel=0.2)
+    assert found.details["rival_s"] == pytest.approx(0.2, rel=0.02)
+    assert found.details["spread_s"] < 0.1 * 1.24
+    assert found.details["cycles"] == pytest.approx(16.0, abs=1.0)
 
 
 def test_what_does_not_oscillate_has_no_period() -> None:

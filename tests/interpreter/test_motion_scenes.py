@@ -293,3 +293,35 @@ def test_numerical_damping_is_in_the_ledger() -> None:
     kept = energies_of(run(text + moving(PERIOD, PERIOD / 20, ", integrator = trapezoidal")))
     assert euler["drift"][-1] < -0.1 * max(kept["strain"])
     assert abs(kept["drift"][-1]) < 1e-6 * max(kept["strain"])
+
+
+# ------------------------------------------------------------------ courses between steps
+
+
+STEADY = "analysis time = dynamic(duration = {end} s, step = {step} s, integrator = {name})\n"
+
+
+@pytest.mark.parametrize("name", ["trapezoidal", "generalized_alpha", "bdf2", "midpoint"])
+def test_a_pulse_between_two_steps_moves_the_body(name: str) -> None:
+    """A pulse of 0.6 of a step, between two, against one of the same impulse that fills a step: 2 % of the swing.
+
+    The bar swings in 160 steps, so that when in a step it is hit moves its phase by 2 pi / 160 at most. Read at steps
+    the short pulse is never seen, and nothing moves.
+    """
+    step = PERIOD / 160
+    time = STEADY.format(end=0.5 * PERIOD, step=step, name=name)
+    ends = []
+    for force, begin, until in ((1.0, 4.2, 4.8), (0.6, 4.0, 5.0)):
+        pulse = f", course = pulse(start = {begin * step} s, until = {until * step} s)"
+        pull = PULL.format(course=pulse).replace("(1, 0, 0) kPa", f"({force}, 0, 0) kPa")
+        _, u = course_of(run(BAR + pull + HEXES.format(more="") + time), "cells", "tip")
+        ends.append(u[:, 0, 0])
+    assert np.abs(ends[1]).max() > 0.0
+    np.testing.assert_allclose(ends[0], ends[1], atol=0.02 * np.abs(ends[1]).max())
+
+
+def test_a_sine_that_the_step_does_not_show_is_refused() -> None:
+    """990 Hz at steps of 1 ms came out as a swing of 10 Hz, 470 times too large."""
+    text = BAR + PULL.format(course=", course = sine(frequency = 990 Hz)") + HEXES.format(more="")
+    with pytest.raises(softmark.SceneError, match="E381"):
+        run(text + STEADY.format(end=0.1, step=1e-3, name="trapezoidal"))

@@ -94,7 +94,8 @@ class Sampled:
 
     def mean(self, begin: float, end: float) -> float:
         s, w = np.polynomial.legendre.leggauss(12)
-        return 0.5 * sum(float(b) * self.at(begin + 0.5 * (end - begin) * (1.0 + float(a))) for a, b in zip(s, w))
+        t = begin + 0.5 * (end - begin) * (1.0 + s)
+        return 0.5 * sum(float(b) * self.at(float(a)) for a, b in zip(t, w, strict=True))
 
 
 # ------------------------------------------------------------------ a few particles

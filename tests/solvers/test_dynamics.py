@@ -254,7 +254,7 @@ def test_a_support_that_moves(
 
 @pytest.mark.parametrize("name", ["trapezoidal", "generalized_alpha", "central_differences"])
 def test_damping_between_a_moving_support_and_the_body(
-    name: str, states: States, quadratic: type[Any]
+    name: str, states: States, quadratic: type[Any], sampled: Callable[..., Course]
 ) -> None:
     """x'' = -alpha x' - beta w0^2 (x' - xs') - w0^2 (x - xs), by a Runge-Kutta method of order 8 (not this code).
 
@@ -270,7 +270,7 @@ def test_damping_between_a_moving_support_and_the_body(
     K = w0**2 * np.array([[1.0, -1.0], [-1.0, 1.0]])
     problem = Dynamics(
         Assembly(2, np.array([0]), [quadratic(K)], []), np.ones(2), np.zeros(2), np.zeros(2),
-        np.array([0]), np.array([s]), lambda t: float(np.sin(w * t)),
+        np.array([0]), np.array([s]), sampled(lambda t: float(np.sin(w * t))),
         damping=Rayleigh(alpha, beta), integrator=INTEGRATORS[name](),
     )  # fmt: skip
     path = march(problem, 4.0, h)
