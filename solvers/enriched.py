@@ -23,7 +23,8 @@ from softmark.solvers.threads import ALONE
 SMALL = 4000  # unknowns up to which a factor takes less than iterations
 CLOSE = 1e-2  # relative residual of the systems
 SETTLED = 0.03  # of the first step: a step this short is the last
-STEPS = 6  # of Newton's method at most
+STEPS = 10  # of Newton's method at most
+AWAY = 5.0  # times the first step: a longer one does not lead to a state nearby
 MOST = 400  # iterations of conjugate gradients in a step
 
 
@@ -49,16 +50,17 @@ def settled(
     assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None] = lambda: None
 ) -> Floats:
     """The equilibrium (dofs,) near x, to SETTLED of how far it is. Raises Lost, Singular, and what `watch` raises."""
-    first, before = 0.0, np.inf
+    first = 0.0
     with np.errstate(all="ignore"), ALONE:
         for number in range(STEPS):
             watch()
             d = np.zeros_like(x)
             d[assembly.free] = _step(assembly, x, below, watch)
             size = float(np.linalg.norm(d))
-            if not np.isfinite(size) or size > 2.0 * before:
+            first = first or size
+            if not size <= AWAY * first:
                 raise Lost("Newton's steps on the finer space lead away from its state")
-            x, first, before = _inside(assembly, x, d), first or size, size
+            x = _inside(assembly, x, d)
             if size <= SETTLED * first or (number == 0 and _linear(assembly, x, d)):
                 return x
     raise Lost(f"{STEPS} Newton steps on the finer space do not lead to its equilibrium")
