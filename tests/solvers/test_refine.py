@@ -52,4 +52,4 @@ def test_curved_facets_of_a_mesh_of_its_own_are_kept() -> None:
 
 def test_cells_that_do_not_match_are_refused() -> None:
     with pytest.raises(Unmatched):
-        finer(SPLITS["kuhn"](BODIES["box"].mesh("hex8", 7e-3)))
+        finer(SPLITS["repeated"](BODIES["box"].mesh("hex8", 7e-3)))
