@@ -25,6 +25,8 @@ Field = Callable[[Floats], Floats]  # points (n, 3) -> displacements (n, 3), m
 
 LOWEST = 0.5  # observed order below which nothing is extrapolated
 ABOVE = 0.5  # the same, above the order of the element
+FIRST = 1.0  # order that a part of the error may have which hides behind a faster one of the opposite sign
+TRIFLE = 1e-6  # of the largest change: a smaller one has no order
 ALIGNED = 0.5  # cosine between successive changes of the field, below which they do not point to one limit
 STREWN = 2000  # points over the body, at least, for norms
 APART = 2.0  # times the sum of two estimates: models farther apart than that contradict each other
@@ -109,7 +111,7 @@ def limit(family: Family, where: Sampled) -> Limit:
     doubt = family.unfit or found.reason or _doubt(found.order or 0.0, family, where, changes)
     left = family.tolerance * largest(u[-1])  # what the solver leaves
     if doubt is None and found.order is not None:
-        return _extrapolated(family, found.order, changes[-1], left)
+        return _extrapolated(family, found.order, changes[-2:], left)
     apart = max(largest(b - a) for a, b in combinations(u, 2))
     return Limit(family.name, family.fields[-1], SAFETY_TWO * apart + left, found.order, False, doubt)
 
@@ -125,20 +127,42 @@ def _doubt(order: float, family: Family, where: Sampled, changes: list[Floats]) 
     return None
 
 
-def _extrapolated(family: Family, order: float, change: Floats, left: float) -> Limit:
+def _extrapolated(family: Family, order: float, changes: list[Floats], left: float) -> Limit:
     """u = u1 + (u1 - u2) / (r^p - 1) at any point; the estimate counts on no more than the formal order.
 
     Orders above the formal one are those of meshes that are too coarse (Oberkampf and Roy 2010, section 8.8).
     """
-    beyond = float(1.0 / np.expm1(order * np.log(family.sizes[-2] / family.sizes[-1])))
+    finer = float(np.log(family.sizes[-2] / family.sizes[-1]))
+    beyond = float(1.0 / np.expm1(order * finer))
     second, finest = family.fields[-2:]
 
     def displacement(X: Floats) -> Floats:
         u = finest(X)
         return u + beyond * (u - second(X))
 
-    cautious = float(1.0 / np.expm1(min(order, family.formal) * np.log(family.sizes[-2] / family.sizes[-1])))
-    return Limit(family.name, displacement, SAFETY_THREE * cautious * largest(change) + left, order, True, None)
+    orders = _local_orders(family, changes, min(order, family.formal))
+    change = np.linalg.norm(changes[-1], axis=1)
+    cautious = SAFETY_THREE * float((change / np.expm1(orders * finer)).max(initial=0.0))
+    hidden = largest(changes[-1]) / float(np.expm1(FIRST * finer))
+    return Limit(family.name, displacement, max(cautious, hidden) + left, order, True, None)
+
+
+def _local_orders(family: Family, changes: list[Floats], highest: float) -> Floats:
+    """The order observed at each point (n,), from the last two changes of the field, at most `highest`.
+
+    Edges that are clamped have a lower order than what is far from them, and one order of the whole body hides it.
+    """
+    coarse, fine = (np.linalg.norm(change, axis=1) for change in changes)
+    least = TRIFLE * max(largest(change) for change in changes)
+    known = (coarse > least) & (fine > least)
+    ratio = np.where(known, coarse, np.inf) / np.where(known, fine, 1.0)
+    low, high = np.full(len(ratio), min(LOWEST, highest)), np.full(len(ratio), highest)
+    h3, h2, h1 = family.sizes[-3:]
+    for _ in range(50):  # (h3^p - h2^p) / (h2^p - h1^p) rises with p
+        middle = 0.5 * (low + high)
+        above = (h3**middle - h2**middle) / (h2**middle - h1**middle) < ratio
+        low, high = np.where(above, middle, low), np.where(above, high, middle)
+    return high
 
 
 def combined(limits: Sequence[Limit], where: Sampled) -> tuple[Limit, float]:

@@ -120,9 +120,10 @@ def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
             options.say("scan", name)
             _virtual(work, scene.declared[name])
     asked = () if options.stated is None else options.stated or tuple(work.models)
-    _state(work, asked, asked=True)
-    if options.free:
-        _state(work, [n for n in work.models if n not in asked], asked=False)
+    if asked or options.free:
+        from softmark.interpreter.stating.asking import state
+
+        state(work, asked, options.free)
     return _report(work, partial=False)
 
 
@@ -233,18 +234,6 @@ def _model(work: _Run, name: str) -> None:
         loads=loads,
         reactions=reactions(case, prepared),
     )
-
-
-def _state(work: _Run, names: Sequence[str], asked: bool) -> None:
-    """Have models that have an answer state the error of it, at a cost where they are asked."""
-    for name, result in ((n, m) for n, m in list(work.models.items()) if n in names):
-        from softmark.interpreter.stated import stated
-
-        work.options.say("state", f"the error of {name}")
-        declared, prepared = work.scene.declared[name], work.prepared[name][0]
-        view, warnings = work.views[name], work.warnings
-        said = stated(work.scene, declared, view, prepared, result, work.measured, warnings, asked)
-        work.models[name] = replace(result, stated=said)
 
 
 def _timed(work: _Run, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:

@@ -250,7 +250,9 @@ class Stated:
         farther = None
         if second and abs(second[0][1] - ratio) <= 0.25 * ratio:
             farther = near.apart(near.of(second[0][0]))
-        return orders.index(apart, ratio, theory, farther)
+        found = orders.index(apart, ratio, theory, farther)
+        orders.must_tell([found], seen.size, HOPELESS)
+        return found
 
     def _model(self, seen: Seen) -> float:
         thing = self.solid.thing

@@ -11,7 +11,7 @@ from typing import Any
 from softmark.interpreter.stating.seen import Unknown
 
 SOLUTIONS = 4.0  # times what the solution took, in all
-LEAST = 1.0  # s: less than that is not worth asking for
+LEAST = 2.0  # s that may be spent in any case
 NOT_ASKED = "nobody asked for it: `--stated` does"
 
 

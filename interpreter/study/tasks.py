@@ -148,7 +148,11 @@ def _point(scene: Scene, report: Report, model: ModelResult) -> Json:
 
 def _stated(scene: Scene, model: ModelResult) -> Json:
     """What the model states of the first relative metric against something, and of all (`of`)."""
-    first = next((n for n in scene.of_kind("metric") if n in model.stated), next(iter(model.stated)))
+    relative = (
+        n for n, m in scene.of_kind("metric").items()
+        if n in model.stated and m.thing.unit == "1" and getattr(m.thing, "against", None) is not None
+    )  # fmt: skip
+    first = next(relative, next(n for n, said in model.stated.items() if said.get("unit", "1") == "1"))
     return {**model.stated[first], "metric": first, "of": dict(model.stated)}
 
 

@@ -20,20 +20,20 @@ def conjugate_gradients(
     x, r = np.zeros_like(b), b.copy()
     p, rz = np.zeros_like(b), 1.0
     for number in range(1, budget + 1):
-        if _dot(r, r) <= goal * goal:
+        if dot(r, r) <= goal * goal:
             return x, number - 1, True
         z = precondition(r)
-        rz, before = _dot(r, z), rz
+        rz, before = dot(r, z), rz
         p = z + (rz / before if number > 1 else 0.0) * p
         q = K @ p
-        curvature = _dot(p, q)
+        curvature = dot(p, q)
         if not (curvature > 0.0 and rz > 0.0):
             return x, number, False
         x += (rz / curvature) * p
         r -= (rz / curvature) * q
-    return x, budget, _dot(r, r) <= goal * goal
+    return x, budget, dot(r, r) <= goal * goal
 
 
-def _dot(a: Floats, b: Floats) -> float:
-    """By one thread: a second one of BLAS waits for longer than it works."""
+def dot(a: Floats, b: Floats) -> float:
+    """a . b, by one thread: a second one of BLAS waits for longer than it works."""
     return float(np.einsum("i,i->", a, b))

@@ -41,13 +41,43 @@ def family(sizes: tuple[float, ...], p: float, formal: float = 2.0, **options: o
 @pytest.mark.parametrize("sizes", [(1.0, 0.5, 0.25), (1.0, 0.7, 0.4)])
 @pytest.mark.parametrize("p", [1.0, 1.5, 2.0])
 def test_a_power_law_is_extrapolated_exactly(sizes: tuple[float, ...], p: float) -> None:
-    """At every point; the estimate is 1.25 times what is left on the finest mesh, where that is largest: x = 3."""
+    """At every point; the estimate is 1.25 times what is left on the finest mesh, where that is largest: x = 3.
+
+    It is no less than what is left if a part of first order hides behind a faster one: the last change over r - 1.
+    """
     found = limit(family(sizes, p), WHERE)
     assert found.extrapolated
     assert found.order == pytest.approx(p, abs=1e-9)
     X = np.array([[0.3, 0, 0], [5.0, 0, 0]])
     np.testing.assert_allclose(found.displacement(X)[:, 0], 1 + X[:, 0], rtol=1e-9)
-    assert found.estimate == pytest.approx(1.25 * 4 * 0.1 * sizes[-1] ** p, rel=1e-9)
+    hidden = 4 * 0.1 * (sizes[-2] ** p - sizes[-1] ** p) / (sizes[-2] / sizes[-1] - 1)
+    assert found.estimate == pytest.approx(max(1.25 * 4 * 0.1 * sizes[-1] ** p, hidden), rel=1e-9)
+
+
+def test_a_slow_part_that_hides_behind_a_fast_one_is_in_the_estimate() -> None:
+    """u = 1 + x + A f(x) h^p + B g(x) h^q, q of a clamped edge: at most 2 % of 400 draws are off by more than said.
+
+    One order for the whole body, counted on in full, missed 5 % of them for p = 2 and 19 % for p = 3, by up to 15
+    times. What is left are draws whose two parts cancel in both changes, of which no three meshes can tell.
+    """
+    rng = np.random.default_rng(1)
+    shapes = (np.positive, np.square, np.sqrt, lambda x: 1.1 - x, lambda x: np.exp(-8 * x), lambda x: np.sin(3 * x))
+    X = np.stack([np.linspace(0, 1, 40), np.zeros(40), np.zeros(40)], axis=1)
+    where, line = Sampled(X, np.full(40, 0.025)), X[:, 0]
+
+    def field(h: float, p: float, q: float, parts: tuple[np.ndarray, np.ndarray]) -> Field:
+        return lambda Y: np.stack([1 + line + parts[0] * h**p + parts[1] * h**q, 0 * line, 0 * line], axis=1)
+
+    for p in (2.0, 3.0):
+        missed = 0
+        for _ in range(400):
+            q, amounts = rng.uniform(0.6, 1.6), rng.choice([-1, 1], 2) * 10 ** rng.uniform(-2, -0.4, 2)
+            parts = tuple(a * shapes[i](line) for a, i in zip(amounts, rng.integers(6, size=2), strict=True))
+            sizes = (1.0, 0.5, 0.25)
+            found = limit(Family("made", p, sizes, [field(h, p, q, parts) for h in sizes]), where)  # type: ignore[arg-type]
+            true = largest(found.displacement(X) - np.stack([1 + line, 0 * line, 0 * line], axis=1))
+            missed += true > found.estimate
+        assert missed <= 8
 
 
 def test_what_is_not_asymptotic_is_not_extrapolated() -> None:
@@ -83,10 +113,10 @@ def test_counts_are_those_of_the_mesh() -> None:
 
 
 def test_an_order_above_that_of_theory_makes_no_estimate_smaller() -> None:
-    """Order 2.4 for an element of 2, within what is extrapolated: the estimate is that of order 2."""
+    """Order 2.4 for an element of 2, within what is extrapolated: the estimate is that of order 2, or of a hidden 1."""
     found = limit(family((1.0, 0.5, 0.25), 2.4), WHERE)
     assert found.extrapolated
-    assert found.estimate == pytest.approx(1.25 * 4 * 0.1 * (0.5**2.4 - 0.25**2.4) / 3)
+    assert found.estimate == pytest.approx(max(1.25 / 3, 1.0) * 4 * 0.1 * (0.5**2.4 - 0.25**2.4))
 
 
 def test_changes_must_point_to_one_limit() -> None:

@@ -178,17 +178,17 @@ probe    tip  = point(b, at = (x0 + 20 mm, 5 mm, 5 mm))
     assert "rounding takes" in parts["100000 km"]["reason"]
 
 
-def test_it_costs_nothing_unasked_and_is_in_every_report_when_asked(
+def test_it_is_in_every_report(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "a.scene"
     file.write_text(BEAM.format(models="model rod = beam6dof(segments = 8)", poisson=0.3, g=1.0), encoding="utf-8")
     assert main(["run", str(file), "--out", str(tmp_path / "plain")]) == 0
-    assert "states" not in capsys.readouterr().out
+    assert "rod states an error of at most" in capsys.readouterr().out  # a beam's costs next to nothing
     assert main(["run", str(file), "--stated", "--out", str(tmp_path / "asked")]) == 0
     assert "rod states an error of at most" in capsys.readouterr().out
     plain, said = (json.loads((tmp_path / n / "report.json").read_text("utf-8")) for n in ("plain", "asked"))
-    assert "stated" not in plain["models"]["rod"]
+    assert plain["models"]["rod"]["stated"] == said["models"]["rod"]["stated"]
     assert set(said["models"]["rod"]["stated"]) == {"eta", "axis"}
     assert "states an error of at most" in (tmp_path / "asked" / "report.html").read_text("utf-8")
 

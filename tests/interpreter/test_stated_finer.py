@@ -1,0 +1,169 @@
+"""Errors that models state from a finer space over their own cells: they hold the true ones, shrink with the mesh, are
+there for meshes from files, and cost about as much as a solution.
+
+Truths: a finer mesh of ten-node tetrahedra, good to 0.5 %. tests/benchmarks/stated_errors.py has more.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import softmark
+from softmark.interpreter.cli import main
+from softmark.interpreter.run import Options, run
+from softmark.interpreter.stating import orders
+from softmark.interpreter.stating.budget import Budget, Overspent
+from softmark.interpreter.stating.seen import Unknown
+
+BEAM = """
+material gel  = neo_hookean(young = 60 kPa, poisson = {poisson}, density = 1000 kg/m^3)
+body     b    = solid({body}, gel)
+support  wall = fixed(b, where = x <= 0 mm)
+load     down = gravity(1 m/s^2, direction = -z)
+model    fine = fem(tet10, strain = finite, {fine})
+{models}
+probe    line = line(b, from = (0, 5, 5) mm, to = (40, 5, 5) mm, points = 9)
+metric   eta  = energy_norm(line, against = fine)
+metric   sag  = displacement(line, along = -z)
+"""
+BOX = "box(size = (40, 10, 10) mm)"
+
+
+def asked(models: str, body: str = BOX, fine: str = "size = 1.67 mm", poisson: float = 0.3) -> Any:
+    """The report of a short beam whose models are asked, without the one that is the truth."""
+    scene = softmark.loads(BEAM.format(models=models, poisson=poisson, body=body, fine=fine))
+    names = tuple(n for n in scene.models if n != "fine")
+    return run(scene.scene, list(scene.warnings), Options(draw=False, stated=names))
+
+
+def ratio(report: Any, name: str) -> float:
+    """Stated over true, relative."""
+    model = report.models[name]
+    return float(model.stated["eta"]["value"] / model.metrics["eta"].value)
+
+
+@pytest.mark.parametrize("element", ["tet4", "tet10", "hex8", "hex8, formulation = mean_dilatation"])
+def test_they_hold_the_true_ones_and_shrink_with_the_mesh(element: str) -> None:
+    """4.9 -> 10.3 % was stated while the error halved; 35 % for a true 0.54 %."""
+    report = asked("\n".join(f"model m{i} = fem({element}, strain = corotational, size = {h} mm)"
+                             for i, h in enumerate((5, 2.5))))  # fmt: skip
+    assert all(1.0 <= ratio(report, name) <= 4.0 for name in ("m0", "m1"))
+    coarse, fine = (report.models[n].stated["eta"]["value"] for n in ("m0", "m1"))
+    assert fine < 0.6 * coarse
+
+
+def test_the_displacement_of_a_point_has_one_in_metres() -> None:
+    report = asked("model m = fem(tet4, strain = corotational, size = 5 mm)")
+    said, model = report.models["m"].stated["sag"], report.models["m"]
+    assert said["unit"] == "m"
+    off = abs(model.metrics["sag"].value - report.models["fine"].metrics["sag"].value)
+    assert off <= said["value"] <= 4.0 * off
+
+
+@pytest.mark.parametrize(("element", "poisson"), [("hex8", 0.49), ("tet4", 0.499)])
+def test_elements_that_lock_have_one_that_holds(element: str, poisson: float) -> None:
+    report = asked(f"model m = fem({element}, strain = corotational, size = 5 mm)", poisson=poisson)
+    assert report.models["m"].metrics["eta"].value > 0.2
+    assert 1.0 <= ratio(report, "m") <= 3.0
+    assert "W301" in report.models["m"].stated["eta"]["doubts"]
+
+
+@pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
+def test_a_mesh_from_a_file_has_one(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import meshio
+
+    from softmark.solvers.mesh.shapes import Box
+
+    for name, element, size in (("own", kind, 5e-3), ("fine", "tet10", 2e-3)):
+        mesh = Box((0.04, 0.01, 0.01)).mesh(element, size)
+        word = {"tet4": "tetra", "tet10": "tetra10", "hex8": "hexahedron"}[element]
+        meshio.Mesh(mesh.points, [(word, mesh.cells)]).write(tmp_path / f"{name}.vtu")
+    monkeypatch.chdir(tmp_path)
+    files = (f'mesh("{tmp_path}/{name}.vtu", unit = 1 m)' for name in ("own", "fine"))
+    own, fine = files
+    report = asked(f"model m = fem({kind}, strain = corotational)", body=own, fine=f"mesh = {fine}")
+    assert 1.0 <= ratio(report, "m") <= 4.0
+
+
+def test_a_cylinder_of_hexahedra_states_what_its_flat_facets_miss() -> None:
+    """10 % of the volume is missing at two cells across: finer cells have their nodes on the cylinder."""
+    scene = softmark.loads("""
+material gel  = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     b    = solid(cylinder(length = 40 mm, radius = 5 mm), gel)
+support  wall = fixed(b, where = x <= 0 mm)
+load     pull = traction(b, where = x >= 40 mm, vector = (0, 0, 20) Pa)
+model    fine = fem(tet10, strain = corotational, size = 2 mm)
+model    hex  = fem(hex8, strain = corotational, formulation = mean_dilatation, size = 4 mm)
+probe    line = line(b, from = (0, 0, 0) mm, to = (40, 0, 0) mm, points = 9)
+metric   eta  = energy_norm(line, against = fine)
+""")
+    report = run(scene.scene, list(scene.warnings), Options(draw=False, stated=("hex",)))
+    assert 1.0 <= ratio(report, "hex") <= 6.0
+
+
+def test_what_costs_more_than_it_may_is_not_begun_or_stopped() -> None:
+    class Clock:
+        @staticmethod
+        def to_json() -> dict[str, float]:
+            return {"median": 10.0}
+
+    budget = Budget.of({"solve_cpu_s": Clock(), "setup_cpu_s": None}, asked=True)
+    budget.must_hold(3.9)
+    with pytest.raises(Overspent, match="more than 4 times the solution"):
+        budget.must_hold(4.1)
+    budget.spent = 41.0
+    with pytest.raises(Unknown, match="costs more than"):
+        budget.check()
+    with pytest.raises(Overspent, match="nobody asked"):
+        Budget.of({}, asked=False).must_hold(0.1)
+
+
+def test_indices_of_three_grids_hold_the_error_of_power_laws() -> None:
+    """u = 1 + h^p on h = 1, 2, 4: at least h^p, and near theory no more than 1.25 times it."""
+    for p in (0.6, 1.0, 1.5, 2.0, 2.4, 3.0):
+        near, far = 2**p - 1, 4**p - 2**p
+        found = orders.index(near, 2.0, 2.0, far)
+        assert found >= 1.0 - 1e-12
+        if p == 2.0:
+            assert found == pytest.approx(1.25)
+    assert orders.index(0.1, 2.0, 2.0) == pytest.approx(0.3)
+
+
+SCENE = "softmark 1\n" + BEAM.format(
+    models="model rod = beam6dof(segments = 8)\nmodel hex = fem(hex8, strain = finite, size = 5 mm)",
+    poisson=0.3, body=BOX, fine="size = 5 mm",
+)  # fmt: skip
+
+
+def test_a_plain_run_says_what_is_free_and_who_was_not_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "a.scene"
+    file.write_text(SCENE, encoding="utf-8")
+    assert main(["run", str(file), "--out", str(tmp_path / "plain")]) == 0
+    shown = capsys.readouterr().out
+    row = next(line for line in shown.splitlines() if line.startswith("rod"))
+    assert row.count("±") == 2
+    assert "no error is stated for `fine`, `hex`: that of the mesh costs about as much as the solution" in shown
+    report = json.loads((tmp_path / "plain" / "report.json").read_text("utf-8"))
+    said = report["models"]["hex"]["stated"]["sag"]
+    assert said["value"] is None
+    assert "`--stated` does" in said["reason"]
+    assert said["parts"]["model"] == 0.0
+    assert 0.0 < said["parts"]["rounding"] < 1e-9
+    assert said["parts"]["solver"] < 1e-6
+    assert "±" in (tmp_path / "plain" / "report.html").read_text("utf-8")
+
+
+def test_the_step_that_would_come_next_is_known_from_the_last_factor() -> None:
+    """The same as of a tangent that is made anew, to the digits that Newton's last step left."""
+    scene = softmark.loads(SCENE.replace("softmark 1\n", ""))
+    report = run(scene.scene, list(scene.warnings), Options(only=("hex",), draw=False))
+    left = report.models["hex"].mesh.left
+    assert left.shape == report.models["hex"].mesh.displacement.shape
+    assert np.abs(left).max() < 1e-6 * np.abs(report.models["hex"].mesh.displacement).max()
