@@ -21,6 +21,7 @@ probe    axis   = line(beam, from = (0, 0, 0) mm, to = (200, 0, 0) mm, points = 
 metric   eta    = energy_norm(axis, against = theory)
 """
 TISSUES = "material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)\n"
+OTHER = 'markers("beads.csv"', 'surface("my-report/vtu/rod.vtu"'
 BEADS = "x0,y0,z0,x1,y1,z1\n0,0,0,0,0,0\n100,0,0,100,0,-10\n200,0,0,200,0,-30\n"
 
 
@@ -74,7 +75,7 @@ def test_what_changed_between_two_results_is_not_written_over_one(capsys: pytest
 def test_a_mesh_below_the_report_is_not_written_over(capsys: pytest.CaptureFixture[str]) -> None:
     Path("my-report/vtu").mkdir(parents=True)
     Path("my-report/vtu/rod.vtu").write_text("read", encoding="utf-8")
-    Path("my.scene").write_text(SCENE.replace('markers("beads.csv"', 'surface("my-report/vtu/rod.vtu"'), encoding="utf-8")
+    Path("my.scene").write_text(SCENE.replace(*OTHER), encoding="utf-8")
     assert main(["run", "my.scene", "--vtu"]) == 2
     assert "error[E394]: " in capsys.readouterr().err
 
