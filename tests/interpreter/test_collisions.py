@@ -93,3 +93,13 @@ def test_a_folder_where_a_file_should_go_is_found_before_the_run(
 
 def test_devices_keep_nothing_and_may_be_named_twice() -> None:
     assert main(["run", "my.scene", "--model", "rod", "--json", "/dev/null", "--junit", "/dev/null"]) in (0, 3)
+
+
+@pytest.mark.parametrize("command", ["run", "compare", "stress"])
+def test_an_empty_name_is_not_the_working_folder(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    before = contents()
+    with pytest.raises(SystemExit) as stop:
+        main([command, "my.scene", "--out", ""])
+    assert stop.value.code == 2
+    assert "the name of the folder is empty" in capsys.readouterr().err
+    assert contents() == before
