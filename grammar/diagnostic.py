@@ -55,7 +55,7 @@ class Diagnostic:
 def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
     """The fields that tools read; line and column are null where there is no place."""
     span, source = diagnostic.span, diagnostic.source
-    return {
+    own: dict[str, Any] = {
         "code": diagnostic.code,
         "severity": diagnostic.severity,
         "message": encodable(diagnostic.message),
@@ -67,12 +67,14 @@ def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
         "help": encodable(diagnostic.help) or None,
         "label": encodable(diagnostic.label) or None,
         "notes": [encodable(note) for note in diagnostic.notes],
-        "related": [
+    }
+    if diagnostic.also:
+        own["related"] = [
             {"file": encodable(s.source.name), "line": s.span.line, "column": s.span.column,
              "message": encodable(s.label)}
             for s in diagnostic.also
-        ],
-    }
+        ]  # fmt: skip
+    return own
 
 
 def encodable(text: str) -> str:

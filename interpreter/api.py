@@ -42,25 +42,33 @@ class LoadedScene:
         """Solve and judge; `models` restricts to some, `repeat` times each solution so often.
 
         Models that do not converge are in the report with their status: look at it before their numbers.
-        Raises SceneError if the scene cannot be built or a name in `models` is unknown.
+        Raises SceneError if the scene cannot be built or a name in `models` is unknown, BadArgument, which is one, for
+        an argument of another type or size.
         """
+        from softmark.interpreter import arguments
         from softmark.interpreter.names import unknown_models
+
+        only = () if models is None else arguments.models(models)
+        if models is not None and not only:
+            raise arguments.BadArgument("`models` is empty; leave it out to run all models")
+        arguments.count("repeat", repeat)
         from softmark.interpreter.run import Options, run
 
-        if models is not None and not models:
-            raise ValueError("`models` is empty; leave it out to run all models")
-        only = (models,) if isinstance(models, str) else tuple(models or ())
         if problems := unknown_models(self.scene, only):
             raise SceneError(problems)
-        return run(self.scene, list(self.warnings), Options(only=only, repeat=repeat, free=True))
+        return run(self.scene, list(self.warnings), Options(only=only, repeat=int(repeat), free=True))
 
 
-def load(file: str | Path, /, **parameters: str) -> LoadedScene:
+def load(file: str | Path, /, **parameters: str | float) -> LoadedScene:
     """The scene of a file, or of the standard library by name: `load("beam.scene", L="120 mm")`.
 
-    `parameters` replace those of the scene. Raises SceneError with every diagnostic if something is wrong,
-    FileNotFoundError if there is no such scene.
+    `parameters` replace those of the scene: texts, or numbers where they have no unit. Raises SceneError with every
+    diagnostic if something is wrong, BadArgument for a value of another type, FileNotFoundError if there is no such
+    scene.
     """
+    from softmark.interpreter.arguments import place
+
+    place("file", file, "the file of a scene or the name of a standard one")
     try:
         path = locate(str(file))
         source = read(path)
@@ -69,13 +77,18 @@ def load(file: str | Path, /, **parameters: str) -> LoadedScene:
     return _loaded(source, path.parent, path, parameters)
 
 
-def loads(text: str, /, **parameters: str) -> LoadedScene:
+def loads(text: str, /, **parameters: str | float) -> LoadedScene:
     """The scene of a text; files that it names are looked for in the working directory. Raises SceneError."""
+    from softmark.interpreter import arguments
+
+    arguments.text("text", text, "the text of a scene")
     return _loaded(Source("<text>", text), Path(), None, parameters)
 
 
-def _loaded(source: Source, folder: Path, file: Path | None, parameters: dict[str, str]) -> LoadedScene:
-    overrides = [f"{name}={value}" for name, value in parameters.items()]
+def _loaded(source: Source, folder: Path, file: Path | None, parameters: Mapping[str, object]) -> LoadedScene:
+    from softmark.interpreter.arguments import override
+
+    overrides = [override(name, value) for name, value in parameters.items()]
     scene, diagnostics = checked(source, folder, file, overrides)
     if any(d.severity == "error" for d in diagnostics) or scene is None:
         raise SceneError([d for d in diagnostics if d.severity == "error"])
@@ -102,8 +115,8 @@ def checked(
 
 def compare(
     *scenes: str | Path | LoadedScene,
-    vary: Mapping[str, Sequence[str] | str] | None = None,
-    models: Sequence[str] = (),
+    vary: Mapping[str, Sequence[str | float] | str | float] | None = None,
+    models: str | Sequence[str] = (),
     study: str | None = None,
     folder: str | Path | None = None,
     jobs: int = 1,
@@ -118,10 +131,25 @@ def compare(
 
     `vary={"h": ["10 mm", "5 mm"]}` takes the place of the studies. `folder` keeps the journal that `resume` goes on
     with; without it nothing is kept. `timeout` is in s for each configuration; `repeats=0` leaves out timing. Raises
-    SceneError, FileNotFoundError, journal.Refused for a folder that is in use or holds results already, and
-    pool.Unavailable where workers or a cluster cannot be had.
+    SceneError, BadArgument, FileNotFoundError, journal.Refused for a folder that is in use or holds results already,
+    and pool.Unavailable where workers or a cluster cannot be had.
     """
     import tempfile
+
+    from softmark.interpreter import arguments
+
+    if not scenes:
+        raise arguments.BadArgument("`softmark.compare` needs a scene: a file, a standard scene, or what `load` gave")
+    texts, only = arguments.varied(vary), arguments.models(models)
+    jobs, repeats = arguments.count("jobs", jobs), arguments.count("repeats", repeats, least=0)
+    timeout = None if timeout is None else arguments.positive("timeout", timeout, "seconds", or_none=True)
+    resume, fresh = arguments.once(resume, fresh)
+    arguments.flag("allow_contaminated", allow_contaminated)
+    for name, value in (("study", study), ("cluster", cluster)):
+        if value is not None:
+            arguments.text(name, value, "a text or None")
+    if folder is not None:
+        arguments.place("folder", folder, "a folder")
 
     from softmark.interpreter.study.compare import Request
     from softmark.interpreter.study.compare import compare as carry_out
@@ -131,10 +159,9 @@ def compare(
     for one in scenes:
         scene = one.scene if isinstance(one, LoadedScene) else load(one).scene
         subjects.append(subject_of(scene, [s.name for s in subjects]))
-    texts = tuple(f"{n}={v if isinstance(v, str) else ','.join(v)}" for n, v in (vary or {}).items())
     with tempfile.TemporaryDirectory() as scratch:
         request = Request(
-            Path(folder or scratch), texts, tuple(models), study, jobs, cluster, timeout, repeats, resume, fresh,
+            Path(folder or scratch), texts, only, study, jobs, cluster, timeout, repeats, resume, fresh,
             allow_contaminated, "softmark.compare",
         )  # fmt: skip
         return carry_out(subjects, request)
@@ -142,7 +169,7 @@ def compare(
 
 def stress(
     scene: str | Path | LoadedScene,
-    models: Sequence[str] = (),
+    models: str | Sequence[str] = (),
     study: str | None = None,
     folder: str | Path | None = None,
     jobs: int = 1,
@@ -155,10 +182,21 @@ def stress(
 
     `silent` of the result are the points that look right and are wrong. `folder` keeps the journal that `resume` goes
     on with; without it nothing is kept. `timeout` is in CPU seconds for each point, `memory` in GiB for each process.
-    Raises SceneError, FileNotFoundError, journal.Refused for a folder that is in use or holds results already, and
-    pool.Unavailable where workers cannot be had.
+    Raises SceneError, BadArgument, FileNotFoundError, journal.Refused for a folder that is in use or holds results
+    already, and pool.Unavailable where workers cannot be had.
     """
     import tempfile
+
+    from softmark.interpreter import arguments
+
+    only, jobs = arguments.models(models), arguments.count("jobs", jobs)
+    timeout = arguments.positive("timeout", timeout, "seconds")
+    memory = arguments.positive("memory", memory, "GiB")
+    resume, fresh = arguments.once(resume, fresh)
+    if study is not None:
+        arguments.text("study", study, "the name of a study or None")
+    if folder is not None:
+        arguments.place("folder", folder, "a folder")
 
     from softmark.interpreter.study.stress.engine import Request
     from softmark.interpreter.study.stress.engine import stress as carry_out
@@ -167,7 +205,7 @@ def stress(
     loaded = scene if isinstance(scene, LoadedScene) else load(scene)
     with tempfile.TemporaryDirectory() as scratch:
         request = Request(
-            Path(folder or scratch), tuple(models), study, jobs, timeout, memory, resume, fresh, "softmark.stress"
+            Path(folder or scratch), only, study, jobs, timeout, memory, resume, fresh, "softmark.stress"
         )
         return carry_out(subject_of(loaded.scene), request)
 

@@ -20,7 +20,7 @@ from softmark.interpreter.expressions import Bad, Place, describe
 from softmark.interpreter.ledger import Ledger
 from softmark.interpreter.modules import Module, Symbol, Table
 from softmark.interpreter.overrides import Override
-from softmark.interpreter.scene import Declared, Expectation, Location, Scene
+from softmark.interpreter.scene import Declared, Expectation, Location, Scene, SceneError
 from softmark.interpreter.scope import Scope
 
 STATEMENTS = ("param", "use", "expect", "scene")
@@ -51,6 +51,16 @@ def recompiled(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diag
     given = overrides.read(scene.overrides, diagnostics) + added
     other, found = _compiled(table, scene.path, given, diagnostics, texts)
     return replace(other, chosen=scene.chosen), found
+
+
+def restored(table: Table, path: str | None, texts: tuple[str, ...], chosen: tuple[str, ...]) -> Scene:
+    """The scene of texts that were parsed before, in another process or for a copy. Raises SceneError."""
+    diagnostics = Ledger()
+    known = table.again(diagnostics)
+    scene, found = _compiled(known, path, overrides.read(texts, diagnostics), diagnostics, texts)
+    if errors := [d for d in found if d.severity == "error"]:  # a file that it names is no longer there
+        raise SceneError(errors)
+    return replace(scene, chosen=chosen)
 
 
 def _compiled(

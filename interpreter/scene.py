@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
@@ -88,6 +88,14 @@ class Scene:
     table: Table | None = field(default=None, repr=False, compare=False)  # what it was compiled from
     chosen: tuple[str, ...] = ()  # models that are asked for, with what they need; all of them without
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Conditions are functions, which cannot be pickled: the texts can, and are compiled again."""
+        if self.table is None:
+            return Scene, tuple(getattr(self, f.name) for f in fields(self))
+        from softmark.interpreter.compile import restored
+
+        return restored, (self.table, self.path, self.overrides, self.chosen)
+
     def of_kind(self, kind: str) -> dict[str, Declared]:
         """The scene's own declarations of a kind, without those that come from `use`."""
         return self._kinds.get(kind, {})
@@ -127,3 +135,6 @@ class SceneError(Exception):
 
         self.diagnostics = diagnostics
         super().__init__("\n" + render(diagnostics, colour=False))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.diagnostics,)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import visible
+from softmark.interpreter.commands.options import folder as folder_name
 from softmark.interpreter.commands.options import override_option
 from softmark.interpreter.commands.studying import (
     again_options,
@@ -35,7 +36,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     vary = "vary a parameter or a field (or `model=a,b`), in place of the scene's studies; several make a product"
     parser.add_argument("--vary", action="append", default=[], metavar="NAME=VALUE,...", help=vary)
     parser.add_argument("--study", metavar="NAME", help="only this study of the scene")
-    parser.add_argument("--out", metavar="DIR", help="folder for compare.html, compare.json and journal.jsonl"
+    parser.add_argument("--out", type=folder_name, metavar="DIR",
+                        help="folder for compare.html, compare.json and journal.jsonl"
                         " (default: NAME-comparison)")  # fmt: skip
     parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
     _work_options(parser)

@@ -12,6 +12,13 @@ def scene_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
 
 
+def folder(text: str) -> str:
+    """The name of a folder, of the command line; an empty one would be the working folder without a word."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the name of the folder is empty; `.` is the one that you are in")
+    return text
+
+
 def override_option(parser: argparse.ArgumentParser) -> None:
     """[-p NAME=VALUE]..."""
     meaning = "replace a parameter or a field"

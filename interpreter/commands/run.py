@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from softmark.interpreter.commands.options import scene_options
+from softmark.interpreter.commands.options import folder, scene_options
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,7 +20,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--junit FILE] [--vtu] [--stated]"""
     scene_options(parser)
     parser.add_argument(
-        "--out", metavar="DIR", help="folder for report.html and report.json (default: NAME-report)"
+        "--out", type=folder, metavar="DIR", help="folder for report.html and report.json (default: NAME-report)"
     )
     parser.add_argument("--json", metavar="FILE", help="write the JSON report to FILE; - is standard output")
     parser.add_argument("--junit", metavar="FILE", help="write models and expectations as a JUnit file")

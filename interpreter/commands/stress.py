@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from softmark.interpreter.commands.options import folder as folder_name
 from softmark.interpreter.commands.options import scene_options
 from softmark.interpreter.commands.studying import again_options, carried_out, count, positive, shelved, warn
 
@@ -25,7 +26,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     scene_options(parser)
     parser.add_argument("--study", metavar="NAME", help="only this stability study of the scene")
-    parser.add_argument("--out", metavar="DIR", help="folder for stress.html, stress.json and journal.jsonl"
+    parser.add_argument("--out", type=folder_name, metavar="DIR",
+                        help="folder for stress.html, stress.json and journal.jsonl"
                         " (default: NAME-stress)")  # fmt: skip
     parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
     parser.add_argument("--jobs", type=count, default=1, metavar="N", help="compute points in N processes at a time")

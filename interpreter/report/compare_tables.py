@@ -63,7 +63,8 @@ def all_points(view: View) -> str:
             rows.append(_point(view, point))
         seen.add(identity)
     head = [heading(w) for w in ("Configuration", "Status")]
-    head += [heading(w, True) for w in (*(f"`{m}`" for m in view.metrics), "Unknowns", *_clocks(view))]
+    named = (f"`{m}`" for m in (*view.metrics, *view.measurements))
+    head += [heading(w, True) for w in (*named, "Unknowns", *_clocks(view))]
     head += [heading("Solver"), heading("Timing")]
     star = " ★: on the front of this error." if any(own["front"] for own in view.metrics.values()) else ""
     dagger = " †: within the uncertainty of the reference." if any(
@@ -86,6 +87,7 @@ def _point(view: View, point: Point) -> str:
     unknowns = grouped(size["dofs"]) if size.get("dofs") else DASH
     cells = [row_head(point_label(point), str(point.get("outline") or "")), tag("td", status, _unbalanced(point))]
     cells += [_error(view, point, metric) for metric in view.metrics]
+    cells += [cell(view.measured(point, metric)[1]) for metric in view.measurements]
     cells += [cell(unknowns), *(_times(view, point) if view.timed else ()), _solver(solve)]
     return row(*cells, tag("td", _quality(point), class_="quality"))
 
@@ -148,6 +150,7 @@ def _points_csv(view: View) -> str:
     parts = ("median", "q1", "q3", "runs")
     header = ["configuration", "model", "study", "status", "message", "nodes", "elements", "dofs"]
     header += [f"{m} [{own['unit']}]" for m, own in view.metrics.items()]
+    header += [f"{m} [{unit}]" for m, unit in view.measurements.items()]
     times = [f"{clock.removesuffix('_s')} {part}" for clock in clocks for part in parts]
     header += [time if time.endswith("runs") else f"{time} [s]" for time in times]
     header += ["memory [B]", "iterations", "linear solver", "disturbed", "flags"]
@@ -162,6 +165,7 @@ def _points_csv(view: View) -> str:
             p.get("message"),
         ]
         own += [size.get(k) for k in ("nodes", "elements", "dofs")] + [error_of(p, m) for m in view.metrics]
+        own += [view.measured(p, m)[0] for m in view.measurements]
         own += [(cost.get(clock) or {}).get(part) for clock in clocks for part in parts]
         own += [cost.get("memory_bytes"), solve.get("iterations"), solve.get("linear_solver")]
         rows.append([*own, "yes" if cost.get("contaminated") else "no", "; ".join(cost.get("flags") or ())])

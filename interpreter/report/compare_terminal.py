@@ -89,8 +89,9 @@ def _rows(own: Sequence[View], paint: bool) -> str:
     metrics = list(dict.fromkeys(m for view in own for m in view.metrics))
     points = [(view, p) for view in own for p in _once(view)]
     clocks = dict.fromkeys(CLOCKS.get(view.clock, view.clock) for view in own if view.timed)
-    head = ["", *metrics, "unknowns", "iterations", *([" or ".join(clocks)] if clocks else []), ""]
-    rows = [_row(view, p, metrics, bool(clocks)) for view, p in points]
+    own_metrics = list(dict.fromkeys(m for view in own for m in view.measurements))
+    head = ["", *metrics, *own_metrics, "unknowns", "iterations", *([" or ".join(clocks)] if clocks else []), ""]
+    rows = [_row(view, p, metrics, own_metrics, bool(clocks)) for view, p in points]
     widths = [max(len(r[i]) for r in (head, *rows)) for i in range(len(head))]
     lines = [_line(head, widths), "  ".join("-" * w for w in widths).rstrip()]
     for (view, point), cells in zip(points, rows, strict=True):
@@ -112,9 +113,10 @@ def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
     return "  ".join(shown).rstrip()
 
 
-def _row(view: View, point: Point, metrics: Sequence[str], timed: bool) -> list[str]:
+def _row(view: View, point: Point, metrics: Sequence[str], measured: Sequence[str], timed: bool) -> list[str]:
     solve, unknowns = point.get("solve") or {}, (point.get("size") or {}).get("dofs")
     cells = [point_label(point), *(_error(view, point, m) for m in metrics)]
+    cells += [_spoken(view.measured(point, m)[1]) if m in view.measurements else "-" for m in measured]
     cells += [str(unknowns or "-"), str(solve.get("iterations", "-"))]
     cells += [_time(view, point) if view.timed else "-"] if timed else []
     said = "" if point["status"] == "converged" else status_of(point)

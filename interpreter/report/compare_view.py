@@ -62,6 +62,17 @@ class View:
         found: Mapping[str, Mapping[str, Any]] = self.analysis["metrics"]
         return found
 
+    @cached_property
+    def measurements(self) -> Mapping[str, str]:
+        """Metrics that are no error against anything, with their units: they are shown, and rank nothing."""
+        entries = ((n, e) for p in self.points for n, e in (p.get("errors") or {}).items() if n not in self.metrics)
+        return {name: str(entry["unit"]) for name, entry in entries}
+
+    def measured(self, point: Point, metric: str) -> tuple[float | None, str]:
+        """The value of such a metric, None where there is none, and it in words."""
+        value = ((point.get("errors") or {}).get(metric) or {}).get("value")
+        return value, "–" if value is None else quantity(value, self.measurements[metric], 6, percent=True)
+
     @property
     def lines(self) -> Sequence[Mapping[str, Any]]:
         """Lines of models over their refinement."""

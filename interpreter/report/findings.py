@@ -27,6 +27,7 @@ class Metric:
     against: str | None = None
     summary: str = ""
     line: int | None = None
+    model: str | None = None  # that it is a difference from, where that is no reference
     clock: bool = False  # a share of the time that there is: the verdict matters, not the number
 
     @property
@@ -37,7 +38,7 @@ class Metric:
     @property
     def percent(self) -> bool:
         """Whether plain numbers of this metric are read as percentages."""
-        return self.is_error or self.clock
+        return self.is_error or self.clock or self.model is not None
 
 
 @dataclass(frozen=True)
@@ -47,10 +48,22 @@ class Findings:
     report: Report
 
     @cached_property
+    def _tree(self) -> tree.Tree:
+        """The scene's text; what cannot be read is left out."""
+        return parse(Source("report", str(self.report.scene.get("text", ""))))[0]
+
+    @cached_property
     def declared(self) -> dict[str, tree.Declare]:
-        """Declarations of the scene's text by name; what cannot be read is left out."""
-        scene, _ = parse(Source("report", str(self.report.scene.get("text", ""))))
-        return {d.name: d for d in scene.declarations if isinstance(d, tree.Declare)}
+        """Declarations of the scene's text by name."""
+        return {d.name: d for d in self._tree.declarations if isinstance(d, tree.Declare)}
+
+    @cached_property
+    def expected(self) -> tuple[str, ...]:
+        """Metrics in the order in which expectations ask for them of models."""
+        conditions = (d.condition for d in self._tree.declarations if isinstance(d, tree.Expect))
+        names = (part.parts for c in conditions for part, _ in tree.walk(c) if isinstance(part, tree.Name))
+        models = {n for n, d in self.declared.items() if d.kind == "model"}
+        return tuple(dict.fromkeys(p[1] for p in names if len(p) == 2 and p[0] in models))
 
     @cached_property
     def lines(self) -> range:
@@ -85,13 +98,23 @@ class Findings:
         against = fields.get("against")
         return Metric(
             name, unit, fields.get("probe"), against if against in self.report.references else None,
-            known.summary if known else "", declared.span.line, clock,
+            known.summary if known else "", declared.span.line, against if against in self.report.models else None,
+            clock,
         )  # fmt: skip
 
     @cached_property
     def errors(self) -> tuple[Metric, ...]:
         """The metrics that measure an error against a reference."""
         return tuple(m for m in self.metrics if m.is_error)
+
+    @cached_property
+    def telling(self) -> tuple[Metric, ...]:
+        """Error metrics, the most telling first: what the scene's own expectations ask of its models, in their order.
+
+        Whoever wrote an expectation says by it what the scene is for; without any it is the order of the text.
+        """
+        order = {name: i for i, name in enumerate(self.expected)}
+        return tuple(sorted(self.errors, key=lambda m: order.get(m.name, len(order))))
 
     def best(self, metric: Metric) -> tuple[str, ...]:
         """The models with the least value of an error metric, and those that the uncertainty leaves undecided."""
@@ -151,26 +174,35 @@ class Findings:
     def _first_closest(self) -> Iterator[str]:
         """Who is closest to the first reference, and to the first that was measured."""
         said = list(self.closest())
-        known = list(dict.fromkeys(str(m.against) for m in self.errors if self.best(m)))
+        known = list(dict.fromkeys(str(m.against) for m in self.telling if self.best(m)))
         measured = (i for i, n in enumerate(known) if self.report.references[n].kind == "experimental")
         chosen = dict.fromkeys([0, next(measured, 0)])
         yield from (said[i] for i in chosen if i < len(said))
 
     def closest(self, probe: str | None = None) -> list[str]:
-        """By reference, from its first metric with a value: `the closest to theory is rod: 5.9 % (eta)`.
+        """By reference, from its most telling metric: `the closest to theory is rod: 5.9 % (eta), the farthest ...`.
 
         With `probe` only the metrics that look there count.
         """
         said: dict[str, str] = {}
-        for metric in self.errors:
+        for metric in self.telling:
             if probe is not None and metric.probe != probe:
                 continue
             if metric.against in said or not (best := self.best(metric)):
                 continue
             amount = self._amount(metric, best)
             who = ("is " if len(best) == 1 else "are ") + listed([f"`{n}`" for n in best])
-            said[str(metric.against)] = f"the closest to `{metric.against}` {who}: {amount} (`{metric.name}`)"
+            last = self._farthest(metric, best)
+            said[str(metric.against)] = f"the closest to `{metric.against}` {who}: {amount} (`{metric.name}`){last}"
         return list(said.values())
+
+    def _farthest(self, metric: Metric, best: tuple[str, ...]) -> str:
+        """`, the farthest is linear_tet: 47 %`: the least error alone tells how good the best is, and nothing else."""
+        values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
+        worst = max(values, key=lambda n: values[n])
+        if worst in best:
+            return ""
+        return f", the farthest is `{worst}`: {quantity(values[worst], metric.unit, digits=2, percent=True)}"
 
     def _amount(self, metric: Metric, best: tuple[str, ...]) -> str:
         """The least error, or the bound under which nothing tells several models apart."""

@@ -49,9 +49,10 @@ def caption(findings: Findings) -> str:
 
 
 def ordered(metrics: Sequence[Metric]) -> list[Metric]:
-    """Errors by reference, then measurements, then times."""
-    against = [m.against for m in metrics]
-    return sorted(metrics, key=lambda m: (m.clock, m.against is None, against.index(m.against)))
+    """Errors by reference, differences from models, then measurements, then times."""
+    from_ = [(m.against, m.model) for m in metrics]
+    key = lambda m: (m.clock, m.against is None, m.model is None, from_.index((m.against, m.model)))  # noqa: E731
+    return sorted(metrics, key=key)
 
 
 @dataclass
@@ -222,6 +223,8 @@ class ResultsTable:
             return found.reason or "no reason was given"
         if name == metric.against:
             return "the error is measured from this reference itself"
+        if name == metric.model:
+            return "the difference is measured from this model itself"
         if metric.probe is None and isinstance(result, ReferenceResult):
             return "only the work of models is measured"
         if isinstance(result, ReferenceResult) and not result.probes and result.status == "converged":
@@ -299,6 +302,8 @@ def _verdict(good: bool) -> str:
 def _heading(metric: Metric) -> str:
     if metric.clock:
         return "Real time"
+    if metric.model:
+        return f"Difference from `{metric.model}`"
     return f"Error against `{metric.against}`" if metric.against else "Measured"
 
 

@@ -31,7 +31,7 @@ CLASSES: Mapping[str, Class] = {
     "refused": Class("refused", "–", "not run: the scene is not one for this model"),
     "failed": Class("failed", "✗", "the solver stopped with an error, which is told"),
     "timed_out": Class("out of time", "…", "no answer within the time that a point has"),
-    "unjudged": Class("not judged", "?", "there is no reference to hold it against"),
+    "unjudged": Class("not judged", "?", "what is right there is not known, or not well enough"),
 }
 
 

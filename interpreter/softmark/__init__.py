@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.api import load as load
     from softmark.interpreter.api import loads as loads
     from softmark.interpreter.api import stress as stress
+    from softmark.interpreter.arguments import BadArgument as BadArgument
     from softmark.interpreter.results import MetricResult as MetricResult
     from softmark.interpreter.results import ModelResult as ModelResult
     from softmark.interpreter.results import ProbeResult as ProbeResult
@@ -47,6 +48,7 @@ _PUBLIC = {
     "stress": "softmark.interpreter.api",
     "LoadedScene": "softmark.interpreter.api",
     "SceneError": "softmark.interpreter.scene",
+    "BadArgument": "softmark.interpreter.arguments",
     "Report": "softmark.interpreter.results",
     "ModelResult": "softmark.interpreter.results",
     "ReferenceResult": "softmark.interpreter.results",

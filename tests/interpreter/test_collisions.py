@@ -21,6 +21,7 @@ probe    axis   = line(beam, from = (0, 0, 0) mm, to = (200, 0, 0) mm, points = 
 metric   eta    = energy_norm(axis, against = theory)
 """
 TISSUES = "material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)\n"
+OTHER = 'markers("beads.csv"', 'surface("my-report/vtu/rod.vtu"'
 BEADS = "x0,y0,z0,x1,y1,z1\n0,0,0,0,0,0\n100,0,0,100,0,-10\n200,0,0,200,0,-30\n"
 
 
@@ -74,7 +75,7 @@ def test_what_changed_between_two_results_is_not_written_over_one(capsys: pytest
 def test_a_mesh_below_the_report_is_not_written_over(capsys: pytest.CaptureFixture[str]) -> None:
     Path("my-report/vtu").mkdir(parents=True)
     Path("my-report/vtu/rod.vtu").write_text("read", encoding="utf-8")
-    Path("my.scene").write_text(SCENE.replace('markers("beads.csv"', 'surface("my-report/vtu/rod.vtu"'), encoding="utf-8")
+    Path("my.scene").write_text(SCENE.replace(*OTHER), encoding="utf-8")
     assert main(["run", "my.scene", "--vtu"]) == 2
     assert "error[E394]: " in capsys.readouterr().err
 
@@ -92,3 +93,13 @@ def test_a_folder_where_a_file_should_go_is_found_before_the_run(
 
 def test_devices_keep_nothing_and_may_be_named_twice() -> None:
     assert main(["run", "my.scene", "--model", "rod", "--json", "/dev/null", "--junit", "/dev/null"]) in (0, 3)
+
+
+@pytest.mark.parametrize("command", ["run", "compare", "stress"])
+def test_an_empty_name_is_not_the_working_folder(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    before = contents()
+    with pytest.raises(SystemExit) as stop:
+        main([command, "my.scene", "--out", ""])
+    assert stop.value.code == 2
+    assert "the name of the folder is empty" in capsys.readouterr().err
+    assert contents() == before

@@ -97,9 +97,10 @@ metric away = mean_error(inside, against = beads)
 
 
 def in_a_folder_with(folder: Path, *names: str) -> softmark.LoadedScene:
-    """The scene beside files that it names; a plan does not read them."""
+    """The scene beside files that it names; of tables a plan reads that they are some, of others nothing."""
     for name in names:
-        (folder / name).write_text("")
+        table = "x0,y0,z0,x1,y1,z1\n0,0,0,0,0,0\n"
+        (folder / name).write_text(table if name.endswith(".csv") else "", encoding="utf-8")
     (folder / "beam.scene").write_text(SCANNED, encoding="utf-8")
     return softmark.load(folder / "beam.scene")
 

@@ -288,7 +288,7 @@ def test_a_spreadsheet_does_not_run_a_name(parsed: Parsed) -> None:
     ("case", "said"),
     [
         # eta = |0.021 / 0.02 - 1| = 5 %, |0.03 / 0.02 - 1| = 50 %
-        ("plain", "2 models against 1 reference; the closest to known is a: 5 % (eta); 1 of 1 "),
+        ("plain", "2 models against 1 reference; the closest to known is a: 5 % (eta), the farthest is b: 50 %; 1 "),
         ("failed", "1 of 2 models gave no solution (b); 1 of 2 references gave no solution (r);"),
         ("not_converged", "2 of 2 models gave no solution (a and b); 0 of 1 expectation met, 1 not judged."),
         ("partial", "1 model so far against 1 reference; the closest to known is a: 5 % (eta); expect"),

@@ -18,8 +18,8 @@ POINT = {"texts": {"L": "1 m"}, "model": "rod"}
 
 
 def test_a_scene_of_the_library_is_repeated_by_its_name() -> None:
-    report = softmark.load("stiff-cantilever").run(models=["rod"])
-    assert command(Findings(report)) == "dsl run stiff-cantilever --model rod"
+    report = softmark.load("stiff-cantilever").run(models=["euler"])
+    assert command(Findings(report)) == "dsl run stiff-cantilever --model euler"
     page = render(report)
     assert str(standard_scenes()["stiff-cantilever"].parent) not in page, "no path into a package"
 
