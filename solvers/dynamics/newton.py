@@ -143,7 +143,7 @@ class Balance:
         self.share = 1.0 - stage.alpha_f
         self.weight = 1.0 if stage.between else self.share  # of the forces in the residual
         self.end = start.time + stage.step
-        self.time = start.time + self.share * stage.step if stage.between else self.end  # of the forces
+        self.time = self.end + (stage.alpha_m - stage.alpha_f) * stage.step  # of accelerations
         self.factors = stage.load.mean if stage.between else stage.load.end
         self.past: Floats | float = 0.0
         if stage.alpha_f and not stage.between:
