@@ -130,7 +130,7 @@ def doubts(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tu
     for name, r in found.items():
         if r.area is None:
             continue
-        if abs(1.0 - r.share) > SHOWN:
+        if abs(1.0 - r.share) > SHOWN and r.remainder <= SHOWN * r.area:
             notes.append(Diagnostic(
                 "W371",
                 f"`{name}` acts on {100 * r.share:.4g} % of what it selects of `{case.body.name}` in "
@@ -141,8 +141,8 @@ def doubts(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tu
         if r.remainder > SHOWN * r.area:
             notes.append(Diagnostic(
                 "W372",
-                f"of the area that `{name}` acts on in `{declared.name}` {100 * r.remainder / r.area:.2g} % may be "
-                "too much or missing",
+                f"of the area that `{name}` acts on in `{declared.name}`, {min(100.0, 100 * r.remainder / r.area):.2g} % "
+                "may be too much or missing",
                 at.source, at.span, "the border of the selection was not followed everywhere",
                 "a border that runs along the surface does not say where it cuts it: select by another coordinate",
             ))  # fmt: skip

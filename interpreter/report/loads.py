@@ -18,8 +18,8 @@ def section_of(findings: Findings) -> str:
     if not rows:
         return ""
     head = tag("tr", *(tag("th", text(h), scope="col") for h in ("Load", "Force", "Taken")))
-    table = tag("table", tag("thead", head), tag("tbody", *rows))
-    return section("loads", "Loads", tag("p", LEAD, class_="lead"), tag("div", table, class_="scroll"))
+    table = tag("table", tag("caption", text(LEAD)), tag("thead", head), tag("tbody", *rows))
+    return section("loads", "Loads", tag("div", table, class_="scroll"))
 
 
 def _loads(findings: Findings) -> Iterator[tuple[str, Mapping[str, Resultant]]]:
