@@ -218,18 +218,9 @@ def _model(work: _Run, name: str) -> None:
         history=history,
         solve=solution.facts,
     )
-    work.models[name] = ModelResult(
-        name,
-        solution.status,
-        solution.message,
-        declared.thing.outline(case),
-        prepared.size,
-        solution.facts,
-        clock,
-        probes,
-        mesh=solution.mesh,
-        reactions=reactions(case, prepared),
-    )
+    outline, held = declared.thing.outline(case), reactions(case, prepared)
+    found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, probes)
+    work.models[name] = ModelResult(name, *found, mesh=solution.mesh, reactions=held)
 
 
 def _state(work: _Run, names: Sequence[str]) -> None:

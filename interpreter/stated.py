@@ -205,8 +205,7 @@ class Stated:
             "rounding": self._rounding,
             "solver": self._solver,
         }
-        found |= selection(self)
-        return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
+        return found | selection(self) | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
     # -------------------------------------------------------------- other solutions
 
