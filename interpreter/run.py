@@ -221,19 +221,9 @@ def _model(work: _Run, name: str) -> None:
         history=solution.history,
         solve=solution.facts,
     )
-    work.models[name] = ModelResult(
-        name,
-        solution.status,
-        solution.message,
-        declared.thing.outline(case),
-        prepared.size,
-        solution.facts,
-        clock,
-        probes,
-        mesh=solution.mesh,
-        loads=loads,
-        reactions=reactions(case, prepared),
-    )
+    outline, held = declared.thing.outline(case), reactions(case, prepared)
+    found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, probes)
+    work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held)
 
 
 def _timed(work: _Run, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:

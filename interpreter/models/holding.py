@@ -10,7 +10,6 @@ import numpy as np
 
 from softmark.interpreter import units
 from softmark.interpreter.case import Case, Fault, fault, reach
-from softmark.interpreter.models.gripping import grip
 from softmark.interpreter.models.rigid import AXES, free_motions, point_rows
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -26,6 +25,8 @@ SAME = 1e-12  # relative difference of imposed values that rounding may make
 
 def selected(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
     """Which nodes of a mesh (n,) a support holds: all that it selects, as `case.wide` has it. Raises Fault if none."""
+    from softmark.interpreter.models.gripping import grip  # beams, which know no meshes, come here too
+
     own = grip(owner.thing.where, case.shape, mesh)
     if not own.nodes.any():
         spans = reach(mesh.points.min(axis=0).tolist(), mesh.points.max(axis=0).tolist())
