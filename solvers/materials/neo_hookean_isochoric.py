@@ -30,7 +30,7 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
     """
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """The energy is linear in its two moduli, of K = lam + 2 mu/3 the first has 2 mu/3, and the second lam."""
+        """The energy is linear in its two moduli, of K the first has 5 mu/3, as much as at nu = 1/4."""
         return _Shear(**vars(self)), _Volume(**vars(self))
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
@@ -41,8 +41,8 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
 
     @property
     def _of_shear(self) -> float:
-        """2 mu/3, and all of K where lam is negative, Pa."""
-        return (2.0 / 3.0 + min(0.0, self._ratio)) * self.young / (2.0 * (1.0 + self.poisson))
+        """5 mu/3, and all of K = lam + 2 mu/3 where that is less, Pa."""
+        return (2.0 / 3.0 + min(1.0, self._ratio)) * self.young / (2.0 * (1.0 + self.poisson))
 
     def energy(self, stretch: Array, j: Array) -> Array:
         mu, K = self.shear_modulus, self.bulk_modulus
@@ -69,18 +69,18 @@ class _Shear(NeoHookeanIsochoric):
 
     @property
     def bulk_modulus(self) -> float:
-        """2 mu/3, Pa."""
+        """What stays at every point, Pa."""
         return self._of_shear
 
 
 class _Volume(NeoHookeanIsochoric):
-    """The part that belongs to lam."""
+    """The part that holds the volume."""
 
     shear_share = 0.0
 
     @property
     def bulk_modulus(self) -> float:
-        """lam, Pa; 0 where it is negative."""
+        """The rest of K, Pa; 0 where it is not above 5 mu/3."""
         return super().bulk_modulus - self._of_shear
 
 
