@@ -58,7 +58,8 @@ def _stands_for(t: Floats) -> Floats:
     if len(t) < 2:
         return np.ones(len(t))
     steps = np.diff(t)
-    return 0.5 * (np.concatenate([steps[:1], steps]) + np.concatenate([steps, steps[-1:]]))
+    stands: Floats = 0.5 * (np.concatenate([steps[:1], steps]) + np.concatenate([steps, steps[-1:]]))
+    return stands
 
 
 def _at(t: Floats, times: Floats, course: Floats) -> Floats:

@@ -141,8 +141,8 @@ def doubts(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tu
         if r.remainder > SHOWN * r.area:
             notes.append(Diagnostic(
                 "W372",
-                f"of the area that `{name}` acts on in `{declared.name}`, {min(100.0, 100 * r.remainder / r.area):.2g} % "
-                "may be too much or missing",
+                f"of the area that `{name}` acts on in `{declared.name}`, "
+                f"{min(100.0, 100 * r.remainder / r.area):.2g} % may be too much or missing",
                 at.source, at.span, "the border of the selection was not followed everywhere",
                 "a border that runs along the surface does not say where it cuts it: select by another coordinate",
             ))  # fmt: skip

@@ -2,10 +2,10 @@
 
 `python tests/benchmarks/stated_errors.py [--small] [--only WORDS] [--keep FILE]`. Every case is a body under a load;
 its truth is a finer mesh of quadratic cells or of hexahedra that keep the mean of the volume, at finite strain. Each
-model is asked about the displacements along a line (relative) and about that of the tip (m). A row: the true error, the
-stated one, their ratio, and what stating cost over what the solution took (CPU). An error is contained where the stated one, with
-what the truth may be off, is at least the true one. Below, by kind of model: how many, how many stated, contained, the
-median of stated over true, and of the cost.
+model is asked about the displacements along a line (relative) and about that of the tip (m). A row: the true error,
+the stated one, their ratio, and what stating cost over what the solution took (CPU). An error is contained where the
+stated one, with what the truth may be off, is at least the true one. Below, by kind of model: how many, how many
+stated, contained, the median of stated over true, and of the cost.
 """
 
 from __future__ import annotations
