@@ -29,6 +29,9 @@ DELAY = 10  # iterations over which the energy must have come to rest
 MOST = 400  # iterations of conjugate gradients in a step
 
 
+Solve = Callable[[Floats], Floats]
+
+
 class Lost(Exception):
     """The finer space has no equilibrium near the state of the coarse one, or it was not found."""
 
@@ -56,22 +59,25 @@ def settled(
         for number in range(STEPS):
             watch()
             d = np.zeros_like(x)
-            d[assembly.free] = _step(assembly, x, below, watch)
+            g = assembly.gradient(x, 1.0)[assembly.free]
+            d[assembly.free], solve = _step(assembly, x, g, below, watch)
             size = float(np.linalg.norm(d))
             first = first or size
             if not size <= AWAY * first:
                 raise Lost("Newton's steps on the finer space lead away from its state")
             x = _inside(assembly, x, d)
-            if size <= SETTLED * first or (number == 0 and _linear(assembly, x, d)):
+            if size <= SETTLED * first or (number == 0 and _enough(assembly, x, solve, size)):
                 return x
     raise Lost(f"{STEPS} Newton steps on the finer space do not lead to its equilibrium")
 
 
-def _linear(assembly: Assembly, x: Floats, d: Floats) -> bool:
-    """Whether a step has left next to nothing of the forces that it was made for."""
-    free = assembly.free
-    left, size = assembly.gradient(x, 1.0)[free], assembly.gradient(x - d, 1.0)[free]
-    return abs(dot(left, d[free])) <= 2.0 * CLOSE * abs(dot(size, d[free]))
+def _enough(assembly: Assembly, x: Floats, solve: Solve, size: float) -> bool:
+    """Whether the next step, with what solved for the last, would be short beside one of a `size`, m.
+
+    Not the energy: what a finer space changes of it at first is the volume of cells, and of bending it says little.
+    """
+    next_step = solve(assembly.gradient(x, 1.0)[assembly.free])
+    return bool(np.isfinite(next_step).all()) and dot(next_step, next_step) <= (SETTLED * size) ** 2
 
 
 def _inside(assembly: Assembly, x: Floats, d: Floats) -> Floats:
@@ -85,9 +91,10 @@ def _inside(assembly: Assembly, x: Floats, d: Floats) -> Floats:
     raise Lost("the law of the material does not hold in the state of the finer space")
 
 
-def _step(assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None]) -> Floats:
-    """Of the free unknowns: by the tangent, or if it is not definite by one made so. Raises Lost, Singular."""
-    g = assembly.gradient(x, 1.0)[assembly.free]
+def _step(
+    assembly: Assembly, x: Floats, g: Floats, below: Callable[[], Below], watch: Callable[[], None]
+) -> tuple[Floats, Solve]:
+    """Of the free unknowns by the tangent, or by one made definite, and what solves with it, or nearly. Raises Lost."""
     if not np.all(np.isfinite(g)):
         raise Lost("the forces of the finer space are not finite")
     direct = len(g) <= SMALL or not assembly.conservative or assembly.saddle
@@ -97,14 +104,15 @@ def _step(assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Call
             raise Lost("the stiffness of the finer space is not finite")
         watch()
         if direct:
-            return -factor(K, symmetric=assembly.conservative).solve(g)
-        d = _gradients(K, -g, _preconditioner(K, below(), watch))
-        if d is not None:
-            return d
+            known = factor(K, symmetric=assembly.conservative)
+            return -known.solve(g), known.solve
+        nearly = _preconditioner(K, below(), watch)
+        if (d := _gradients(K, -g, nearly)) is not None:
+            return d, nearly
     raise Lost("conjugate gradients do not solve the systems of the finer space")
 
 
-def _gradients(K: sparse.csr_matrix, b: Floats, precondition: Callable[[Floats], Floats]) -> Floats | None:
+def _gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve) -> Floats | None:
     """x with K x = b by conjugate gradients; None where K is not definite, or MOST iterations do not do.
 
     The residual is dominated by what is stiff, such as a change of volume, and bending is soft: that the energy grows
@@ -129,7 +137,7 @@ def _gradients(K: sparse.csr_matrix, b: Floats, precondition: Callable[[Floats],
     return None
 
 
-def _preconditioner(K: sparse.csr_matrix, below: Below, watch: Callable[[], None]) -> Callable[[Floats], Floats]:
+def _preconditioner(K: sparse.csr_matrix, below: Below, watch: Callable[[], None]) -> Solve:
     """What is rough by the diagonal, what is smooth by the coarse factor."""
     rough, down = 1.0 / K.diagonal(), below.P.T.tocsr()
 

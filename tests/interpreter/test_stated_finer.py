@@ -167,3 +167,9 @@ def test_the_step_that_would_come_next_is_known_from_the_last_factor() -> None:
     left = report.models["hex"].mesh.left
     assert left.shape == report.models["hex"].mesh.displacement.shape
     assert np.abs(left).max() < 1e-6 * np.abs(report.models["hex"].mesh.displacement).max()
+
+
+def test_a_finer_space_is_solved_in_what_bends_too() -> None:
+    """nu = 0.499: after one step, whose energy is that of volumes, 2.3 % was stated for a true 6.8 %."""
+    model = "model m = fem(hex8, integration = selective, strain = corotational, size = 5 mm)"
+    assert 1.0 <= ratio(asked(model, poisson=0.499), "m") <= 4.0
