@@ -70,7 +70,7 @@ def missing(found: Mapping[str, Resultant]) -> float | None:
 
 
 def of_selections(found: Mapping[str, Resultant]) -> dict[str, Callable[[Any], float]]:
-    """What selections of loads add to a stated error, whatever is seen, as a part that has a name."""
+    """What selections add to a stated error, whatever is seen, as a part that has a name."""
     own = missing(found)
     return {} if own is None else {"loads": lambda seen: own * seen.size}
 
@@ -80,6 +80,9 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, energy: An
     force, moment = _vector(f.sum(axis=0)), _vector(np.cross(points, f).sum(axis=0))
     known: Loaded | None = None if mesh is None else mesh.selections.get(getattr(load.thing, "where", None))
     exact, area = _exact(case, load)
+    if known is None and isinstance(load.thing, Traction) and area:  # on the end of a beam
+        taken = float(np.linalg.norm(force)) / (float(np.linalg.norm(load.thing.vector)) or 1.0)
+        return Resultant(force, moment, taken, exact, taken / area if taken else 1.0)
     if known is None:
         return Resultant(force, moment, None, exact, 1.0 if exact is None else _ratio(force, exact))
     share = known.area / area if area else 1.0
@@ -142,7 +145,7 @@ def doubts(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tu
             notes.append(Diagnostic(
                 "W372",
                 f"of the area that `{name}` acts on in `{declared.name}`, "
-                f"{min(100.0, 100 * r.remainder / r.area):.2g} % may be too much or missing",
+                f"{min(100.0, 100 * r.remainder / r.area):.3g} % may be too much or missing",
                 at.source, at.span, "the border of the selection was not followed everywhere",
                 "a border that runs along the surface does not say where it cuts it: select by another coordinate",
             ))  # fmt: skip

@@ -23,7 +23,8 @@ class Gravity:
 class Traction:
     """A force per undeformed area on a part of the surface, which keeps its direction (a dead load).
 
-    Surface triangles across the border of the selection count by the part of them that lies inside.
+    Facets across the border of the selection count by the exact part of them that lies inside; the report says what the
+    load comes to, beside what it comes to on the body itself.
     """
 
     body: Annotated[str, "body", "the body that is loaded"]
@@ -39,8 +40,9 @@ class Pressure:
     """A pressure on a part of the surface that stays normal to it while it moves (a follower load).
 
     Positive values push inward. It has no energy in general, so the tangent is not symmetric. A model of small strain
-    takes the undeformed surface, as linear theory does. Triangles across the border of the selection count by the part
-    of them that lies inside.
+    takes the undeformed surface, as linear theory does. Facets across the border of the selection count by the exact
+    part of them that lies inside; the report says what the load comes to, undeformed, beside what it comes to on the
+    body itself.
     """
 
     body: Annotated[str, "body", "the body that is loaded"]
