@@ -45,7 +45,7 @@ def split_of(material: object, strain: str, young: float, nu: float) -> Split | 
     """What pressures take of a law of Young's modulus in Pa, and what is left; None where no formula is known.
 
     Of small and corotational strain they take K = mu (r + 2/3), r = lam/mu = 2 nu / (1 - 2 nu). Of others mu (r - s),
-    and s mu stays of lam: s = 1 for r >= 2, else r - 1 or -2/3, whichever is more.
+    and s mu stays of lam: s = 1/3 for r >= 4/3, else r - 1 or -2/3, whichever is more.
     """
     mu, each = young / (2.0 * (1.0 + nu)), 1.0 - 2.0 * nu
     whole = each / (mu * (2.0 * nu + 2.0 / 3.0 * each))
@@ -56,7 +56,7 @@ def split_of(material: object, strain: str, young: float, nu: float) -> Split | 
     if (known := _FINITE.get(type(material))) is None:
         return None
     shape, g, dg = known
-    s = 1.0 if nu >= 1.0 / 3.0 else max(2.0 * nu / each - 1.0, -2.0 / 3.0)
+    s = 1.0 / 3.0 if nu >= 2.0 / 7.0 else max(2.0 * nu / each - 1.0, -2.0 / 3.0)
     taken = each / (mu * (2.0 * nu - s * each))
     return Split(lambda F: mu * shape(F, s), g, dg, _swelling, taken)
 

@@ -2,8 +2,7 @@
 
 From the equilibrium at one load the supports move on as the tangent there says, and few whole steps find the next.
 Nothing is asked to fall, so that no line search creeps along the valley that a volume that hardly changes is; what the
-way ends on is judged as any other answer is, and where it is unstable, says that what is found instead is one of
-several.
+way ends on is judged as any other answer is; where it is unstable, what is found instead is one of several states.
 """
 
 from __future__ import annotations

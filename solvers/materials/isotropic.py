@@ -60,12 +60,12 @@ class Isotropic:
         A pressure holds the volume of a cell in the mean, and between its points volumes may still trade. What resists
         that is the rest of the law alone, and with all of K taken away (lam - K = -2 mu/3) it gives way: stretched by
         t, a neo-Hookean solid resists strains h along its axes by mu sum (b_i + 1/t) h_i^2 - 2 mu/3 (tr h)^2, b = (t^2,
-        1/t, 1/t), which is indefinite for every t > 1. So mu of lam stays, as in a solid of nu = 1/4, which does not
-        lock: what grad-div stabilisation adds to Taylor and Hood's elements (Olshanskii and Reusken 2004, "Grad-div
-        stabilization for Stokes equations"). With less than lam = 2 mu (nu = 1/3) the pressure keeps mu, or all of K
+        1/t, 1/t), which is indefinite for every t > 1. So mu/3 of lam stays, with which K there is mu and nothing
+        locks: what grad-div stabilisation adds to Taylor and Hood's elements (Olshanskii and Reusken 2004, "Grad-div
+        stabilization for Stokes equations"). With less than lam = 4 mu/3 (nu = 2/7) the pressure keeps mu, or all of K
         where K is less.
         """
-        return self.shear_modulus * max(-2.0 / 3.0, min(1.0, self._ratio - 1.0))
+        return self.shear_modulus * max(-2.0 / 3.0, min(1.0 / 3.0, self._ratio - 1.0))
 
     @property
     def _ratio(self) -> float:

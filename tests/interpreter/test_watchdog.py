@@ -184,7 +184,7 @@ def test_pressures_that_are_none_are_refused(name: str, poisson: str, tampered: 
 def test_what_volumes_lack_is_looked_at_where_nothing_else_is_wrong() -> None:
     """A cube that swells without a change of shape, and no pressure: only the second equation says no."""
     points, cells = formulas.places("hex8") * 0.5, np.arange(8)[None]
-    split = split_of(None, "small", 1.0)
+    split = split_of(None, "small", 2.6, 0.3)
     assert split is not None
     body = Pressed(points, cells, "hex8", 0.1 * points, split, 1.0, 0.0, np.zeros((1, 1)))
     inside, lacking, noise = body.forces()
