@@ -90,7 +90,7 @@ def test_areas_on_flat_faces(kind: str, text: str, area: float) -> None:
     mesh, where = BAR.mesh(kind, 0.005), condition(text)
     found = loaded(BAR, mesh, where)
     assert found.area == pytest.approx(area, rel=1e-10)
-    assert found.remainder < 1e-10 * area
+    assert found.remainder < 1e-9 * area  # what is left where a border meets a side: 1e-11 of the facets that are cut
     assert swept(where, BAR, mesh) == pytest.approx(area, rel=1e-8, abs=3e-9 * 2.5e-5)
     true = selected(BAR, where)
     assert true is not None
