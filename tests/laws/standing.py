@@ -49,7 +49,7 @@ def judged(case: Case) -> Iterator[dict[str, Any]]:
         if right is None:
             right = truth.in_motion(case, np.asarray(probe.times)) if case.course else truth.at_rest(case)
         u = np.asarray(probe.displacement if probe.course is None else probe.course)
-        error = float(np.linalg.norm(u - right.u) / np.linalg.norm(u))
+        error = float(np.linalg.norm(u - right.u) / np.linalg.norm(right.u))
         stated = dict((model.stated or {}).get("axis", {}))
         row |= {"error": error, "uncertainty": right.uncertainty, **stated}
         yield row | {"word": _word(error, right.uncertainty, stated)}
@@ -59,7 +59,7 @@ def _word(error: float, uncertainty: float, stated: dict[str, Any]) -> str:
     """stated | doubted | unstated | silent."""
     if stated.get("value") is None:
         return "doubted" if stated.get("doubts") else "unstated"
-    if error <= stated["value"] + uncertainty * (1 + error):
+    if error <= stated["value"] + uncertainty:
         return "stated"
     return "doubted" if stated.get("doubts") else "silent"
 
