@@ -23,9 +23,12 @@ def _hamilton() -> Floats:
 
 _CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 PRODUCT = _hamilton()
-RELATIVE = PRODUCT * _CONJUGATE[:, None]  # conj(p) q, (4, 4, 4)
 _SANDWICH = np.einsum("kan,n,ami->kimn", PRODUCT[1:], _CONJUGATE, PRODUCT[:, :, 1:])  # p v conj(p)
 ROTATION = (_SANDWICH + _SANDWICH.swapaxes(2, 3)) / 2  # R_ki = ROTATION[k, i, m, n] p_m p_n
+# the same behind all products of components (16,)
+_PRODUCT_OF = PRODUCT.reshape(4, 16).T
+_RELATIVE_OF = (PRODUCT * _CONJUGATE[:, None]).reshape(4, 16).T
+_ROTATION_OF = ROTATION.reshape(9, 16).T
 
 _TERMS = np.arange(18)
 _SIGNED = np.where(_TERMS < 16, (-1.0) ** _TERMS / (2 * _TERMS + 1), 0.0)  # atan(w) / w = sum of _SIGNED[k] w^(2k)
@@ -40,7 +43,18 @@ _SMALL = 0.05
 
 def product(p: Floats, q: Floats) -> Floats:
     """Hamilton product p q of quaternions (..., 4), scalar first."""
-    return np.asarray(np.einsum("jmn,...m,...n->...j", PRODUCT, p, q))
+    return np.asarray(_outer(p, q) @ _PRODUCT_OF)
+
+
+def relative(p: Floats, q: Floats) -> Floats:
+    """conj(p) q of unit quaternions (..., 4): the rotation from p to q in the axes of p."""
+    return np.asarray(_outer(p, q) @ _RELATIVE_OF)
+
+
+def _outer(p: Floats, q: Floats) -> Floats:
+    """All products of components, (..., 16): what is bilinear is then one matrix product, whatever the count."""
+    products = p[..., :, None] * q[..., None, :]
+    return np.asarray(products.reshape(*products.shape[:-2], 16))
 
 
 def conjugate(q: Floats) -> Floats:
@@ -50,7 +64,8 @@ def conjugate(q: Floats) -> Floats:
 
 def rotation(q: Floats) -> Floats:
     """Rotation matrices (..., 3, 3) of unit quaternions (..., 4); R scales with |q|^2 otherwise."""
-    return np.asarray(np.einsum("kimn,...m,...n->...ki", ROTATION, q, q))
+    R = _outer(q, q) @ _ROTATION_OF
+    return np.asarray(R.reshape(*q.shape[:-1], 3, 3))
 
 
 def quaternion(R: Floats) -> Floats:
