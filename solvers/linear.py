@@ -1,8 +1,8 @@
 """Sparse linear systems: one place that knows which factorisation is used.
 
 What `auto` takes for few entries, where loading kernels would take longer than it gains: Cholesky's method within the
-band of a chain that is positive definite (`sparse.banded`), else SuperLU. For more our multifrontal Cholesky, which goes
-on as L S L^T where pivots are negative; else, where its factor would take too long or more memory
+band of a chain that is positive definite (`sparse.banded`), else SuperLU. For more: our multifrontal Cholesky, which
+goes on as L S L^T where pivots are negative; else, where its factor would take too long or more memory
 than there is, conjugate gradients with multigrid, which needs the rigid motions of the unknowns and pyamg; else a
 factor in single precision, which takes half the memory, with conjugate gradients. Matrices that are not symmetric go to
 Pardiso where it is installed and worth its analysis, and to SuperLU.

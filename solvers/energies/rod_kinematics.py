@@ -3,11 +3,11 @@
 An element runs from node a to node b. A node carries a position x and a unit quaternion q that turns the
 material axes (e1 along the rod, e2 and e3 in the cross-section) into space. Arrays hold one row per element.
 
-Both strain measures depend on nine numbers: on d = x_b - x_a, and on rotation vectors phi of both nodes about their
-material axes, q exp(phi / 2). They are functions of d, p and c (below) and are differentiated there; `steps` says how p
-and c go with phi, and the second derivatives of these are short: q and c shrink as 1 - |phi|^2 / 8, and c has a mixed
-derivative. What is bilinear is one product with constants (`rod_rotation`): for few elements the number of calls is what
-takes time. A new strain measure needs its derivatives by d, p and c and nothing else.
+Both strain measures are functions of y = (d, p, c) in R^11, d = x_b - x_a, p and c those of `Turns`, and are
+differentiated there. `steps` says how y goes with the 12 degrees of freedom, a node's being a displacement in space and
+a rotation vector phi about its material axes, q exp(phi / 2). What is bilinear is a product of constants with all
+products of components: for few elements the number of calls is what takes time. A new strain measure needs its
+derivatives in R^11 and nothing else.
 
 Sources: Simo & Vu-Quoc 1986 (strains), Crisfield & Jelenic 1999 (relative rotations keep the strains
 objective and independent of the path), Absil, Mahony & Sepulchre 2008, chapter 5 (Hessian on a sphere
@@ -22,34 +22,65 @@ from functools import cached_property
 import numpy as np
 
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.energies.rod_rotation import PRODUCT, ROTATION, half_angle, relative, rotation
+from softmark.solvers.energies.rod_rotation import PRODUCT, ROTATION, half_angle, outer, relative, rotation
 
-PHI_A, PHI_B = slice(3, 6), slice(6, 9)  # where the parts of (d, phi_a, phi_b) stand in R^9
-# where the 12 degrees of freedom of an element stand in R^9, and with which sign: d = x_b - x_a
-_PLACE = np.array([0, 1, 2, 3, 4, 5, 0, 1, 2, 6, 7, 8])
-_SIGN = np.array([-1.0] * 3 + [1.0] * 9)
-_PAIR = (9 * _PLACE[:, None] + _PLACE).ravel()
-_PAIR_SIGN = (_SIGN[:, None] * _SIGN).ravel()
-
-# twice the derivatives of (R(p)^T d)_i = ROTATION[k, i, m, n] d_k p_m p_n, as matrices behind products of two vectors
-_BY_P = 2.0 * ROTATION.transpose(0, 3, 1, 2).reshape(12, 12)  # d_k p_n to (i, m)
-_BY_DP = 2.0 * ROTATION.transpose(1, 3, 0, 2).reshape(12, 12)  # force_i p_n to (k, m)
-_BY_PP = 2.0 * ROTATION.transpose(1, 0, 2, 3).reshape(9, 16)  # force_i d_k to (m, n)
-
-
-def _step_constants() -> Floats:
-    """From (q_a, q_b, c) to the derivatives of p and c by phi_a and phi_b: (12, 48), read as (2, 4, 6)."""
-    S = np.zeros((3, 4, 2, 4, 6))
-    behind = PRODUCT[:, :, 1:].transpose(1, 0, 2) / 2  # q times a half rotation vector, (4, 4, 3)
-    S[0, :, 0, :, :3] = S[1, :, 0, :, 3:] = S[2, :, 1, :, 3:] = behind
-    S[2, :, 1, :, :3] = -PRODUCT[:, 1:].transpose(2, 0, 1) / 2  # c = exp(-phi_a / 2) c_0 exp(phi_b / 2)
-    return S.reshape(12, 48)
-
-
-_STEPS = _step_constants()
-# t_l c_n to the derivative of t . c by phi_a (i) and phi_b (j): -e_i c e_j / 4
-_MIXED = -np.einsum("lim,mnj->lnij", PRODUCT[:, 1:], PRODUCT[:, :, 1:]).reshape(16, 9) / 4
+D, P, C = slice(0, 3), slice(3, 7), slice(7, 11)  # where the parts of y stand in R^11
+_BY_P = 2.0 * ROTATION.transpose(0, 3, 1, 2).reshape(12, 12)  # d_k p_n to d(R(p)^T d)_i / dp_m
+_APART = np.concatenate([-np.eye(3), np.zeros((3, 3)), np.eye(3), np.zeros((3, 3))], axis=1)  # of d
 _EYE3, _EYE4 = np.eye(3), np.eye(4)
+
+
+def _steps_of() -> Floats:
+    """From (q_a, q_b, c) to the derivatives of p and c by the 12 degrees of freedom: (12, 96), read as (8, 12)."""
+    S = np.zeros((3, 4, 2, 4, 12))
+    behind = PRODUCT[:, :, 1:].transpose(1, 0, 2) / 2  # q times half a rotation vector, (4, 4, 3)
+    S[0, :, 0, :, 3:6] = S[1, :, 0, :, 9:] = S[2, :, 1, :, 9:] = behind
+    S[2, :, 1, :, 3:6] = -PRODUCT[:, 1:].transpose(2, 0, 1) / 2  # c = exp(-phi_a / 2) c_0 exp(phi_b / 2)
+    return S.reshape(12, 96)
+
+
+def _force_of() -> Floats:
+    """From what `Segments._force_part` multiplies, (50,), to a matrix over (d, p): (50, 49)."""
+    M = np.zeros((50, 7, 7))
+    by_dp = np.zeros((3, 7, 3, 4))  # force_i (p, d)_n to d_k, p_m
+    by_dp[:, :4] = 2.0 * ROTATION.transpose(1, 3, 0, 2)
+    M[:21, :3, 3:], M[:21, 3:, :3] = by_dp.reshape(21, 3, 4), by_dp.reshape(21, 3, 4).swapaxes(1, 2)
+    by_pp = np.zeros((3, 7, 4, 4))
+    by_pp[:, 4:] = 2.0 * ROTATION.transpose(1, 0, 2, 3)
+    M[:21, 3:, 3:] = by_pp.reshape(21, 4, 4)
+    own = np.zeros((7, 4, 7, 7))  # t_r p_m, once in either triangle
+    for r in range(7):
+        for m in range(4):
+            own[r, m, r, 3 + m] -= 2.0
+            own[r, m, 3 + m, r] -= 2.0
+    M[21:49] = own.reshape(28, 7, 7)
+    M[49, 3:, 3:] = -2.0 * _EYE4
+    return M.reshape(50, 49)
+
+
+def _moment_of() -> Floats:
+    """From what `Turns.curvature` multiplies, (14,), to a matrix over c: (14, 16)."""
+    M = np.zeros((14, 4, 4))
+    for i in range(3):
+        M[i, 0, 1 + i] = M[i, 1 + i, 0] = 1.0
+        for j in range(3):
+            M[3 + 3 * i + j, 1 + i, 1 + j] += 4.0
+            M[3 + 3 * i + j, 1 + j, 1 + i] += 4.0
+    M[12, 0, 0] = 4.0
+    M[13, 1:, 1:] = 4.0 * _EYE3
+    return M.reshape(14, 16)
+
+
+def _own_of() -> Floats:
+    """From t_l c_n (16,) and t . q_a to second derivatives by the 12 degrees of freedom: (17, 144)."""
+    M = np.zeros((17, 12, 12))
+    mixed = -np.einsum("lim,mnj->lnij", PRODUCT[:, 1:], PRODUCT[:, :, 1:]).reshape(16, 3, 3) / 4  # -e_i c e_j / 4
+    M[:16, 3:6, 9:], M[:16, 9:, 3:6] = mixed, mixed.swapaxes(1, 2)
+    M[16, 3:6, 3:6], M[16, 9:, 9:] = -_EYE3 / 4, _EYE3 / 4
+    return M.reshape(17, 144)
+
+
+_STEPS, _FORCE, _MOMENT, _OWN = _steps_of(), _force_of(), _moment_of(), _own_of()
 
 
 @dataclass(frozen=True)
@@ -101,34 +132,36 @@ class Turns:
 
     @cached_property
     def by_c(self) -> Floats:
-        """dtheta/dc, (n, 3, 4)."""
+        """dtheta/dc, (n, 3, 4), for c of length one."""
         h, h_m, _ = self.h
         v = self.c[:, 1:]
         found = np.empty((len(v), 3, 4))
-        found[:, :, 0] = v * (-2 / np.einsum("em,em->e", self.c, self.c))[:, None]
-        found[:, :, 1:] = (4 * h_m[:, None] * v)[:, :, None] * v[:, None, :]
-        found.reshape(-1, 12)[:, 1::5] += 2 * h[:, None]
+        found[:, :, 0] = -2 * v
+        np.multiply((4 * h_m[:, None] * v)[:, :, None], v[:, None, :], out=found[:, :, 1:])
+        found.reshape(-1, 12)[:, 1::5] += (2 * h)[:, None]
         return found
 
     @cached_property
     def steps(self) -> Floats:
-        """dp and dc by (phi_a, phi_b), (n, 2, 4, 6)."""
+        """dy by the 12 degrees of freedom, (n, 11, 12)."""
+        found = np.empty((len(self.c), 11, 12))
+        found[:, D] = _APART
         known = np.concatenate([self.q_a, self.q_b, self.c], axis=1)
-        return np.asarray((known @ _STEPS).reshape(-1, 2, 4, 6))
+        found[:, 3:] = (known @ _STEPS).reshape(-1, 8, 12)
+        return found
 
     def curvature(self, moment: Floats) -> Floats:
-        """Second derivative of moment . theta, theta = 2 h(s, |v|^2) v, in c = (s, v): (n, 4, 4)."""
+        """Second derivative of moment . theta, theta = 2 h(s, |v|^2) v, in c = (s, v) of length one: (n, 4, 4)."""
         s, v = self.c[:, :1], self.c[:, 1:]
-        _, h_m, h_mm = (f[:, None] for f in self.h)
-        r2 = np.einsum("em,em->e", self.c, self.c)[:, None]
-        a = np.einsum("ei,ei->e", moment, v)[:, None]
-        W = np.empty((len(v), 4, 4))
-        W[:, 0, 0] = (4 * a * s / r2**2)[:, 0]
-        W[:, 0, 1:] = W[:, 1:, 0] = (4 * (a / r2) * v - 2 * moment) / r2
-        half = (4 * h_m * moment + 4 * h_mm * a * v)[:, :, None] * v[:, None, :]
-        W[:, 1:, 1:] = half + half.swapaxes(1, 2)
-        W.reshape(-1, 16)[:, 5::5] += 4 * h_m * a
-        return W
+        _, h_m, h_mm = self.h
+        a = np.einsum("ei,ei->e", moment, v)
+        parts = np.empty((len(v), 14))
+        av = a[:, None] * v
+        parts[:, :3] = 4 * av - 2 * moment
+        parts[:, 3:12] = outer(h_m[:, None] * moment + h_mm[:, None] * av, v)
+        parts[:, 12] = a * s[:, 0]
+        parts[:, 13] = a * h_m
+        return np.asarray((parts @ _MOMENT).reshape(-1, 4, 4))
 
 
 @dataclass(frozen=True)
@@ -155,7 +188,7 @@ class Segments:
     @cached_property
     def _by_p(self) -> Floats:
         """d(R(p)^T d)/dp, (n, 3, 4)."""
-        return np.asarray((_outer(self.d, self.turns.p) @ _BY_P).reshape(-1, 3, 4))
+        return np.asarray((outer(self.d, self.turns.p) @ _BY_P).reshape(-1, 3, 4))
 
     @cached_property
     def strains(self) -> Floats:
@@ -169,78 +202,64 @@ class Segments:
 
     @cached_property
     def _inner(self) -> Floats:
-        """d(l Gamma)/dp and d(l K)/dc, (n, 2, 3, 4)."""
+        """d(l Gamma, l K)/dy, (n, 6, 11)."""
         turns = self.turns
-        found = np.empty((len(self.l), 2, 3, 4))
+        found = np.zeros((len(self.l), 6, 11))
         l_Gamma = self.strains[:, :3] * (2 * self.l)[:, None]
-        found[:, 0] = (self._by_p - l_Gamma[:, :, None] * turns.p[:, None, :]) / turns.rho[:, None, None]
-        found[:, 1] = turns.by_c
+        found[:, :3, D] = turns.middle.swapaxes(1, 2)
+        found[:, :3, P] = (self._by_p - l_Gamma[:, :, None] * turns.p[:, None, :]) / turns.rho[:, None, None]
+        found[:, 3:, C] = turns.by_c
         return found
 
     @cached_property
     def gradients(self) -> Floats:
-        """d(Gamma, K)/d(d, phi_a, phi_b), (n, 6, 9)."""
-        B = np.zeros((len(self.l), 6, 9))
-        B[:, :3, :3] = self.turns.middle.swapaxes(1, 2)
-        B[:, :, 3:] = (self._inner @ self.turns.steps).reshape(-1, 6, 6)
-        B /= self.l[:, None, None]
-        return B
+        """d(Gamma, K) by the 12 degrees of freedom, (n, 6, 12)."""
+        return np.asarray((self._inner @ self.turns.steps) / self.l[:, None, None])
 
     def forces(self, sigma: Floats) -> Floats:
         """Sum of sigma_i times the derivative of strain i by the 12 degrees of freedom, (n, 12), for sigma (n, 6)."""
-        return np.asarray(np.einsum("ei,eij->ej", sigma, self.gradients)[:, _PLACE] * _SIGN)
+        return np.asarray(np.einsum("ei,eij->ej", sigma, self.gradients))
 
-    def hessians(self, sigma: Floats, C: Floats) -> Floats:
+    def hessians(self, sigma: Floats, stiffness: Floats) -> Floats:
         """B^T C B plus the sum of sigma_i times the second derivative of strain i, (n, 12, 12).
 
-        B the gradients by the 12 degrees of freedom; sigma (n, 6) and C (n, 6).
+        B the gradients by the 12 degrees of freedom; sigma and the diagonal of C are (n, 6).
         """
         n, B, turns = len(self.l), self.gradients, self.turns
         stress = sigma / self.l[:, None]
-        t = np.einsum("ebi,ebim->ebm", stress.reshape(n, 2, 3), self._inner)  # by p and by c
-        bent = self._second(stress, t) @ turns.steps  # (n, 2, 7, 6)
-        left, right = np.zeros((n, 14, 9)), np.zeros((n, 14, 9))
-        left[:, :6], right[:, :6] = B, C[:, :, None] * B
-        left[:, 6:, 3:], right[:, 6:, 3:] = turns.steps.reshape(n, 8, 6), bent[:, :, 3:].reshape(n, 8, 6)
-        H = left.swapaxes(1, 2) @ right
-        H[:, :3, 3:] += bent[:, 0, :3]
-        H[:, 3:, :3] += bent[:, 0, :3].swapaxes(1, 2)
-        self._add_own(H, t)
-        return np.asarray(H.reshape(n, 81)[:, _PAIR] * _PAIR_SIGN).reshape(n, 12, 12)
+        t = np.einsum("ei,eij->ej", stress, self._inner)
+        M = np.zeros((n, 11, 11))
+        M[:, :7, :7] = self._force_part(stress[:, :3], t[:, :7])
+        M[:, C, C] = turns.curvature(stress[:, 3:])
+        left = np.concatenate([B, turns.steps], axis=1)
+        right = np.concatenate([stiffness[:, :, None] * B, M @ turns.steps], axis=1)
+        H = (left.swapaxes(1, 2) @ right).reshape(n, 144)
+        H += self._own(t) @ _OWN
+        return np.asarray(H).reshape(n, 12, 12)
 
-    def _second(self, stress: Floats, t: Floats) -> Floats:
-        """Second derivatives by (d, p) and p, (n, 7, 4), and by c behind three rows of zeros: (n, 2, 7, 4).
+    def _force_part(self, force: Floats, t: Floats) -> Floats:
+        """Second derivatives of force . l Gamma, whose first are t (n, 7), by (d, p): (n, 7, 7).
 
         With N = rho u for u = l Gamma: u_mn = (N_mn - u_m rho_n - rho_m u_n - u rho_mn) / rho.
         """
-        n, force, p, rho = len(self.l), stress[:, :3], self.turns.p, self.turns.rho
-        u = np.einsum("ei,ei->e", force, self.strains[:, :3]) * self.l
-        u_d = np.einsum("ei,eki->ek", force, self.turns.middle)
-        M = np.zeros((n, 2, 7, 4))
-        M[:, 0, :3] = (_outer(force, p) @ _BY_DP).reshape(n, 3, 4)
-        M[:, 0, 3:] = (_outer(force, self.d) @ _BY_PP).reshape(n, 4, 4)
-        own = 2 * np.concatenate([u_d, t[:, 0]], axis=1)[:, :, None] * p[:, None, :]  # (n, 7, 4)
-        M[:, 0] -= own
-        M[:, 0, 3:] -= own[:, 3:].swapaxes(1, 2)
-        M[:, 0].reshape(n, 28)[:, 12::5] -= 2 * u[:, None]
-        M[:, 0] /= rho[:, None, None]
-        M[:, 1, 3:] = self.turns.curvature(stress[:, 3:])
-        return M
+        p = self.turns.p
+        parts = np.empty((len(p), 50))
+        parts[:, :21] = outer(force, np.concatenate([p, self.d], axis=1))
+        parts[:, 21:49] = outer(t, p)
+        parts[:, 49] = np.einsum("ei,ei->e", force, self.strains[:, :3]) * self.l
+        parts /= self.turns.rho[:, None]
+        return np.asarray((parts @ _FORCE).reshape(-1, 7, 7))
 
-    def _add_own(self, H: Floats, t: Floats) -> None:
-        """What the second derivatives of p and c by phi_a and phi_b add."""
-        turns, flat = self.turns, H.reshape(-1, 81)
-        around = np.einsum("em,em->e", t[:, 1], turns.c)
-        flat[:, 30:51:10] -= ((np.einsum("em,em->e", t[:, 0], turns.q_a) + around) / 4)[:, None]
-        flat[:, 60:81:10] -= ((np.einsum("em,em->e", t[:, 0], turns.q_b) + around) / 4)[:, None]
-        mixed = (_outer(t[:, 1], turns.c) @ _MIXED).reshape(-1, 3, 3)
-        H[:, PHI_A, PHI_B] += mixed
-        H[:, PHI_B, PHI_A] += mixed.swapaxes(1, 2)
+    def _own(self, t: Floats) -> Floats:
+        """What the second derivatives of y depend on, (n, 17), for derivatives t by y (n, 11).
 
-
-def _outer(a: Floats, b: Floats) -> Floats:
-    """All products of components, (n, i * j) of (n, i) and (n, j)."""
-    return (a[:, :, None] * b[:, None, :]).reshape(len(a), -1)
+        q exp(phi / 2) = q + ... - |phi|^2 q / 8: each node adds -(t . q) / 4 to its rotational diagonal, the same of c;
+        t . c and t . p vanish, as only the directions of c and p count, so that t . q_b = -t . q_a.
+        """
+        parts = np.empty((len(t), 17))
+        parts[:, :16] = outer(t[:, C], self.turns.c)
+        np.einsum("em,em->e", t[:, P], self.turns.q_a, out=parts[:, 16])
+        return parts
 
 
 _Key = tuple[bytes, bytes, bytes, str]

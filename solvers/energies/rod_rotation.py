@@ -43,18 +43,18 @@ _SMALL = 0.05
 
 def product(p: Floats, q: Floats) -> Floats:
     """Hamilton product p q of quaternions (..., 4), scalar first."""
-    return np.asarray(_outer(p, q) @ _PRODUCT_OF)
+    return np.asarray(outer(p, q) @ _PRODUCT_OF)
 
 
 def relative(p: Floats, q: Floats) -> Floats:
     """conj(p) q of unit quaternions (..., 4): the rotation from p to q in the axes of p."""
-    return np.asarray(_outer(p, q) @ _RELATIVE_OF)
+    return np.asarray(outer(p, q) @ _RELATIVE_OF)
 
 
-def _outer(p: Floats, q: Floats) -> Floats:
-    """All products of components, (..., 16): what is bilinear is then one matrix product, whatever the count."""
-    products = p[..., :, None] * q[..., None, :]
-    return np.asarray(products.reshape(*products.shape[:-2], 16))
+def outer(a: Floats, b: Floats) -> Floats:
+    """All products of components, (..., i * j) of (..., i) and (..., j): what is bilinear is then one matrix product."""
+    products = a[..., :, None] * b[..., None, :]
+    return np.asarray(products.reshape(*products.shape[:-2], a.shape[-1] * b.shape[-1]))
 
 
 def conjugate(q: Floats) -> Floats:
@@ -64,7 +64,7 @@ def conjugate(q: Floats) -> Floats:
 
 def rotation(q: Floats) -> Floats:
     """Rotation matrices (..., 3, 3) of unit quaternions (..., 4); R scales with |q|^2 otherwise."""
-    R = _outer(q, q) @ _ROTATION_OF
+    R = outer(q, q) @ _ROTATION_OF
     return np.asarray(R.reshape(*q.shape[:-1], 3, 3))
 
 
@@ -83,8 +83,8 @@ def quaternion(R: Floats) -> Floats:
 
 def exponential(phi: Floats) -> Floats:
     """Unit quaternions (cos |phi|/2, sin(|phi|/2) phi/|phi|), (..., 4), of rotation vectors (..., 3), rad."""
-    angle = np.linalg.norm(phi, axis=-1, keepdims=True)
-    return np.concatenate([np.cos(angle / 2), np.sinc(angle / (2 * np.pi)) / 2 * phi], axis=-1)
+    half = np.maximum(np.sqrt(np.einsum("...i,...i->...", phi, phi)) / 2, 1e-20)[..., None]  # of it the sine is itself
+    return np.concatenate([np.cos(half), np.sin(half) / (2 * half) * phi], axis=-1)
 
 
 def logarithm(q: Floats) -> Floats:
@@ -100,7 +100,7 @@ def between(q_a: Floats, q_b: Floats, t: Floats) -> Floats:
 
 def half_angle(c: Floats) -> tuple[Floats, Floats, Floats]:
     """h = atan2(|v|, s) / |v| for c = (s, v), s >= 0, with dh/dm and d2h/dm2, m = |v|^2."""
-    s, m = c[..., 0], np.sum(c[..., 1:] ** 2, axis=-1)
+    s, m = c[..., 0], np.einsum("...i,...i->...", c[..., 1:], c[..., 1:])
     small = m < _SMALL * s**2
     if small.all():  # as in any rod of segments that turn little
         return _near(s, m / s**2)
@@ -120,7 +120,11 @@ def half_angle(c: Floats) -> tuple[Floats, Floats, Floats]:
 def _near(s: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
     """`half_angle` by its series in z = m / s^2."""
     powers = np.ones((*z.shape, 16))
-    powers[..., 1:] = z[..., None]
-    np.multiply.accumulate(powers, axis=-1, out=powers)
+    square = z[..., None]
+    for k in (1, 2, 4, 8):
+        np.multiply(powers[..., :k], square, out=powers[..., k : 2 * k])
+        square = square * square
     sums = powers @ _SERIES
-    return sums[..., 0] / s, sums[..., 1] / s**3, sums[..., 2] / s**5
+    squared = s * s
+    cubed = squared * s
+    return sums[..., 0] / s, sums[..., 1] / cubed, sums[..., 2] / (cubed * squared)

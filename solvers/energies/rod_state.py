@@ -52,7 +52,7 @@ class RodSpace:
         """Positions plus d, quaternions times exp(d / 2), normalised."""
         old, step = x.reshape(-1, 7), d.reshape(-1, 6)
         q = product(old[:, 3:], exponential(step[:, 3:]))
-        q = q / np.linalg.norm(q, axis=1, keepdims=True)
+        q = q / np.sqrt(np.einsum("em,em->e", q, q))[:, None]
         return np.concatenate([old[:, :3] + step[:, :3], q], axis=1).ravel()
 
 
@@ -105,8 +105,8 @@ class RodChain:
     def _axes(self, x: Floats, step: Floats, turns: Turns) -> Floats:
         """The axis vectors l R(new) (Gamma + dGamma . d), (n, 3), for steps (nodes, 6) to new `turns`."""
         before = segments_of(x, self.elements, self.lengths)
-        change = np.concatenate([step[1:, :3] - step[:-1, :3], step[:-1, 3:], step[1:, 3:]], axis=1)
-        Gamma = before.strains[:, :3] + np.einsum("eij,ej->ei", before.gradients[:, :3], change)
+        ends = np.concatenate([step[:-1], step[1:]], axis=1)
+        Gamma = before.strains[:, :3] + np.einsum("eij,ej->ei", before.gradients[:, :3], ends)
         return np.asarray(np.einsum("eki,ei->ek", turns.middle, Gamma) * self.lengths[:, None])
 
     def _drift(self, excess: Floats) -> Floats:
@@ -121,7 +121,7 @@ class RodChain:
 
     @cached_property
     def _between(self) -> tuple[Ints, Ints, Floats]:
-        """For components of nodes (nodes, 3): the held ones before and behind, counted in one row, and the part between."""
+        """For components of nodes (nodes, 3): the held ones before and behind, counted in one row, and how far between."""
         s = np.concatenate([[0.0], np.cumsum(self.lengths)])
         below, above = np.zeros((2, *self.held.shape), dtype=np.int64)
         part = np.zeros(self.held.shape)

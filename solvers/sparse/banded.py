@@ -1,7 +1,7 @@
 """Cholesky's method within a band: for chains, such as the nodes of a rod in order, whose neighbours are near.
 
-A tangent of a rod has 11 diagonals beside the main one. Its factor fills nothing else, so that there is no order to look
-for: LAPACK's `pbtrf` takes a tenth of what a method for any sparse matrix takes.
+A tangent of a rod has 11 diagonals beside the main one. Its factor fills nothing else, so that there is no order to
+look for: LAPACK's `pbtrf` takes a tenth of what a method for any sparse matrix takes.
 """
 
 from __future__ import annotations
