@@ -286,7 +286,7 @@ class Newton:
 
     def _lengthen(self, x: Floats, load: float, d: Floats, merit: Merit) -> float:
         """How far along d the merit decreases, by doubling: a definite tangent leaves a saddle too slowly."""
-        length, value = 1.0, merit(self.space.move(x, d), load)
+        length, value = 1.0, merit(self._part(x, d, 1.0), load)
         while length < 1e3 and (there := merit(self.space.move(x, 2.0 * length * d), load)) < value:
             length, value = 2.0 * length, there
         return length

@@ -113,7 +113,7 @@ class RodElastic:
             w, V = np.linalg.eigh(local)
             local = (V * np.maximum(w, 0.0)[:, None, :]) @ V.swapaxes(1, 2)
         # what is held, at -1, is counted in front and left out
-        data += np.bincount(slots.ravel() + 1, (scale * local).ravel(), len(data) + 1)[1:]
+        data += np.bincount(slots.ravel() + 1, local.ravel(), len(data) + 1)[1:] * scale
 
     def local_hessians(self, x: Floats) -> Floats:
         """B^T l C B plus the geometric part, (n, 12, 12)."""

@@ -22,7 +22,15 @@ from functools import cached_property
 import numpy as np
 
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.energies.rod_rotation import PRODUCT, ROTATION, half_angle, outer, relative, rotation
+from softmark.solvers.energies.rod_rotation import (
+    PRODUCT,
+    ROTATION,
+    half_angle,
+    half_angle_slopes,
+    outer,
+    relative,
+    rotation,
+)
 
 D, P, C = slice(0, 3), slice(3, 7), slice(7, 11)  # where the parts of y stand in R^11
 _BY_P = 2.0 * ROTATION.transpose(0, 3, 1, 2).reshape(12, 12)  # d_k p_n to d(R(p)^T d)_i / dp_m
@@ -118,23 +126,27 @@ class Turns:
     @cached_property
     def middle(self) -> Floats:
         """The rotation in the middle, (n, 3, 3)."""
-        return rotation(self.p) / self.rho[:, None, None]
+        return rotation(self.p / np.sqrt(self.rho)[:, None])
 
     @cached_property
-    def h(self) -> tuple[Floats, Floats, Floats]:
-        """Half the relative angle over its sine, and two derivatives, each (n,)."""
+    def h(self) -> Floats:
+        """Half the relative angle over its sine, (n,)."""
         return half_angle(self.c)
+
+    @cached_property
+    def h_slopes(self) -> tuple[Floats, Floats]:
+        """Two derivatives of h by |v|^2, each (n,)."""
+        return half_angle_slopes(self.c, self.h)
 
     @cached_property
     def theta(self) -> Floats:
         """The rotation vector from a to b, 2 atan2(|v|, s) v / |v|, (n, 3)."""
-        return 2 * self.h[0][:, None] * self.c[:, 1:]
+        return np.asarray((2 * self.h)[:, None] * self.c[:, 1:])
 
     @cached_property
     def by_c(self) -> Floats:
         """dtheta/dc, (n, 3, 4), for c of length one."""
-        h, h_m, _ = self.h
-        v = self.c[:, 1:]
+        v, h, h_m = self.c[:, 1:], self.h, self.h_slopes[0]
         found = np.empty((len(v), 3, 4))
         found[:, :, 0] = -2 * v
         np.multiply((4 * h_m[:, None] * v)[:, :, None], v[:, None, :], out=found[:, :, 1:])
@@ -153,7 +165,7 @@ class Turns:
     def curvature(self, moment: Floats) -> Floats:
         """Second derivative of moment . theta, theta = 2 h(s, |v|^2) v, in c = (s, v) of length one: (n, 4, 4)."""
         s, v = self.c[:, :1], self.c[:, 1:]
-        _, h_m, h_mm = self.h
+        h_m, h_mm = self.h_slopes
         a = np.einsum("ei,ei->e", moment, v)
         parts = np.empty((len(v), 14))
         av = a[:, None] * v
@@ -186,16 +198,11 @@ class Segments:
         return Segments(d, Turns.of(nodes[:, 3:], elements) if turns is None else turns, l)
 
     @cached_property
-    def _by_p(self) -> Floats:
-        """d(R(p)^T d)/dp, (n, 3, 4)."""
-        return np.asarray((outer(self.d, self.turns.p) @ _BY_P).reshape(-1, 3, 4))
-
-    @cached_property
     def strains(self) -> Floats:
         """(Gamma, K), (n, 6)."""
         turns = self.turns
         found = np.empty((len(self.l), 6))
-        found[:, :3] = np.einsum("eim,em->ei", self._by_p, turns.p) / (2 * turns.rho)[:, None]
+        np.einsum("eki,ek->ei", turns.middle, self.d, out=found[:, :3])
         found[:, 3:] = turns.theta
         found /= self.l[:, None]
         return found
@@ -205,9 +212,11 @@ class Segments:
         """d(l Gamma, l K)/dy, (n, 6, 11)."""
         turns = self.turns
         found = np.zeros((len(self.l), 6, 11))
+        p = turns.p / turns.rho[:, None]
         l_Gamma = self.strains[:, :3] * (2 * self.l)[:, None]
+        by_p = (outer(self.d, p) @ _BY_P).reshape(-1, 3, 4)
         found[:, :3, D] = turns.middle.swapaxes(1, 2)
-        found[:, :3, P] = (self._by_p - l_Gamma[:, :, None] * turns.p[:, None, :]) / turns.rho[:, None, None]
+        np.subtract(by_p, l_Gamma[:, :, None] * p[:, None, :], out=found[:, :3, P])
         found[:, 3:, C] = turns.by_c
         return found
 

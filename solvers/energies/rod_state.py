@@ -121,7 +121,7 @@ class RodChain:
 
     @cached_property
     def _between(self) -> tuple[Ints, Ints, Floats]:
-        """For components of nodes (nodes, 3): the held ones before and behind, counted in one row, and how far between."""
+        """For components of nodes (nodes, 3): the held ones before and behind, as flat indices, and the part."""
         s = np.concatenate([[0.0], np.cumsum(self.lengths)])
         below, above = np.zeros((2, *self.held.shape), dtype=np.int64)
         part = np.zeros(self.held.shape)

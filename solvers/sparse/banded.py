@@ -17,9 +17,9 @@ from scipy import sparse
 from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.threads import ALONE
 
 NAME = "banded Cholesky (LAPACK)"
+WIDEST = 32  # diagonals up to which LAPACK goes column by column: nothing that threads could share
 KEPT = 8  # patterns known at a time
 _LOCK = threading.Lock()
 
@@ -36,9 +36,7 @@ class Banded:
 
     def solve(self, b: Floats) -> Floats:
         """x with K x = b."""
-        with ALONE:
-            x, _ = dpbtrs(self.band, b)
-        found: Floats = x
+        found: Floats = dpbtrs(self.band, b)[0]
         return found
 
 
@@ -46,9 +44,8 @@ class Banded:
 class _Band:
     """Where the entries of a pattern stand in the band."""
 
-    shape: tuple[int, int]  # (diagonals, n)
-    entries: NDArray[Any]  # those of the upper triangle among the data
-    places: NDArray[Any]  # of each in the band, columns one after the other
+    shape: tuple[int, int]  # (n, diagonals)
+    entries: NDArray[Any]  # for each place of the band, column by column, which of the data; one behind the last: none
 
 
 # a weak reference to indptr, indices, the band or None where the pattern is no chain; the latest first
@@ -60,10 +57,8 @@ def banded(K: sparse.csr_matrix) -> Banded | None:
     band = None if K.dtype != np.float64 else _band_of(K)
     if band is None:
         return None
-    filled = np.zeros(band.shape[0] * band.shape[1])
-    filled[band.places] = K.data[band.entries]
-    with ALONE:
-        factor, info = dpbtrf(filled.reshape(band.shape[::-1]).T, overwrite_ab=1)
+    filled = np.append(K.data, 0.0).take(band.entries)
+    factor, info = dpbtrf(filled.reshape(band.shape).T, overwrite_ab=1)
     return None if info else Banded(factor)
 
 
@@ -80,12 +75,13 @@ def _band_of(K: sparse.csr_matrix) -> _Band | None:
 
 
 def _found(K: sparse.csr_matrix) -> _Band | None:
-    """None where the band has as many entries as the whole matrix, or more, or where an entry stands twice."""
+    """None where the band is wide or has as many entries as the whole matrix, or where an entry stands twice."""
     n, columns = K.shape[0], K.indices.astype(np.int64)
     rows = np.repeat(np.arange(n), np.diff(K.indptr))
     above = int((columns - rows).max(initial=0))
-    if n * (above + 1) >= K.nnz or not K.has_canonical_format:
+    if above >= WIDEST or n * (above + 1) >= K.nnz or not K.has_canonical_format:
         return None
-    entries = np.flatnonzero(columns >= rows)
-    places = columns[entries] * (above + 1) + above + rows[entries] - columns[entries]
-    return _Band((above + 1, n), entries, places)
+    upper = np.flatnonzero(columns >= rows)
+    entries = np.full(n * (above + 1), K.nnz)
+    entries[columns[upper] * (above + 1) + above + rows[upper] - columns[upper]] = upper
+    return _Band((n, above + 1), entries)
