@@ -1,7 +1,8 @@
 """Sparse linear systems: one place that knows which factorisation is used.
 
-What `auto` takes: SuperLU for few entries, where loading kernels would take longer than it gains; else our multifrontal
-Cholesky, which goes on as L S L^T where pivots are negative; else, where its factor would take too long or more memory
+What `auto` takes for few entries, where loading kernels would take longer than it gains: Cholesky's method within the
+band of a chain that is positive definite (`sparse.banded`), else SuperLU. For more: our multifrontal Cholesky, which
+goes on as L S L^T where pivots are negative; else, where its factor would take too long or more memory
 than there is, conjugate gradients with multigrid, which needs the rigid motions of the unknowns and pyamg; else a
 factor in single precision, which takes half the memory, with conjugate gradients. Matrices that are not symmetric go to
 Pardiso where it is installed and worth its analysis, and to SuperLU.
@@ -19,6 +20,7 @@ from scipy.sparse.linalg import splu
 
 from softmark.solvers import memory
 from softmark.solvers.energies.energy import Floats
+from softmark.solvers.sparse.banded import banded
 from softmark.solvers.threads import ALONE
 
 if TYPE_CHECKING:
@@ -267,7 +269,7 @@ def _made(modes: Modes) -> Floats | None:
 
 def _chosen(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: Modes) -> Factor:
     if K.nnz < LARGE:
-        return _triangular(K, symmetric)
+        return (banded(K) if symmetric else None) or _triangular(K, symmetric)
     if symmetric:
         return _symmetric(K, precision, modes) or _triangular(K, symmetric)
     from softmark.solvers.sparse import pardiso

@@ -7,7 +7,9 @@ pairs to look up, and what must be sorted is short.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -32,7 +34,16 @@ class Pattern:
 
     def matrix(self, data: Floats) -> sparse.csr_matrix:
         """The sparse matrix with these values, sharing the pattern."""
-        return sparse.csr_matrix((data, self.indices, self.indptr), shape=(self.size, self.size), copy=False)
+        made = copy(self._empty)  # scipy looks at all indices whenever it is given them
+        made.data = data
+        return made
+
+    @cached_property
+    def _empty(self) -> sparse.csr_matrix:
+        data = np.zeros(len(self.indices), dtype=np.bool_)
+        made = sparse.csr_matrix((data, self.indices, self.indptr), shape=(self.size, self.size), copy=False)
+        made.data = data[:0].copy()
+        return made
 
 
 @dataclass(frozen=True)

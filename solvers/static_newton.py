@@ -209,12 +209,13 @@ class Newton:
         self.criterion = "residual"
         if residual <= self.problem.tolerance:
             return True
-        size = float(np.linalg.norm(g[self.assembly.free]))
-        floor = 4.0 * self.assembly.rounding(x)
-        stalled = 0.3 * self._before < size <= 4.0 * max(self._before, floor)
+        size, before = float(np.linalg.norm(g[self.assembly.free])), self._before
         self._before = size
         self.criterion = "energy" if self._close else "rounding"
-        return stalled and (self._close or (self._tiny and size <= floor))
+        if not ((self._close or self._tiny) and 0.3 * before < size):
+            return False
+        floor = 4.0 * self.assembly.rounding(x)
+        return size <= 4.0 * max(before, floor) and (self._close or size <= floor)
 
     def _judge(self, x: Floats, g: Floats, d: Floats, projected: bool = False) -> None:
         """Whether the error in the energy norm, sqrt(-g . d), is small, and whether the Newton step d is."""
@@ -243,7 +244,8 @@ class Newton:
 
     def _energy(self, x: Floats, load: float) -> float:
         if self._valued is None or self._valued[0] is not x or self._valued[1] != load:
-            self._valued = x, load, self.assembly.value(x, load)
+            loads = (load * e.value(x) for e in self.assembly.loads) if load != 0.0 else ()
+            self._valued = x, load, self.strain(x) + sum(loads)
         return self._valued[2]
 
     def _imbalance(self, x: Floats, load: float) -> float:
@@ -284,7 +286,7 @@ class Newton:
 
     def _lengthen(self, x: Floats, load: float, d: Floats, merit: Merit) -> float:
         """How far along d the merit decreases, by doubling: a definite tangent leaves a saddle too slowly."""
-        length, value = 1.0, merit(self.space.move(x, d), load)
+        length, value = 1.0, merit(self._part(x, d, 1.0), load)
         while length < 1e3 and (there := merit(self.space.move(x, 2.0 * length * d), load)) < value:
             length, value = 2.0 * length, there
         return length

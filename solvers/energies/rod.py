@@ -101,8 +101,7 @@ class RodElastic:
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Internal nodal forces, N, and moments about the material axes, N m."""
         segments = self.segments(x)
-        g14 = self._gradient(segments, self._weighted(segments))
-        forces = scale * np.einsum("eij,ei->ej", segments.tangents, g14)
+        forces = scale * segments.forces(self._weighted(segments))
         g += np.bincount(self.stencils.ravel(), forces.ravel(), len(g))
 
     def add_hessian(
@@ -113,26 +112,22 @@ class RodElastic:
         if projected:
             w, V = np.linalg.eigh(local)
             local = (V * np.maximum(w, 0.0)[:, None, :]) @ V.swapaxes(1, 2)
-        keep = slots >= 0
-        data += np.bincount(slots[keep], scale * local[keep], len(data))
+        # what is held, at -1, is counted in front and left out
+        data += np.bincount(slots.ravel() + 1, local.ravel(), len(data) + 1)[1:] * scale
 
     def local_hessians(self, x: Floats) -> Floats:
         """B^T l C B plus the geometric part, (n, 12, 12)."""
         segments = self.segments(x)
-        sigma = self._weighted(segments)
-        B = segments.gradients @ segments.tangents  # (n, 6, 12)
-        C = self.lengths[:, None] * self.stiffness.diagonal
-        material = B.swapaxes(1, 2) @ (C[:, :, None] * B)
-        return material + segments.project_hessian(self._gradient(segments, sigma), segments.hessians(sigma))
+        return segments.hessians(self._weighted(segments), self._stiffnesses)
+
+    @cached_property
+    def _stiffnesses(self) -> Floats:
+        """l C, (n, 6)."""
+        return np.asarray(self.lengths[:, None] * self.stiffness.diagonal)
 
     def _weighted(self, segments: Segments) -> Floats:
         """l C (eps - eps0 + offset), (n, 6)."""
-        C = self.stiffness.diagonal * self.lengths[:, None]
-        return np.asarray(C * (segments.strains - self.rest_strains + self.offset))
-
-    def _gradient(self, segments: Segments, sigma: Floats) -> Floats:
-        """sigma . deps in R^14, (n, 14)."""
-        return np.asarray(np.einsum("eij,ei->ej", segments.gradients, sigma))
+        return np.asarray(self._stiffnesses * (segments.strains - self.rest_strains + self.offset))
 
 
 @dataclass(frozen=True)

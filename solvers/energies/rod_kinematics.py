@@ -3,9 +3,11 @@
 An element runs from node a to node b. A node carries a position x and a unit quaternion q that turns the
 material axes (e1 along the rod, e2 and e3 in the cross-section) into space. Arrays hold one row per element.
 
-Both strain measures are functions of the four vectors (x_a, q_a, x_b, q_b) in R^14 and are differentiated
-there; `tangents` maps increments of the 12 degrees of freedom to R^14. A new strain measure needs its
-derivatives in R^14 and nothing else.
+Both strain measures are functions of y = (d, p, c) in R^11, d = x_b - x_a, p and c those of `Turns`, and are
+differentiated there. `steps` says how y goes with the 12 degrees of freedom, a node's being a displacement in space and
+a rotation vector phi about its material axes, q exp(phi / 2). What is bilinear is a product of constants with all
+products of components: for few elements the number of calls is what takes time. A new strain measure needs its
+derivatives in R^11 and nothing else.
 
 Sources: Simo & Vu-Quoc 1986 (strains), Crisfield & Jelenic 1999 (relative rotations keep the strains
 objective and independent of the path), Absil, Mahony & Sepulchre 2008, chapter 5 (Hessian on a sphere
@@ -20,194 +22,273 @@ from functools import cached_property
 import numpy as np
 
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.energies.rod_rotation import PRODUCT, RELATIVE, ROTATION, half_angle, rotation
+from softmark.solvers.energies.rod_rotation import (
+    PRODUCT,
+    ROTATION,
+    half_angle,
+    half_angle_slopes,
+    outer,
+    relative,
+    rotation,
+)
 
-POSITION_A, ROTATION_A = slice(0, 3), slice(3, 7)  # where the parts of (x_a, q_a, x_b, q_b) stand in R^14
-POSITION_B, ROTATION_B = slice(7, 10), slice(10, 14)
+D, P, C = slice(0, 3), slice(3, 7), slice(7, 11)  # where the parts of y stand in R^11
+_BY_P = 2.0 * ROTATION.transpose(0, 3, 1, 2).reshape(12, 12)  # d_k p_n to d(R(p)^T d)_i / dp_m
+_APART = np.concatenate([-np.eye(3), np.zeros((3, 3)), np.eye(3), np.zeros((3, 3))], axis=1)  # of d
+_EYE3, _EYE4 = np.eye(3), np.eye(4)
+
+
+def _steps_of() -> Floats:
+    """From (q_a, q_b, c) to the derivatives of p and c by the 12 degrees of freedom: (12, 96), read as (8, 12)."""
+    S = np.zeros((3, 4, 2, 4, 12))
+    behind = PRODUCT[:, :, 1:].transpose(1, 0, 2) / 2  # q times half a rotation vector, (4, 4, 3)
+    S[0, :, 0, :, 3:6] = S[1, :, 0, :, 9:] = S[2, :, 1, :, 9:] = behind
+    S[2, :, 1, :, 3:6] = -PRODUCT[:, 1:].transpose(2, 0, 1) / 2  # c = exp(-phi_a / 2) c_0 exp(phi_b / 2)
+    return S.reshape(12, 96)
+
+
+def _force_of() -> Floats:
+    """From what `Segments._force_part` multiplies, (50,), to a matrix over (d, p): (50, 49)."""
+    M = np.zeros((50, 7, 7))
+    by_dp = np.zeros((3, 7, 3, 4))  # force_i (p, d)_n to d_k, p_m
+    by_dp[:, :4] = 2.0 * ROTATION.transpose(1, 3, 0, 2)
+    M[:21, :3, 3:], M[:21, 3:, :3] = by_dp.reshape(21, 3, 4), by_dp.reshape(21, 3, 4).swapaxes(1, 2)
+    by_pp = np.zeros((3, 7, 4, 4))
+    by_pp[:, 4:] = 2.0 * ROTATION.transpose(1, 0, 2, 3)
+    M[:21, 3:, 3:] = by_pp.reshape(21, 4, 4)
+    own = np.zeros((7, 4, 7, 7))  # t_r p_m, once in either triangle
+    for r in range(7):
+        for m in range(4):
+            own[r, m, r, 3 + m] -= 2.0
+            own[r, m, 3 + m, r] -= 2.0
+    M[21:49] = own.reshape(28, 7, 7)
+    M[49, 3:, 3:] = -2.0 * _EYE4
+    return M.reshape(50, 49)
+
+
+def _moment_of() -> Floats:
+    """From what `Turns.curvature` multiplies, (14,), to a matrix over c: (14, 16)."""
+    M = np.zeros((14, 4, 4))
+    for i in range(3):
+        M[i, 0, 1 + i] = M[i, 1 + i, 0] = 1.0
+        for j in range(3):
+            M[3 + 3 * i + j, 1 + i, 1 + j] += 4.0
+            M[3 + 3 * i + j, 1 + j, 1 + i] += 4.0
+    M[12, 0, 0] = 4.0
+    M[13, 1:, 1:] = 4.0 * _EYE3
+    return M.reshape(14, 16)
+
+
+def _own_of() -> Floats:
+    """From t_l c_n (16,) and t . q_a to second derivatives by the 12 degrees of freedom: (17, 144)."""
+    M = np.zeros((17, 12, 12))
+    mixed = -np.einsum("lim,mnj->lnij", PRODUCT[:, 1:], PRODUCT[:, :, 1:]).reshape(16, 3, 3) / 4  # -e_i c e_j / 4
+    M[:16, 3:6, 9:], M[:16, 9:, 3:6] = mixed, mixed.swapaxes(1, 2)
+    M[16, 3:6, 3:6], M[16, 9:, 9:] = -_EYE3 / 4, _EYE3 / 4
+    return M.reshape(17, 144)
+
+
+_STEPS, _FORCE, _MOMENT, _OWN = _steps_of(), _force_of(), _moment_of(), _own_of()
+
+
+@dataclass(frozen=True)
+class Turns:
+    """What the rotations of both nodes say of the elements.
+
+    p = q_a + q_b is twice the middle of both (the geodesic one, once normalised), c = (s, v) = conj(q_a) q_b. The sign
+    of q_b is that which makes s >= 0.
+    """
+
+    q_a: Floats  # (n, 4)
+    q_b: Floats  # (n, 4)
+    c: Floats  # the rotation from a to b in the axes of a (n, 4)
+
+    @staticmethod
+    def of(q: Floats, elements: Ints) -> Turns:
+        """The elements (n, 2) between nodes with rotations q (nodes, 4)."""
+        q_a, q_b = q[elements[:, 0]], q[elements[:, 1]]
+        c = relative(q_a, q_b)
+        if c[:, 0].min(initial=0.0) < 0.0:
+            sign = np.where(c[:, :1] < 0.0, -1.0, 1.0)
+            q_b, c = q_b * sign, c * sign
+        return Turns(q_a, q_b, c)
+
+    @cached_property
+    def p(self) -> Floats:
+        """Twice the middle of both quaternions, (n, 4)."""
+        return self.q_a + self.q_b
+
+    @cached_property
+    def rho(self) -> Floats:
+        """|p|^2, (n,)."""
+        return np.asarray(np.einsum("em,em->e", self.p, self.p))
+
+    @cached_property
+    def middle(self) -> Floats:
+        """The rotation in the middle, (n, 3, 3)."""
+        return rotation(self.p / np.sqrt(self.rho)[:, None])
+
+    @cached_property
+    def h(self) -> Floats:
+        """Half the relative angle over its sine, (n,)."""
+        return half_angle(self.c)
+
+    @cached_property
+    def h_slopes(self) -> tuple[Floats, Floats]:
+        """Two derivatives of h by |v|^2, each (n,)."""
+        return half_angle_slopes(self.c, self.h)
+
+    @cached_property
+    def theta(self) -> Floats:
+        """The rotation vector from a to b, 2 atan2(|v|, s) v / |v|, (n, 3)."""
+        return np.asarray((2 * self.h)[:, None] * self.c[:, 1:])
+
+    @cached_property
+    def by_c(self) -> Floats:
+        """dtheta/dc, (n, 3, 4), for c of length one."""
+        v, h, h_m = self.c[:, 1:], self.h, self.h_slopes[0]
+        found = np.empty((len(v), 3, 4))
+        found[:, :, 0] = -2 * v
+        np.multiply((4 * h_m[:, None] * v)[:, :, None], v[:, None, :], out=found[:, :, 1:])
+        found.reshape(-1, 12)[:, 1::5] += (2 * h)[:, None]
+        return found
+
+    @cached_property
+    def steps(self) -> Floats:
+        """dy by the 12 degrees of freedom, (n, 11, 12)."""
+        found = np.empty((len(self.c), 11, 12))
+        found[:, D] = _APART
+        known = np.concatenate([self.q_a, self.q_b, self.c], axis=1)
+        found[:, 3:] = (known @ _STEPS).reshape(-1, 8, 12)
+        return found
+
+    def curvature(self, moment: Floats) -> Floats:
+        """Second derivative of moment . theta, theta = 2 h(s, |v|^2) v, in c = (s, v) of length one: (n, 4, 4)."""
+        s, v = self.c[:, :1], self.c[:, 1:]
+        h_m, h_mm = self.h_slopes
+        a = np.einsum("ei,ei->e", moment, v)
+        parts = np.empty((len(v), 14))
+        av = a[:, None] * v
+        parts[:, :3] = 4 * av - 2 * moment
+        parts[:, 3:12] = outer(h_m[:, None] * moment + h_mm[:, None] * av, v)
+        parts[:, 12] = a * s[:, 0]
+        parts[:, 13] = a * h_m
+        return np.asarray((parts @ _MOMENT).reshape(-1, 4, 4))
 
 
 @dataclass(frozen=True)
 class Segments:
     """Elements of a rod in one state: strains and their derivatives at the middle of each.
 
-    With p = q_a + q_b (the geodesic middle of the two rotations, once normalised) and c = conj(q_a) q_b:
-
         Gamma = R(p)^T (x_b - x_a) / (l |p|^2)      stretch and shears, e1 when straight and unstrained
-        K     = 2 atan2(|v|, s) v / (|v| l)          twist and curvatures in 1/m, c = (s, v)
+        K     = theta / l                           twist and curvatures in 1/m
 
-    The sign of q_b is that which makes s >= 0. `l` are the undeformed lengths in m.
+    `l` are the undeformed lengths in m.
     """
 
     d: Floats  # x_b - x_a (n, 3)
-    q_a: Floats  # (n, 4)
-    q_b: Floats  # (n, 4)
+    turns: Turns
     l: Floats  # (n,)
 
     @staticmethod
-    def of(x: Floats, elements: Ints, l: Floats) -> Segments:
-        """The elements (n, 2) of the state x (nodes * 7,)."""
-        a, b = (x.reshape(-1, 7)[elements[:, i]] for i in (0, 1))
-        sign = np.where(np.sum(a[:, 3:] * b[:, 3:], axis=1) < 0.0, -1.0, 1.0)
-        return Segments(b[:, :3] - a[:, :3], a[:, 3:], b[:, 3:] * sign[:, None], l)
-
-    @cached_property
-    def p(self) -> Floats:
-        """Twice the middle of both quaternions, (n, 4)."""
-        return np.asarray(self.q_a + self.q_b)
-
-    @cached_property
-    def rho(self) -> Floats:
-        """|p|^2, (n,)."""
-        return np.asarray(np.sum(self.p**2, axis=1))
-
-    @cached_property
-    def c(self) -> Floats:
-        """The rotation from a to b in the axes of a, (n, 4)."""
-        return np.asarray(np.einsum("jmn,em,en->ej", RELATIVE, self.q_a, self.q_b))
-
-    @cached_property
-    def h(self) -> tuple[Floats, Floats, Floats]:
-        """Half the relative angle over its sine, and two derivatives, each (n,)."""
-        return half_angle(self.c)
+    def of(x: Floats, elements: Ints, l: Floats, turns: Turns | None = None) -> Segments:
+        """The elements (n, 2) of the state x (nodes * 7,), whose `turns` may be known."""
+        nodes = x.reshape(-1, 7)
+        d = nodes[elements[:, 1], :3] - nodes[elements[:, 0], :3]
+        return Segments(d, Turns.of(nodes[:, 3:], elements) if turns is None else turns, l)
 
     @cached_property
     def strains(self) -> Floats:
         """(Gamma, K), (n, 6)."""
-        Gamma = np.einsum("eki,ek->ei", rotation(self.p), self.d) / self.rho[:, None]
-        theta = 2 * self.h[0][:, None] * self.c[:, 1:]
-        return np.concatenate([Gamma, theta], axis=1) / self.l[:, None]
+        turns = self.turns
+        found = np.empty((len(self.l), 6))
+        np.einsum("eki,ek->ei", turns.middle, self.d, out=found[:, :3])
+        found[:, 3:] = turns.theta
+        found /= self.l[:, None]
+        return found
 
     @cached_property
-    def _dc(self) -> tuple[Floats, Floats]:
-        """dc/dq_a and dc/dq_b, (n, 4, 4)."""
-        return (
-            np.asarray(np.einsum("jmn,en->ejm", RELATIVE, self.q_b)),
-            np.asarray(np.einsum("jmn,em->ejn", RELATIVE, self.q_a)),
-        )
-
-    @cached_property
-    def _dGamma(self) -> tuple[Floats, Floats]:
-        """d(l Gamma)/dd (n, 3, 3) and d(l Gamma)/dp (n, 3, 4)."""
-        numerator = 2 * np.einsum("kimn,ek,en->eim", ROTATION, self.d, self.p)
-        l_Gamma = self.strains[:, :3] * self.l[:, None]
-        rho = self.rho[:, None, None]
-        dp = (numerator - 2 * l_Gamma[:, :, None] * self.p[:, None, :]) / rho
-        return rotation(self.p).swapaxes(1, 2) / rho, dp
-
-    @cached_property
-    def _dtheta(self) -> Floats:
-        """d(l K)/dc, (n, 3, 4)."""
-        h, h_m, _ = self.h
-        v = self.c[:, 1:]
-        ds = -2 * v / np.sum(self.c**2, axis=1)[:, None]
-        dv = 2 * h[:, None, None] * np.eye(3) + 4 * h_m[:, None, None] * v[:, :, None] * v[:, None, :]
-        return np.concatenate([ds[:, :, None], dv], axis=2)
+    def _inner(self) -> Floats:
+        """d(l Gamma, l K)/dy, (n, 6, 11)."""
+        turns = self.turns
+        found = np.zeros((len(self.l), 6, 11))
+        p = turns.p / turns.rho[:, None]
+        l_Gamma = self.strains[:, :3] * (2 * self.l)[:, None]
+        by_p = (outer(self.d, p) @ _BY_P).reshape(-1, 3, 4)
+        found[:, :3, D] = turns.middle.swapaxes(1, 2)
+        np.subtract(by_p, l_Gamma[:, :, None] * p[:, None, :], out=found[:, :3, P])
+        found[:, 3:, C] = turns.by_c
+        return found
 
     @cached_property
     def gradients(self) -> Floats:
-        """d(Gamma, K)/d(x_a, q_a, x_b, q_b), (n, 6, 14)."""
-        B = np.zeros((len(self.l), 6, 14))
-        dd, dp = self._dGamma
-        B[:, :3, POSITION_A], B[:, :3, POSITION_B] = -dd, dd
-        B[:, :3, ROTATION_A] = B[:, :3, ROTATION_B] = dp
-        B[:, 3:, ROTATION_A], B[:, 3:, ROTATION_B] = (self._dtheta @ dc for dc in self._dc)
-        return B / self.l[:, None, None]
+        """d(Gamma, K) by the 12 degrees of freedom, (n, 6, 12)."""
+        return np.asarray((self._inner @ self.turns.steps) / self.l[:, None, None])
 
-    def hessians(self, sigma: Floats) -> Floats:
-        """Sum of sigma_i times the second derivative of strain i, (n, 14, 14), for sigma (n, 6)."""
-        H = np.zeros((len(self.l), 14, 14))
-        self._add_force_part(H, sigma[:, :3])
-        self._add_moment_part(H, sigma[:, 3:])
-        return H / self.l[:, None, None]
+    def forces(self, sigma: Floats) -> Floats:
+        """Sum of sigma_i times the derivative of strain i by the 12 degrees of freedom, (n, 12), for sigma (n, 6)."""
+        return np.asarray(np.einsum("ei,eij->ej", sigma, self.gradients))
 
-    def _add_force_part(self, H: Floats, force: Floats) -> None:
-        """With N = rho u for u = l Gamma: u_mn = (N_mn - u_m rho_n - rho_m u_n - u rho_mn) / rho."""
-        dd, dp = self._dGamma
-        rho, p = self.rho[:, None, None], self.p
-        u = np.sum(force * self.strains[:, :3], axis=1) * self.l  # (n,)
-        u_d = np.einsum("ei,eik->ek", force, dd)
-        u_p = np.einsum("ei,eim->em", force, dp)
-        N_dp = 2 * np.einsum("kimn,ei,en->ekm", ROTATION, force, p)
-        N_pp = 2 * np.einsum("kimn,ei,ek->emn", ROTATION, force, self.d)
-        dp = (N_dp - 2 * u_d[:, :, None] * p[:, None, :]) / rho
-        mixed = 2 * u_p[:, :, None] * p[:, None, :]
-        pp = (N_pp - mixed - mixed.swapaxes(1, 2) - 2 * u[:, None, None] * np.eye(4)) / rho
-        for rotations in (ROTATION_A, ROTATION_B):
-            H[:, POSITION_A, rotations] -= dp
-            H[:, POSITION_B, rotations] += dp
-            H[:, rotations, POSITION_A] -= dp.swapaxes(1, 2)
-            H[:, rotations, POSITION_B] += dp.swapaxes(1, 2)
-            H[:, rotations, ROTATION_A] += pp
-            H[:, rotations, ROTATION_B] += pp
+    def hessians(self, sigma: Floats, stiffness: Floats) -> Floats:
+        """B^T C B plus the sum of sigma_i times the second derivative of strain i, (n, 12, 12).
 
-    def _add_moment_part(self, H: Floats, moment: Floats) -> None:
-        """The bilinear c(q_a, q_b) has a mixed derivative, which enters the blocks (a, b) and (b, a)."""
-        W = self._theta_hessian(moment)
-        t = np.einsum("ei,eij->ej", moment, self._dtheta)
-        dc_a, dc_b = self._dc
-        ab = dc_a.swapaxes(1, 2) @ W @ dc_b + np.einsum("ej,jmn->emn", t, RELATIVE)
-        H[:, ROTATION_A, ROTATION_A] += dc_a.swapaxes(1, 2) @ W @ dc_a
-        H[:, ROTATION_A, ROTATION_B] += ab
-        H[:, ROTATION_B, ROTATION_A] += ab.swapaxes(1, 2)
-        H[:, ROTATION_B, ROTATION_B] += dc_b.swapaxes(1, 2) @ W @ dc_b
-
-    def _theta_hessian(self, moment: Floats) -> Floats:
-        """Second derivative of moment . theta, theta = 2 h(s, |v|^2) v, in c = (s, v): (n, 4, 4)."""
-        s, v = self.c[:, 0], self.c[:, 1:]
-        _, h_m, h_mm = (f[:, None, None] for f in self.h)
-        r2 = np.sum(self.c**2, axis=1)
-        a = np.sum(moment * v, axis=1)
-        W = np.empty((len(self.l), 4, 4))
-        W[:, 0, 0] = 4 * a * s / r2**2
-        W[:, 0, 1:] = W[:, 1:, 0] = (-2 * moment + 4 * (a / r2)[:, None] * v) / r2[:, None]
-        mixed = moment[:, :, None] * v[:, None, :]
-        vv = v[:, :, None] * v[:, None, :]
-        W[:, 1:, 1:] = 4 * h_m * (mixed + mixed.swapaxes(1, 2) + a[:, None, None] * np.eye(3))
-        W[:, 1:, 1:] += 8 * h_mm * a[:, None, None] * vv
-        return W
-
-    @cached_property
-    def tangents(self) -> Floats:
-        """d(x_a, q_a, x_b, q_b)/d(12 degrees of freedom), (n, 14, 12).
-
-        A node's six are a displacement in space and a rotation vector phi about its material axes: q
-        exp(phi/2).
+        B the gradients by the 12 degrees of freedom; sigma and the diagonal of C are (n, 6).
         """
-        T = np.zeros((len(self.l), 14, 12))
-        T[:, POSITION_A, 0:3] = T[:, POSITION_B, 6:9] = np.eye(3)
-        T[:, ROTATION_A, 3:6] = np.einsum("jmn,em->ejn", PRODUCT[:, :, 1:], self.q_a) / 2
-        T[:, ROTATION_B, 9:12] = np.einsum("jmn,em->ejn", PRODUCT[:, :, 1:], self.q_b) / 2
-        return T
+        n, B, turns = len(self.l), self.gradients, self.turns
+        stress = sigma / self.l[:, None]
+        t = np.einsum("ei,eij->ej", stress, self._inner)
+        M = np.zeros((n, 11, 11))
+        M[:, :7, :7] = self._force_part(stress[:, :3], t[:, :7])
+        M[:, C, C] = turns.curvature(stress[:, 3:])
+        left = np.concatenate([B, turns.steps], axis=1)
+        right = np.concatenate([stiffness[:, :, None] * B, M @ turns.steps], axis=1)
+        H = (left.swapaxes(1, 2) @ right).reshape(n, 144)
+        H += self._own(t) @ _OWN
+        return np.asarray(H).reshape(n, 12, 12)
 
-    def project_hessian(self, g: Floats, H: Floats) -> Floats:
-        """From first and second derivative in R^14, g and H, to the second in the 12 degrees of freedom.
+    def _force_part(self, force: Floats, t: Floats) -> Floats:
+        """Second derivatives of force . l Gamma, whose first are t (n, 7), by (d, p): (n, 7, 7).
 
-        q exp(phi/2) = q + T phi - |phi|^2 q / 8 + ..., so each node adds -(g_q . q) / 4 to its rotational
-        diagonal. Shapes (n, 14), (n, 14, 14) to (n, 12, 12).
+        With N = rho u for u = l Gamma: u_mn = (N_mn - u_m rho_n - rho_m u_n - u rho_mn) / rho.
         """
-        local = self.tangents.swapaxes(1, 2) @ H @ self.tangents
-        radial_a = np.sum(g[:, ROTATION_A] * self.q_a, axis=1)
-        radial_b = np.sum(g[:, ROTATION_B] * self.q_b, axis=1)
-        local[:, 3:6, 3:6] -= radial_a[:, None, None] / 4 * np.eye(3)
-        local[:, 9:12, 9:12] -= radial_b[:, None, None] / 4 * np.eye(3)
-        return np.asarray(local)
+        p = self.turns.p
+        parts = np.empty((len(p), 50))
+        parts[:, :21] = outer(force, np.concatenate([p, self.d], axis=1))
+        parts[:, 21:49] = outer(t, p)
+        parts[:, 49] = np.einsum("ei,ei->e", force, self.strains[:, :3]) * self.l
+        parts /= self.turns.rho[:, None]
+        return np.asarray((parts @ _FORCE).reshape(-1, 7, 7))
+
+    def _own(self, t: Floats) -> Floats:
+        """What the second derivatives of y depend on, (n, 17), for derivatives t by y (n, 11).
+
+        q exp(phi / 2) = q + ... - |phi|^2 q / 8: each node adds -(t . q) / 4 to its rotational diagonal, the same of c;
+        t . c and t . p vanish, as only the directions of c and p count, so that t . q_b = -t . q_a.
+        """
+        parts = np.empty((len(t), 17))
+        parts[:, :16] = outer(t[:, C], self.turns.c)
+        np.einsum("em,em->e", t[:, P], self.turns.q_a, out=parts[:, 16])
+        return parts
 
 
-_KNOWN: tuple[tuple[Floats, Ints, Floats, Segments], ...] = ()  # the latest first; replaced as a whole, for threads
+_Key = tuple[bytes, bytes, bytes, str]
+_KNOWN: tuple[tuple[_Key, Segments], ...] = ()  # the latest first; replaced as a whole, for threads
 KEPT = 3  # states: that before a step, that behind it, and the one that is tried
 
 
-def segments_of(x: Floats, elements: Ints, l: Floats) -> Segments:
+def segments_of(x: Floats, elements: Ints, l: Floats, turns: Turns | None = None) -> Segments:
     """`Segments.of`, with all that was computed of one of the last states: numbers are compared, arrays may change.
 
     A step of Newton's method asks a state for its energy, its forces, its tangent and how it moves; each is a function
     of the same strains.
     """
     global _KNOWN
-    for state, kept, lengths, known in _KNOWN:
-        same = np.array_equal(state, x) and np.array_equal(kept, elements) and np.array_equal(lengths, l)
-        if same and state.dtype == x.dtype:
-            return known
-    found = Segments.of(x.copy(), elements, l)
-    _KNOWN = ((x.copy(), elements.copy(), l.copy(), found), *_KNOWN[: KEPT - 1])
+    key, known = (x.tobytes(), elements.tobytes(), l.tobytes(), x.dtype.str), _KNOWN
+    for place, (other, found) in enumerate(known):
+        if other == key:
+            if place:
+                _KNOWN = (known[place], *known[:place], *known[place + 1 :])
+            return found
+    found = Segments.of(x.copy(), elements, l.copy(), turns)
+    _KNOWN = ((key, found), *known[: KEPT - 1])
     return found

@@ -23,16 +23,17 @@ def _hamilton() -> Floats:
 
 _CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 PRODUCT = _hamilton()
-RELATIVE = PRODUCT * _CONJUGATE[:, None]  # conj(p) q, (4, 4, 4)
 _SANDWICH = np.einsum("kan,n,ami->kimn", PRODUCT[1:], _CONJUGATE, PRODUCT[:, :, 1:])  # p v conj(p)
 ROTATION = (_SANDWICH + _SANDWICH.swapaxes(2, 3)) / 2  # R_ki = ROTATION[k, i, m, n] p_m p_n
+# the same behind all products of components (16,)
+_PRODUCT_OF = PRODUCT.reshape(4, 16).T
+_RELATIVE_OF = (PRODUCT * _CONJUGATE[:, None]).reshape(4, 16).T
+_ROTATION_OF = ROTATION.reshape(9, 16).T
 
 _TERMS = np.arange(18)
 _SIGNED = np.where(_TERMS < 16, (-1.0) ** _TERMS / (2 * _TERMS + 1), 0.0)  # atan(w) / w = sum of _SIGNED[k] w^(2k)
-# columns: coefficients of that series in w^2, and of its two derivatives
-_SERIES = np.stack(
-    [_SIGNED[:16], (_SIGNED * _TERMS)[1:17], (_SIGNED * _TERMS * (_TERMS - 1))[2:18]], axis=1
-)
+# columns: coefficients of the two derivatives of that series in w^2
+_SERIES = np.stack([(_SIGNED * _TERMS)[1:17], (_SIGNED * _TERMS * (_TERMS - 1))[2:18]], axis=1)
 # Of tan^2 of half the angle: below, what 16 terms omit is under 1e-18; above, the closed form loses 3
 # digits at most.
 _SMALL = 0.05
@@ -40,7 +41,24 @@ _SMALL = 0.05
 
 def product(p: Floats, q: Floats) -> Floats:
     """Hamilton product p q of quaternions (..., 4), scalar first."""
-    return np.asarray(np.einsum("jmn,...m,...n->...j", PRODUCT, p, q))
+    return np.asarray(outer(p, q) @ _PRODUCT_OF)
+
+
+def relative(p: Floats, q: Floats) -> Floats:
+    """conj(p) q of unit quaternions (..., 4): the rotation from p to q in the axes of p."""
+    return np.asarray(outer(p, q) @ _RELATIVE_OF)
+
+
+def outer(a: Floats, b: Floats) -> Floats:
+    """All products of components, (..., i * j) of (..., i) and (..., j): what is bilinear is then one matrix product.
+
+    Rows run fastest in memory, so that numpy's inner loops are as long as there are rows.
+    """
+    if a.ndim != b.ndim:
+        lead = np.broadcast_shapes(a.shape[:-1], b.shape[:-1])
+        a, b = np.broadcast_to(a, (*lead, a.shape[-1])), np.broadcast_to(b, (*lead, b.shape[-1]))
+    products = a.T[:, None] * b.T
+    return np.asarray(products.reshape(-1, *products.shape[2:]).T)
 
 
 def conjugate(q: Floats) -> Floats:
@@ -50,7 +68,8 @@ def conjugate(q: Floats) -> Floats:
 
 def rotation(q: Floats) -> Floats:
     """Rotation matrices (..., 3, 3) of unit quaternions (..., 4); R scales with |q|^2 otherwise."""
-    return np.asarray(np.einsum("kimn,...m,...n->...ki", ROTATION, q, q))
+    R = outer(q, q) @ _ROTATION_OF
+    return np.asarray(R.reshape(*q.shape[:-1], 3, 3))
 
 
 def quaternion(R: Floats) -> Floats:
@@ -68,14 +87,14 @@ def quaternion(R: Floats) -> Floats:
 
 def exponential(phi: Floats) -> Floats:
     """Unit quaternions (cos |phi|/2, sin(|phi|/2) phi/|phi|), (..., 4), of rotation vectors (..., 3), rad."""
-    angle = np.linalg.norm(phi, axis=-1, keepdims=True)
-    return np.concatenate([np.cos(angle / 2), np.sinc(angle / (2 * np.pi)) / 2 * phi], axis=-1)
+    half = np.maximum(np.sqrt(np.einsum("...i,...i->...", phi, phi)) / 2, 1e-20)[..., None]
+    return np.concatenate([np.cos(half), np.sin(half) / (2 * half) * phi], axis=-1)
 
 
 def logarithm(q: Floats) -> Floats:
     """Rotation vectors (..., 3), rad, no longer than pi, of quaternions (..., 4)."""
     c = np.where(q[..., :1] < 0.0, -q, q)
-    return np.asarray(2 * half_angle(c)[0][..., None] * c[..., 1:])
+    return np.asarray(2 * half_angle(c)[..., None] * c[..., 1:])
 
 
 def between(q_a: Floats, q_b: Floats, t: Floats) -> Floats:
@@ -83,29 +102,35 @@ def between(q_a: Floats, q_b: Floats, t: Floats) -> Floats:
     return product(q_a, exponential(t[..., None] * logarithm(product(conjugate(q_a), q_b))))
 
 
-def half_angle(c: Floats) -> tuple[Floats, Floats, Floats]:
-    """h = atan2(|v|, s) / |v| for c = (s, v), s >= 0, with dh/dm and d2h/dm2, m = |v|^2."""
-    s, m = c[..., 0], np.sum(c[..., 1:] ** 2, axis=-1)
-    small = m < _SMALL * s**2
+def half_angle(c: Floats) -> Floats:
+    """h = atan2(|v|, s) / |v| for c = (s, v), s >= 0."""
+    v = c[..., 1:]
+    size = np.maximum(np.sqrt(np.einsum("...i,...i->...", v, v)), 1e-150)  # far below, where h = 1 / s to rounding
+    return np.asarray(np.arctan2(size, c[..., 0]) / size)
+
+
+def half_angle_slopes(c: Floats, h: Floats) -> tuple[Floats, Floats]:
+    """dh/dm and d2h/dm2 of h = `half_angle`, m = |v|^2."""
+    s, m = c[..., 0], np.einsum("...i,...i->...", c[..., 1:], c[..., 1:])
+    squared = s * s
+    small = m < _SMALL * squared
     if small.all():  # as in any rod of segments that turn little
-        return _near(s, m / s**2)
+        return _near(s, m / squared)
     near, far = np.where(small, s, 1.0), np.where(small, 1.0, m)
     r2 = s**2 + far
-    h = np.arctan2(np.sqrt(far), s) / np.sqrt(far)
     h_m = (s / r2 - h) / (2 * far)
     h_mm = (-s / r2**2 - 3 * h_m) / (2 * far)
     series = _near(near, np.where(small, m / near**2, 0.0))
-    return (
-        np.where(small, series[0], h),
-        np.where(small, series[1], h_m),
-        np.where(small, series[2], h_mm),
-    )
+    return np.where(small, series[0], h_m), np.where(small, series[1], h_mm)
 
 
-def _near(s: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
-    """`half_angle` by its series in z = m / s^2."""
+def _near(s: Floats, z: Floats) -> tuple[Floats, Floats]:
+    """`half_angle_slopes` by their series in z = m / s^2."""
     powers = np.ones((*z.shape, 16))
-    powers[..., 1:] = z[..., None]
-    np.multiply.accumulate(powers, axis=-1, out=powers)
-    sums = powers @ _SERIES
-    return sums[..., 0] / s, sums[..., 1] / s**3, sums[..., 2] / s**5
+    square = z[..., None]
+    for k in (1, 2, 4, 8):
+        np.multiply(powers[..., :k], square, out=powers[..., k : 2 * k])
+        square = square * square
+    sums, squared = powers @ _SERIES, s * s
+    h_m = sums[..., 0] / (squared * s)
+    return h_m, sums[..., 1] / (squared * squared * s)

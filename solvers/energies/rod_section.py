@@ -6,6 +6,7 @@ A new section is a function that returns a `Section`, as `circular` does.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import pi
 
 import numpy as np
@@ -29,7 +30,7 @@ class RodStiffness:
     EI3: float
     rigid: tuple[int, ...] = ()
 
-    @property
+    @cached_property
     def diagonal(self) -> Floats:
         """diag(C_N, C_M), (6,), in the order of the strains (Gamma1, Gamma2, Gamma3, K1, K2, K3)."""
         return np.array([self.EA, self.GA2, self.GA3, self.GJ, self.EI2, self.EI3])

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.energies.rod_kinematics import Segments, segments_of
+from softmark.solvers.energies.rod_kinematics import Turns, segments_of
 from softmark.solvers.energies.rod_rotation import (
     between,
     conjugate,
@@ -52,7 +52,7 @@ class RodSpace:
         """Positions plus d, quaternions times exp(d / 2), normalised."""
         old, step = x.reshape(-1, 7), d.reshape(-1, 6)
         q = product(old[:, 3:], exponential(step[:, 3:]))
-        q = q / np.linalg.norm(q, axis=1, keepdims=True)
+        q = q / np.sqrt(np.einsum("em,em->e", q, q))[:, None]
         return np.concatenate([old[:, :3] + step[:, :3], q], axis=1).ravel()
 
 
@@ -92,28 +92,50 @@ class RodChain:
     def move(self, x: Floats, d: Floats) -> Floats:
         """The plain move, then positions corrected to second order in d."""
         moved = RodSpace(len(self.held)).move(x, d)
-        after = Segments.of(moved, self.elements, self.lengths)
+        nodes, step = moved.reshape(-1, 7), d.reshape(-1, 6)
+        turns = Turns.of(nodes[:, 3:], self.elements)
         excess = np.zeros((len(self.held), 3))
-        np.cumsum(self._axes(x, d, after) - after.d, axis=0, out=excess[1:])
-        nodes = moved.reshape(-1, 7)
-        nodes[:, :3] += excess - self._drift(excess)
+        axes = self._axes(x, step, turns)
+        np.cumsum(axes - (nodes[1:, :3] - nodes[:-1, :3]), axis=0, out=excess[1:])
+        excess -= self._drift(excess)
+        nodes[:, :3] += excess
+        segments_of(moved, self.elements, self.lengths, turns)  # it will be asked for
         return moved
 
-    def _axes(self, x: Floats, d: Floats, after: Segments) -> Floats:
-        """The axis vectors l R(new) (Gamma + dGamma . d), (n, 3)."""
+    def _axes(self, x: Floats, step: Floats, turns: Turns) -> Floats:
+        """The axis vectors l R(new) (Gamma + dGamma . d), (n, 3), for steps (nodes, 6) to new `turns`."""
         before = segments_of(x, self.elements, self.lengths)
-        step = np.einsum("eij,ej->ei", before.tangents, d.reshape(-1, 6)[self.elements].reshape(-1, 12))
-        Gamma = (before.strains + np.einsum("eij,ej->ei", before.gradients, step))[:, :3]
-        turned = np.einsum("eki,ei->ek", rotation(after.p), Gamma)
-        return np.asarray(turned * (self.lengths / after.rho)[:, None])
+        ends = np.concatenate([step[:-1], step[1:]], axis=1)
+        Gamma = before.strains[:, :3] + np.einsum("eij,ej->ei", before.gradients[:, :3], ends)
+        return np.asarray(np.einsum("eki,ei->ek", turns.middle, Gamma) * self.lengths[:, None])
 
     def _drift(self, excess: Floats) -> Floats:
         """What the correction adds at the held nodes, linear between them; its mean where none is held."""
-        s = np.concatenate([[0.0], np.cumsum(self.lengths)])
-        drift = np.empty_like(excess)
-        for k, held in enumerate(self.held.T):
-            drift[:, k] = np.interp(s, s[held], excess[held, k]) if held.any() else excess[:, k].mean()
+        below, above, part = self._between
+        drift = excess.take(below)
+        drift += part * (excess.take(above) - drift)
+        loose = ~self.held.any(axis=0)
+        if loose.any():
+            drift[:, loose] = excess[:, loose].mean(axis=0)
         return drift
+
+    @cached_property
+    def _between(self) -> tuple[Ints, Ints, Floats]:
+        """For components of nodes (nodes, 3): the held ones before and behind, as flat indices, and the part."""
+        s = np.concatenate([[0.0], np.cumsum(self.lengths)])
+        below, above = np.zeros((2, *self.held.shape), dtype=np.int64)
+        part = np.zeros(self.held.shape)
+        for k, held in enumerate(self.held.T):
+            places = np.flatnonzero(held)
+            if not len(places):
+                continue
+            behind = np.searchsorted(places, np.arange(len(held)))
+            low = places[np.maximum(behind - 1, 0)]
+            high = places[np.minimum(behind, len(places) - 1)]
+            below[:, k], above[:, k] = 3 * low + k, 3 * high + k
+            apart = high > low
+            part[apart, k] = (s[apart] - s[low[apart]]) / (s[high[apart]] - s[low[apart]])
+        return below, above, part
 
 
 def rod_at_rest(points: Floats, up: Floats | None = None) -> Floats:
