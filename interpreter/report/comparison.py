@@ -9,7 +9,7 @@ from softmark.interpreter.report.findings import Findings, Metric, Result, value
 from softmark.interpreter.report.markup import prose, section, tag, text
 from softmark.interpreter.report.metric_details import details_of
 from softmark.interpreter.report.quantities import own_error
-from softmark.interpreter.report.results_table import SYMBOLS, Notes, ResultsTable, caption, ordered
+from softmark.interpreter.report.results_table import SYMBOLS, Notes, ResultsTable, caption, ordered, stated_of
 from softmark.interpreter.report.sheet import Cell, csv_link
 from softmark.interpreter.report.vouching import checked, silent, words
 from softmark.interpreter.results import ReferenceResult, Timing
@@ -100,17 +100,21 @@ def _csv(findings: Findings, columns: Sequence[Metric]) -> str:
     header = ["name", "kind", "status", "message", "about", *(f"{m.name} [{m.unit}]" for m in columns)]
     uncertain = [m for m in columns if findings.uncertainty(m)]
     header += [f"{m.name} within the uncertainty" for m in uncertain]
+    said = [m for m in columns if any(stated_of(r, m) is not None for r in findings.everyone.values())]
+    header += [f"{m.name} stated error [{m.unit}]" for m in said]
     header += [*SIZES, "iterations", "residual"]
     header += [f"{clock.removesuffix('_s')} {part}" for clock in clocks for part in PARTS]
-    rows = [_record(n, r, columns, uncertain, clocks) for n, r in findings.everyone.items()]
+    rows = [_record(n, r, columns, uncertain, said, clocks) for n, r in findings.everyone.items()]
     return csv_link("comparison", header, rows, "Save this table as CSV")
 
 
 def _record(
-    name: str, result: Result, columns: Sequence[Metric], uncertain: Sequence[Metric], clocks: Sequence[str]
-) -> list[Cell]:
+    name: str, result: Result, columns: Sequence[Metric], uncertain: Sequence[Metric], said: Sequence[Metric],
+    clocks: Sequence[str],
+) -> list[Cell]:  # fmt: skip
     metrics: list[Cell] = [value_of(result, m.name) for m in columns]
     metrics += [_within(result, m) for m in uncertain]
+    metrics += [stated_of(result, m) for m in said]
     if isinstance(result, ReferenceResult):
         none: list[Cell] = [None] * (len(SIZES) + 2 + len(PARTS) * len(clocks))
         return [name, "reference", result.status, result.message, result.kind, *metrics, *none]

@@ -201,10 +201,9 @@ class ResultsTable:
 
     def _stated(self, result: Result, metric: Metric) -> str:
         """What a model states of the number, in the unit of the column: `± 0.05`."""
-        said = result.stated.get(metric.name) if isinstance(result, ModelResult) else None
-        if said is None or said.get("value") is None or metric.clock:
+        error = stated_of(result, metric)
+        if error is None:
             return ""
-        error = float(said["value"])
         own = f"\u00a0±\u00a0{signed(f'{error / self.scales[metric.name][0].factor:.2g}')}"
         return tag("small", tag("data", text(own), value=repr(error)), class_="stated")
 
@@ -319,3 +318,10 @@ def seconds(value: float) -> str:
 
 def _small(markup: str) -> str:
     return tag("small", markup) if markup else ""
+
+
+def stated_of(result: Result, metric: Metric) -> float | None:
+    """The error that a model states of a number, SI; None where it states none."""
+    said = result.stated.get(metric.name) if isinstance(result, ModelResult) and not metric.clock else None
+    value = None if said is None else said.get("value")
+    return None if value is None else float(value)

@@ -186,7 +186,7 @@ def test_what_volumes_lack_is_looked_at_where_nothing_else_is_wrong() -> None:
     points, cells = formulas.places("hex8") * 0.5, np.arange(8)[None]
     split = split_of(None, "small", 2.6, 0.3)
     assert split is not None
-    body = Pressed(points, cells, "hex8", 0.1 * points, split, 1.0, 0.0, np.zeros((1, 1)))
+    body = Pressed(points, cells, "hex8", 0.1 * points, split, 1.0, np.zeros((1, 1)))
     inside, lacking, noise = body.forces()
     assert np.abs(inside).max() < 1e-15
     assert lacking == pytest.approx(0.3)  # mu / edge times int tr eps

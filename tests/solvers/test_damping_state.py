@@ -76,11 +76,15 @@ probe tip = point(bar, at = (80, 10, 10) mm)
 
 @pytest.mark.parametrize("name", ["trapezoidal", "midpoint", "generalized_alpha", "bdf2"])
 def test_the_first_overshoot_of_a_nearly_incompressible_body_does_not_hang_on_the_step(name: str) -> None:
-    """29.57 mm at 1 ms from each of four integrators; 4 ms gave 19.8, and 1 ms 26.4, with a stiffness of the start."""
+    """27.09 mm at 0.5 ms by the trapezoidal rule, and 27.04 of hexahedra that are integrated selectively.
+
+    With a stiffness of the step's start, which takes a velocity that keeps the volume for one that changes it, 4 ms
+    lost a third of it, and 1 ms a tenth.
+    """
     report = softmark.loads(BLOCK.format(step=4, name=name)).run()
     course = report.models["cells"].probes["tip"].course
     assert course is not None
-    assert -1e3 * course[:, 0, 2].min() == pytest.approx(29.57, rel=5e-3)
+    assert -1e3 * course[:, 0, 2].min() == pytest.approx(27.09, rel=5e-3)
     assert np.diff(report.models["cells"].solve["energies"]["damping"]).min() >= 0.0
 
 
