@@ -9,7 +9,14 @@ from softmark.interpreter.report.findings import Findings, Metric, Result, value
 from softmark.interpreter.report.markup import prose, section, tag, text
 from softmark.interpreter.report.metric_details import details_of
 from softmark.interpreter.report.quantities import own_error
-from softmark.interpreter.report.results_table import SYMBOLS, Notes, ResultsTable, caption, ordered, stated_of
+from softmark.interpreter.report.results_table import (
+    SYMBOLS,
+    Notes,
+    ResultsTable,
+    caption,
+    ordered,
+    stated_of,
+)
 from softmark.interpreter.report.sheet import Cell, csv_link
 from softmark.interpreter.report.vouching import checked, silent, words
 from softmark.interpreter.results import ReferenceResult, Timing
