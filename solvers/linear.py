@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from softmark.solvers import memory
 from softmark.solvers.energies.energy import Floats
@@ -345,6 +344,8 @@ def _accurate(cholesky: Cholesky, K: sparse.csr_matrix) -> bool:
 
 def _triangular(K: sparse.csr_matrix, symmetric: bool) -> Triangular:
     """With a minimum-degree order for symmetric patterns. Raises Singular."""
+    from scipy.sparse.linalg import splu  # 0.14 s that what our own factorisation solves need not wait for
+
     # a symmetric matrix read by columns is itself: no conversion
     columns = sparse.csc_matrix((K.data, K.indices, K.indptr), shape=K.shape) if symmetric else K.tocsc()
     try:

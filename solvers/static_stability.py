@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from softmark.solvers.arc_length import Follower, Lost
 from softmark.solvers.energies.energy import Floats
@@ -124,6 +123,9 @@ def least_part(K: sparse.csr_matrix, factor: Factor, other: sparse.csr_matrix) -
 
         largest = float(eigh(fall.toarray(), K.toarray(), eigvals_only=True)[-1])
     else:
+        # 0.14 s that a stable body need not wait for
+        from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
+
         solve = LinearOperator((n, n), matvec=factor.solve, dtype=np.float64)
         start = np.random.default_rng(0).standard_normal(n)
         try:
