@@ -9,12 +9,13 @@ by its two moduli, loads by the integrals that define them. It is slower, and do
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache
 from math import factorial
 
 import numpy as np
 from numpy.typing import NDArray
+
+from softmark.records import dataclass
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -32,12 +32,12 @@ from typing import Any, TypeVar, cast
 import numba
 import numpy as np
 from numba.core import caching as _caching
+from numba.core import runtime as _runtime
 from numba.core import serialize as _serialize
-from numba.core.runtime import rtsys as _rtsys
 
 caching: Any = _caching  # without types of its own
 serialize: Any = _serialize
-rtsys: Any = _rtsys
+runtime: Any = _runtime
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 SUFFIX = ".kernel"
@@ -190,7 +190,7 @@ class _Cache(caching.FunctionCache):  # type: ignore[misc]
         What is loaded is linked with numba's memory management and its helpers in C alone, and where there is nothing
         to load, compiling imports what it needs.
         """
-        rtsys.initialize(target_context)
+        runtime.rtsys.initialize(target_context)
         with self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)
 

@@ -10,12 +10,12 @@ Pardiso where it is installed and worth its analysis, and to SuperLU.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 from scipy import sparse
 
+from softmark.records import dataclass
 from softmark.solvers import memory
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.threads import ALONE

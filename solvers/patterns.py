@@ -7,13 +7,13 @@ pairs to look up, and what must be sorted is short.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 
 PAIRS = 1 << 19  # pairs of blocks whose places are found at a time: they stay in the processor's cache

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 
+from softmark.records import dataclass
 from softmark.solvers.arc_length import Follower, Lost
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear import Factor, Singular

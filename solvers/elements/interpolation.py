@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
 from softmark.solvers.elements.neighbours import neighbours
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
