@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
@@ -18,6 +17,7 @@ from softmark.grammar.lalr import END, accepted
 from softmark.grammar.lex import BREAK, Token
 from softmark.grammar.split import CLOSERS, OPENERS, WORDS, Chunk
 from softmark.grammar.table import load, reserved
+from softmark.records import dataclass
 
 VALUES = frozenset({"NAME", "PATH", "NUMBER", "STRING", "LPAR", "LSQB", "UNIT"})  # what a value starts with
 SHAPE = "a declaration reads `kind name = value`"

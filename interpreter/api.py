@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from softmark.interpreter.compile import compile_scene, recompiled
 from softmark.interpreter.modules import Missing, locate, read
 from softmark.interpreter.names import needed
 from softmark.interpreter.scene import Scene, SceneError
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.overrides import Override

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from softmark.interpreter.modules import Module
 from softmark.interpreter.scene import Location
 from softmark.interpreter.schema import Constructor, Field
 from softmark.interpreter.selections import said, selection
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.compile import Compiler

@@ -7,7 +7,6 @@ ended, and of no point where it came from. Tracked points are known where they w
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Literal
 
 from softmark.grammar.diagnostic import Diagnostic
@@ -24,6 +23,7 @@ from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.scene import Declared, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.probes import Markers, Surface, Volume
+from softmark.records import dataclass
 from softmark.references.markers import Markers as TrackedPoints
 
 Known = Literal["field", "surface", "points"]

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import Any
 
 from softmark.interpreter.case import Case
 from softmark.interpreter.conditions import Border, Condition
+from softmark.records import dataclass
 from softmark.solvers.mesh.cuts import SAME, Cut
 
 Cuts = tuple[Cut, ...]

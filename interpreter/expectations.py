@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -13,6 +12,7 @@ from softmark.grammar.suggest import nearest
 from softmark.interpreter import schema, units
 from softmark.interpreter.expressions import Bad, Evaluator, Place, Quantity, Value, describe
 from softmark.interpreter.modules import Module
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.compile import Compiler

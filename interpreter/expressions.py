@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TypeVar
 
 from softmark.grammar import tree
@@ -18,6 +17,7 @@ from softmark.grammar.suggest import nearest
 from softmark.grammar.tree import Span
 from softmark.interpreter import schema, units
 from softmark.interpreter.units import ANGLE, NONE, Dimension
+from softmark.records import dataclass
 
 
 class Bad(Exception):

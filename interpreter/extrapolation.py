@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations, pairwise
 from typing import Any
 
@@ -19,6 +19,7 @@ from softmark.interpreter.models.prepared import Solution, Workshop
 from softmark.interpreter.scene import Declared, Scene
 from softmark.interpreter.selfconverged import Method, methods_of, uneven
 from softmark.interpreter.study.orders import SAFETY_THREE, SAFETY_TWO, refined
+from softmark.records import dataclass
 
 Floats = NDArray[np.float64]
 Field = Callable[[Floats], Floats]  # points (n, 3) -> displacements (n, 3), m

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from softmark.interpreter.scene import Declared
 from softmark.interpreter.skin import skin_of
 from softmark.interpreter.vocabulary.probes import Markers, Nodes, Surface, Volume
 from softmark.interpreter.vocabulary.supports import Fixed
+from softmark.records import dataclass
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
 

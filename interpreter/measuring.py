@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.prepared import History
 from softmark.interpreter.results import MetricResult, ProbeResult, Timing, clean
 from softmark.interpreter.scene import Declared, Scene
+from softmark.records import dataclass
 
 Floats = NDArray[np.float64]
 SAMPLES = 5000  # of a metric that a report keeps

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import BinaryIO
 
@@ -13,6 +13,7 @@ from softmark.grammar.parse import parse
 from softmark.grammar.suggest import nearest
 from softmark.grammar.tree import Span
 from softmark.interpreter.expressions import PREDEFINED, Place
+from softmark.records import dataclass
 from softmark.scenes import ROOT
 
 LARGEST = 1_000_000  # bytes of a scene, and of all that it uses: texts that people write

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic, Source, encodable
@@ -12,6 +11,7 @@ from softmark.grammar.suggest import nearest
 from softmark.interpreter import schema
 from softmark.interpreter.expressions import Place
 from softmark.interpreter.modules import Table
+from softmark.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from softmark.grammar import tree
 from softmark.interpreter import schema, units
@@ -12,6 +12,7 @@ from softmark.interpreter.modules import Symbol
 from softmark.interpreter.overrides import Override
 from softmark.interpreter.scene import Location, Parameter
 from softmark.interpreter.scope import Scope
+from softmark.records import dataclass
 
 
 def evaluate(scope: Scope, replaced: Mapping[str, Override]) -> None:

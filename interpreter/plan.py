@@ -7,11 +7,11 @@ it, a mesh because a model is, and each task keeps the place in the scene that a
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass
 
 from softmark.grammar import tree
 from softmark.interpreter.case import body_of, case_of
 from softmark.interpreter.scene import Declared, Location, Scene
+from softmark.records import dataclass
 
 
 @dataclass(frozen=True)

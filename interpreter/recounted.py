@@ -9,7 +9,6 @@ settled on a facet, where the side of a cylinder is) and nothing else.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
 
@@ -19,6 +18,7 @@ from softmark.interpreter.case import Case
 from softmark.interpreter.conditions import Condition
 from softmark.interpreter.parts.surface import settled_of
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
+from softmark.records import dataclass
 from softmark.solvers import checks
 from softmark.solvers.checks import Floats, Ints
 

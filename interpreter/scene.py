@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from functools import cached_property
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.tree import Span
 from softmark.interpreter.expressions import Value
 from softmark.interpreter.schema import Constructor, Interval
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.modules import Table

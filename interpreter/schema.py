@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache, lru_cache
+from importlib import import_module
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from softmark.interpreter import units
 from softmark.interpreter.units import Dimension
+from softmark.records import dataclass
 
 Form = Literal[
     "quantity", "vector", "integer", "flag", "choice", "text", "file", "direction", "condition", "components",
@@ -145,42 +146,48 @@ class Constructor:
         return next((f for f in self.fields if f.name == name), None)
 
 
-@lru_cache(maxsize=1)
-def tables() -> dict[str, Mapping[str, type[Any]]]:
-    """Kind of declaration -> constructors: every kind that a scene can declare."""
-    from softmark.interpreter.metrics import METRICS
-    from softmark.interpreter.models import MODELS
-    from softmark.interpreter.models.mass_spring import STIFFNESSES
-    from softmark.interpreter.vocabulary import (
-        ANALYSES,
-        BODIES,
-        COURSES,
-        LOADS,
-        PROBES,
-        PUBLISHED,
-        STUDIES,
-        SUPPORTS,
-    )
-    from softmark.references import REFERENCES
-    from softmark.solvers.materials import MATERIALS
-    from softmark.solvers.mesh.shapes import SHAPES
+_PLACES = {  # kind of declaration: its module and the table there; in the order in which `dsl list` shows them
+    "shape": ("solvers.mesh.shapes", "SHAPES"),
+    "material": ("solvers.materials", "MATERIALS"),
+    "body": ("interpreter.vocabulary", "BODIES"),
+    "support": ("interpreter.vocabulary", "SUPPORTS"),
+    "load": ("interpreter.vocabulary", "LOADS"),
+    "analysis": ("interpreter.vocabulary", "ANALYSES"),
+    "model": ("interpreter.models", "MODELS"),
+    "reference": ("references", "REFERENCES"),
+    "probe": ("interpreter.vocabulary", "PROBES"),
+    "metric": ("interpreter.metrics", "METRICS"),
+    "published": ("interpreter.vocabulary", "PUBLISHED"),
+    "course": ("interpreter.vocabulary", "COURSES"),
+    "stiffness": ("interpreter.models.mass_spring", "STIFFNESSES"),
+    "study": ("interpreter.vocabulary", "STUDIES"),
+}
 
-    return {
-        "shape": SHAPES,
-        "material": MATERIALS,
-        "body": BODIES,
-        "support": SUPPORTS,
-        "load": LOADS,
-        "analysis": ANALYSES,
-        "model": MODELS,
-        "reference": REFERENCES,
-        "probe": PROBES,
-        "metric": METRICS,
-        "published": PUBLISHED,
-        "course": COURSES,
-        "stiffness": STIFFNESSES,
-        "study": STUDIES,
-    }
+
+class Tables(Mapping[str, Mapping[str, type[Any]]]):
+    """Kind of declaration -> constructors: all that a scene can declare; a table is imported when it is asked for."""
+
+    def __getitem__(self, kind: str) -> Mapping[str, type[Any]]:
+        module, table = _PLACES[kind]
+        found: Mapping[str, type[Any]] = getattr(import_module(f"softmark.{module}"), table)
+        return found
+
+    def __contains__(self, kind: object) -> bool:  # of Mapping, it would import the table
+        return kind in _PLACES
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_PLACES)
+
+    def __len__(self) -> int:
+        return len(_PLACES)
+
+
+_TABLES = Tables()
+
+
+def tables() -> Tables:
+    """The vocabulary."""
+    return _TABLES
 
 
 @lru_cache(maxsize=1)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -20,6 +20,7 @@ from softmark.interpreter.models.fem import Fem, element_class
 from softmark.interpreter.scene import Declared, Scene
 from softmark.interpreter.study.orders import unlike
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.records import dataclass
 from softmark.references.self_converged import SelfConverged
 
 LEAST = 3  # sizes: two tell no order

@@ -6,7 +6,7 @@ A value is checked by compiling the scene once more with it: the checks and thei
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from softmark.grammar import layout, tree
@@ -16,6 +16,7 @@ from softmark.interpreter.expressions import Bad, Place, Quantity
 from softmark.interpreter.overrides import Override
 from softmark.interpreter.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.studies import Convergence, Stability, Sweep, Target, Variant
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.binding import Binder

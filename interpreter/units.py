@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 from softmark.grammar.suggest import nearest
+from softmark.records import dataclass
 
 Dimension = tuple[int, int, int, int, int]  # exponents of length, mass, time, temperature, angle
 

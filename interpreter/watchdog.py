@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -28,6 +28,7 @@ from softmark.interpreter.results import ModelResult, clean
 from softmark.interpreter.scene import Declared, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
+from softmark.records import dataclass
 from softmark.solvers import checks
 from softmark.solvers.checks import Balance, Body, Floats, Term
 from softmark.solvers.pressure_checks import Pressed, split_of

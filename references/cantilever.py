@@ -9,8 +9,9 @@ To add a section, write a frozen dataclass with the members of `Section`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Protocol
+
+from softmark.records import dataclass
 
 Vector = tuple[float, float, float]
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from softmark.records import dataclass
 from softmark.references.cantilever import Cantilever, Refused
 
 if TYPE_CHECKING:

@@ -18,10 +18,10 @@ To add a rod, write a class with the members of `Rod`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Protocol
 
+from softmark.records import dataclass
 from softmark.references.cantilever import Cantilever
 from softmark.references.centre_line import CentreLine
 

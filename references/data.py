@@ -15,10 +15,10 @@ import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from softmark.records import dataclass
 from softmark.references.measured import Unreadable
 
 PREFIX = "data:"

@@ -13,10 +13,10 @@ Rows in which a position is missing are left out, and the number of them is stat
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
+from softmark.records import dataclass
 from softmark.references.data import find, source_of
 from softmark.references.measured import Frame, MeasuredPoints, Unreadable, Vector
 

@@ -12,8 +12,9 @@ Every measurement carries its uncertainty: a difference below it says nothing ab
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np

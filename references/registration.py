@@ -11,9 +11,10 @@ what does not deform: the face that is glued, or two reconstructions of one and 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
+from softmark.records import dataclass
 from softmark.references.measured import Residual
 from softmark.references.surfaces import Target, area_centroid, area_vectors
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
+from softmark.records import dataclass
 from softmark.references.cantilever import Cantilever
 from softmark.references.centre_line import CentreLine
 

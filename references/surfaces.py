@@ -7,10 +7,11 @@ where a surface came from. Closest points are exact: a k-d tree only leaves out 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
+
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np

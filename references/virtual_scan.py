@@ -6,9 +6,9 @@ What comes back is compared with the shape that went in: the error of the imagin
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
+from softmark.records import dataclass
 from softmark.references.ct_volume import isosurface
 from softmark.references.measured import MeasuredSurface, Unreadable, Vector
 from softmark.references.surfaces import Target, open_edges, signed_volume, vertex_normals

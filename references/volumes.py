@@ -8,10 +8,10 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Iterable
 from contextlib import nullcontext
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from softmark.records import dataclass
 from softmark.references.measured import Unreadable, Vector
 from softmark.references.rationing import rationed, reason_of
 

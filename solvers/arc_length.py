@@ -10,12 +10,13 @@ that, paths meet: a bifurcation, where the path that is followed goes straight o
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear import Factor, Singular
 from softmark.solvers.static_newton import Newton

@@ -9,11 +9,13 @@ by its two moduli, loads by the integrals that define them. It is slower, and do
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache
+from math import factorial
 
 import numpy as np
 from numpy.typing import NDArray
+
+from softmark.records import dataclass
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -117,17 +119,27 @@ def _mass_rule(kind: str) -> tuple[Floats, Floats]:
     """Points and weights for products of shape functions: of degree five in tetrahedra (Stroud 1971)."""
     if kind == "hex8":
         return rule("hex8")
-    from scipy.special import roots_jacobi
-
-    (a, u), (b, v), (c, w) = (roots_jacobi(3, power, 0.0) for power in (2, 1, 0))
+    (a, u), (b, v), (c, w) = (_by_moments(3, power) for power in (2, 1, 0))
     xi, weights = [], []
     for i in range(3):
         for j in range(3):
             for k in range(3):
-                r, s, t = (a[i] + 1) / 2, (b[j] + 1) / 2, (c[k] + 1) / 2
+                r, s, t = a[i], b[j], c[k]
                 xi.append((r, (1 - r) * s, (1 - r) * (1 - s) * t))
-                weights.append(u[i] / 8 * v[j] / 4 * w[k] / 2)
+                weights.append(u[i] * v[j] * w[k])
     return np.array(xi), np.array(weights)
+
+
+def _by_moments(n: int, power: int) -> tuple[Floats, Floats]:
+    """Points and weights (n,) on [0, 1] for integrands times (1 - t)^power, exact to degree 2n - 1.
+
+    The points are the roots of the polynomial that is orthogonal to all lower ones, the weights those that integrate
+    1, t, ...: both from the moments k! power! / (k + power + 1)! alone.
+    """
+    moments = [factorial(k) * factorial(power) / factorial(k + power + 1) for k in range(2 * n)]
+    hankel = np.array([[moments[i + j] for j in range(n)] for i in range(n)])
+    t = np.sort(np.roots([1.0, *np.linalg.solve(hankel, -np.array(moments[n:]))[::-1]]).real)
+    return t, np.linalg.solve(np.vander(t, increasing=True).T, np.array(moments[:n]))
 
 
 def cofactor(J: Floats) -> tuple[Floats, Floats]:

@@ -6,10 +6,10 @@ To add one: a function of a body and a generator of random numbers, and one line
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 
 TURNS = 3.0  # of the whole when it is spun

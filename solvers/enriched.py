@@ -9,11 +9,11 @@ state is wanted to a part of how far the two lie apart, and no better.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
 
+from softmark.records import dataclass
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear import Factor, factor

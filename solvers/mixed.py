@@ -8,10 +8,11 @@ unknowns of their own, with the pressures eliminated point by point; forces, and
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.energies import kernels
 from softmark.solvers.energies.corotational_tets import CorotationalTets

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -16,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 
 PAIRS = 1 << 19  # pairs of blocks whose places are found at a time: they stay in the processor's cache

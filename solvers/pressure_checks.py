@@ -10,10 +10,10 @@ Stresses are written out from the energies that the documentation of each materi
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers import checks
 from softmark.solvers.checks import CHUNK, EPS, Floats, Ints, Stress
 from softmark.solvers.materials.neo_hookean import NeoHookean

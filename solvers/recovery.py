@@ -15,13 +15,14 @@ equilibrium without the disturbance; without loads that is rest, whose energy is
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 
+from softmark.records import dataclass
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import Floats, Ints

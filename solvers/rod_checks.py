@@ -10,10 +10,9 @@ Jacobian of rotations: Sola, Deray and Atchuthan (2018), appendix B.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.checks import EPS, Floats
 
 

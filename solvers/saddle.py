@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, gmres
 
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear import Factor, Unsolved
@@ -76,6 +75,9 @@ class Saddle:
         """The better of x and what GMRES makes of it, with the norm of its residual."""
         if not np.isfinite(left):
             return x, left
+        # 0.14 s, asked for where plain refinement is not enough
+        from scipy.sparse.linalg import LinearOperator, gmres
+
         size = self.K.shape
         prior = LinearOperator(size, matvec=self.factor.solve, dtype=np.float64)
         y, _ = gmres(self.K, b, x0=x, rtol=ENOUGH, atol=0.0, restart=ROUNDS, maxiter=1, M=prior)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal
 
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers import linear
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.energies.energy import Floats, Ints, Space

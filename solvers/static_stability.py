@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
+from softmark.records import dataclass
 from softmark.solvers.arc_length import Follower, Lost
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear import Factor, Singular
@@ -124,6 +124,9 @@ def least_part(K: sparse.csr_matrix, factor: Factor, other: sparse.csr_matrix) -
 
         largest = float(eigh(fall.toarray(), K.toarray(), eigvals_only=True)[-1])
     else:
+        # 0.14 s that a stable body need not wait for
+        from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
+
         solve = LinearOperator((n, n), matvec=factor.solve, dtype=np.float64)
         start = np.random.default_rng(0).standard_normal(n)
         try:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from scipy import sparse
 
+from softmark.records import dataclass
 from softmark.solvers import linear, saddle
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear import Factor, Modes, Singular, Unsolved, factor

@@ -42,9 +42,9 @@ ALONE = Alone()
 @cache
 def _switches() -> tuple[Callable[[], int], Callable[[int], object]]:
     """How many threads the library uses, and how to set it."""
-    from scipy.linalg import cython_blas
+    from softmark.solvers.lone import lone
 
-    library = ctypes.CDLL(cython_blas.__file__)  # finds what the module is linked with
+    library = ctypes.CDLL(lone("scipy.linalg.cython_blas").__file__)  # finds what the module is linked with
     for prefix in ("scipy_openblas", "openblas"):
         try:
             get, put = (getattr(library, f"{prefix}_{verb}_num_threads") for verb in ("get", "set"))

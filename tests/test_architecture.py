@@ -238,6 +238,28 @@ def test_a_scene_at_rest_imports_nothing_of_motion(tmp_path: Path) -> None:
     assert not found & {"trimesh", "skimage", "softmark.solvers.energies.springs"}
 
 
+def test_the_names_of_the_lists_import_no_vocabulary() -> None:
+    found = after("list")
+    rooms = ("interpreter.vocabulary", "interpreter.models", "interpreter.metrics", "references", "solvers")
+    assert not [m for m in found if m.startswith(tuple(f"softmark.{room}" for room in rooms))]
+
+
+def test_kernels_on_disk_are_loaded_without_the_compiler(tmp_path: Path) -> None:
+    """And small work imports no library of scipy for one function: a tree of few points, a rule of three, SuperLU."""
+    after("run", "silicone-beam", "--model", "corot_tet", cwd=tmp_path)  # compiles what is not there
+    found = after("run", "silicone-beam", "--model", "corot_tet", cwd=tmp_path)
+    assert not found & {
+        "numba.np.linalg",
+        "numba.np.arraymath",
+        "numba.np.npyimpl",
+        "numba.typed.typeddict",
+        "scipy.linalg",
+        "scipy.sparse.linalg",
+        "scipy.spatial",
+        "scipy.special",
+    }
+
+
 def test_a_folder_called_softmark_does_not_mix_in(tmp_path: Path) -> None:
     (tmp_path / "softmark").mkdir()
     (tmp_path / "softmark" / "grammar.py").write_text("raise SystemExit('wrong module')")

@@ -7,9 +7,10 @@ a whole scene. An example that needs more than a check starts with its command: 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+
+from softmark.records import dataclass
 
 FENCE = re.compile(r"^```(wrong|right)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.interpreter.metrics.seen import Measurement
 from softmark.interpreter.metrics.surface import known_surface
 from softmark.interpreter.metrics.undefined import Undefined
+from softmark.records import dataclass
 from softmark.references.surfaces import Target, open_edges, used
 
 if TYPE_CHECKING:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.interpreter.metrics.spread import Statistic, Summed, ratios, spread
 from softmark.interpreter.metrics.undefined import Undefined
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.metrics.seen import Measurement, Seen

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.interpreter.metrics.seen import Measurement
 from softmark.interpreter.metrics.undefined import Undefined
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np

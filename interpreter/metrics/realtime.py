@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.interpreter.metrics.seen import Measurement
 from softmark.interpreter.metrics.undefined import Undefined
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.interpreter.metrics.spread import Summed, SurfaceStatistic, ratios, spread
 from softmark.interpreter.metrics.surface import known_surface, side
 from softmark.interpreter.metrics.undefined import Undefined
+from softmark.records import dataclass
 from softmark.references.surfaces import normal_distances, vertex_normals
 
 if TYPE_CHECKING:

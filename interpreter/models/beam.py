@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +17,7 @@ from softmark.interpreter.models.prepared import Solution
 from softmark.interpreter.models.rigid import AXES, point_rows
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
+from softmark.records import dataclass
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod import RodElastic, RodLoad

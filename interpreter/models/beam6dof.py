@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.grammar.diagnostic import Diagnostic
@@ -11,6 +10,7 @@ from softmark.interpreter.models import ribbon
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
 from softmark.interpreter.vocabulary.supports import Follows
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.case import Case

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
@@ -17,6 +17,7 @@ from softmark.interpreter import units
 from softmark.interpreter.case import Case, Fault, body_of, fault
 from softmark.interpreter.scene import Declared, Scene
 from softmark.interpreter.vocabulary.analyses import Static
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.models.beam6dof import Beam6Dof
 from softmark.interpreter.models.fem import Fem
 from softmark.interpreter.models.mass_spring import MassSpring
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.case import Case

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
@@ -11,6 +10,7 @@ from softmark.interpreter import units
 from softmark.interpreter.estimate import bending_angle
 from softmark.interpreter.models import formulations, options
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.records import dataclass
 from softmark.solvers.mesh.meshable import UnknownElement, meshable
 
 if TYPE_CHECKING:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.case import fault
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np

@@ -7,7 +7,6 @@ cells and flat facets; curved ones are followed by pieces of a fraction of a cel
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.case import Case
 from softmark.interpreter.conditions import RELATIVE_TOLERANCE, Border, Condition
 from softmark.interpreter.scene import Declared
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.mesh.clip import Pieces, joined
 

@@ -5,12 +5,12 @@ To add a rule for the stiffness: a class here, a line in STIFFNESSES, a case in 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.models import options
 from softmark.interpreter.models.fem import Fem
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.case import Case

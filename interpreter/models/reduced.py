@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.case import elsewhere
 from softmark.interpreter.models.fem import Fem
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.case import Case

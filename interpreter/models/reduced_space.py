@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +13,7 @@ from softmark.interpreter.models.reduced import Modal, Pod
 from softmark.interpreter.models.solid import PreparedSolid
 from softmark.interpreter.models.training import Training
 from softmark.interpreter.scene import Declared
+from softmark.records import dataclass
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.linear import Factor, factor

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,7 @@ from softmark.interpreter.models.solid import Meshed, PreparedSolid, displacemen
 from softmark.interpreter.models.training import Training, beyond, extrapolates, repeats, scene_of, trained
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.records import dataclass
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats, Ints, VectorSpace
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -26,6 +26,7 @@ from softmark.interpreter.models.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.models.starting import Start, start_of
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.records import dataclass
 from softmark.solvers import linear, systems
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.elements.interpolation import Integration, centre_rule, integration, locate

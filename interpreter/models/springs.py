@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from softmark.interpreter.models.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.models.solid import Deformed, displacement_of, mesh_of, outside, volume_note
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.records import dataclass
 from softmark.solvers import linear
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.elements.interpolation import Integration, integration

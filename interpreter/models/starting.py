@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.case import case_for, fault
 from softmark.interpreter.models.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.scene import Declared
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 
 if TYPE_CHECKING:

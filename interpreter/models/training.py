@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from softmark.interpreter.models.calibration import scaled
 from softmark.interpreter.models.prepared import Workshop
 from softmark.interpreter.models.reduced import ADVICE
 from softmark.interpreter.scene import Declared, Scene
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics import NotConverged, equilibrium
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.conditions import RELATIVE_TOLERANCE, Condition
 from softmark.interpreter.parts.bounds import Bounds
+from softmark.records import dataclass
 from softmark.solvers.elements import moments
 from softmark.solvers.elements.facets import FACETS
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from softmark.interpreter.parts.surface import Loaded
 from softmark.interpreter.parts.true import selected
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
+from softmark.records import dataclass
 
 SHOWN = 1e-3  # of a load: what may be missing, or undecided, without a word
 

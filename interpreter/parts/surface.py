@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from softmark.interpreter.conditions import Condition
 from softmark.interpreter.parts.deviation import deviations, settled
 from softmark.interpreter.parts.patches import Asked, Floats, Ints, Mask, Patches
 from softmark.interpreter.parts.taken import Part, part
+from softmark.records import dataclass
 from softmark.solvers.elements import moments
 from softmark.solvers.elements.facets import FACETS
 

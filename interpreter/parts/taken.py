@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from softmark.interpreter.conditions import Condition
 from softmark.interpreter.parts.curved import Points, follow
 from softmark.interpreter.parts.flat import cut
 from softmark.interpreter.parts.patches import Asked, Floats, Ints, Mask, Out, Patches
+from softmark.records import dataclass
 
 __all__ = ["Part", "part", "taken"]
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from softmark.interpreter.report.quantities import is_ratio, power_of_ten, quantity, scale_of, signed
+from softmark.records import dataclass
 
 
 @dataclass(frozen=True)

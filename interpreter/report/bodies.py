@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from softmark.grammar import tree
 from softmark.interpreter import schema
 from softmark.interpreter.report.findings import Findings, Metric, Result
 from softmark.interpreter.report.markup import listed
+from softmark.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -20,6 +19,7 @@ from softmark.interpreter.report.points import point_table
 from softmark.interpreter.report.probes import AXES, Floats, arc, drawn_first, lines_of, looks, points_of
 from softmark.interpreter.report.quantities import decimals_of, quantity, scale_of
 from softmark.interpreter.report.sheet import Cell, csv_link, short
+from softmark.records import dataclass
 
 WIDEST, NARROWEST = 640.0, 520.0  # of the plot, pixels
 TALLEST, LOWEST = 470.0, 150.0

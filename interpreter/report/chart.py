@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 from softmark.interpreter.report.axes import Axis
 from softmark.interpreter.report.looks import MARKERS, Look
 from softmark.interpreter.report.markup import plain, tag, text
 from softmark.interpreter.report.naming import Path, Place, Point, places, runs
+from softmark.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +17,7 @@ from softmark.interpreter.report.plate import SHOWN, Column, plate
 from softmark.interpreter.report.quantities import grouped, quantity, scale_of, signed
 from softmark.interpreter.report.sheet import Cell, csv_link
 from softmark.interpreter.study.reading import SOLVED, UNKNOWNS, Point, Spread, frame_of
+from softmark.records import dataclass
 
 WIDTH, HEIGHT, LEFT, TOP = 620.0, 400.0, 84.0, 44.0
 NAMED = 9  # with more lines than this, only the legend names them

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import groupby
 
@@ -18,6 +18,7 @@ from softmark.interpreter.report.probes import looks
 from softmark.interpreter.report.quantities import signed
 from softmark.interpreter.report.sheet import Cell, csv_link
 from softmark.interpreter.results import ModelResult
+from softmark.records import dataclass
 
 SYMBOLS = ("phase", "load", "residual", "step")
 LEFT, TOP, WIDTH, HEIGHT = 50.0, 30.0, 300.0, 150.0

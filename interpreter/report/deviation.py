@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +17,7 @@ from softmark.interpreter.report.probes import Floats, arc, drawn_first, lines_o
 from softmark.interpreter.report.quantities import decimals_of, own_error, quantity, scale_of, signed
 from softmark.interpreter.report.sheet import csv_link, short
 from softmark.interpreter.results import ProbeResult
+from softmark.records import dataclass
 
 LEAD = "How far points of a model are from where the reference has them: |u − u<sub>ref</sub>|."
 DEPTH = 1e-10  # errors below this part of the largest are not drawn: they are rounding

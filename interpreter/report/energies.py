@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +19,7 @@ from softmark.interpreter.report.probes import Floats
 from softmark.interpreter.report.quantities import quantity, scale_of, signed
 from softmark.interpreter.report.sheet import Cell, csv_link, short
 from softmark.interpreter.results import ModelResult
+from softmark.records import dataclass
 
 DRAWN = 201
 LEFT, TOP, WIDTH, HEIGHT = 58.0, 30.0, 300.0, 150.0

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from softmark.grammar import tree
 from softmark.interpreter.report.findings import Findings
 from softmark.interpreter.results import ModelResult
+from softmark.records import dataclass
 
 SIZE = re.compile(r"^(?P<element>\w+) of about (?P<size>[\d.eE+-]+ \S+?)(?=,|$)")
 SEGMENTS = re.compile(r"^(?P<size>\d+) (?P<element>beam segments)(?=,|$)")

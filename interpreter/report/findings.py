@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
 from softmark.grammar import tree
@@ -13,6 +12,7 @@ from softmark.interpreter import schema
 from softmark.interpreter.report.markup import count, listed
 from softmark.interpreter.report.quantities import quantity
 from softmark.interpreter.results import ModelResult, ProbeResult, ReferenceResult, Report
+from softmark.records import dataclass
 
 Result = ModelResult | ReferenceResult
 

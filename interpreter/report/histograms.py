@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +17,7 @@ from softmark.interpreter.report.plate import Column, plate
 from softmark.interpreter.report.probes import Floats, looks
 from softmark.interpreter.report.quantities import quantity, signed
 from softmark.interpreter.report.sheet import Cell, csv_link, short
+from softmark.records import dataclass
 
 BINS = 40
 LEFT, TOP, WIDTH, HEIGHT = 46.0, 30.0, 300.0, 130.0

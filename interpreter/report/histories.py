@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +18,7 @@ from softmark.interpreter.report.probes import AXES, Floats, drawn_first, looks
 from softmark.interpreter.report.quantities import decimals_of, quantity, scale_of
 from softmark.interpreter.report.sheet import Cell, csv_link, short
 from softmark.interpreter.results import ProbeResult
+from softmark.records import dataclass
 
 DRAWN = 301  # moments of a curve
 SAVED = 8000  # rows of a CSV file

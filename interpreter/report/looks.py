@@ -7,8 +7,9 @@ for light and dark paper. Models differ in all three; references are heavy and n
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Literal
+
+from softmark.records import dataclass
 
 Role = Literal["model", "reference", "rest", "phase", "bins"]
 

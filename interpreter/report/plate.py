@@ -7,10 +7,10 @@ the table.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from softmark.interpreter.report.chart import Chart, sample
 from softmark.interpreter.report.markup import broken, count, prose, tag, text
+from softmark.records import dataclass
 
 SHOWN = 12  # curves of models that are drawn at first; the legend has the others
 

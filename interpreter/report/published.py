@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from softmark.interpreter.report.findings import Findings, Metric, value_of
@@ -11,6 +10,7 @@ from softmark.interpreter.report.markup import listed, prose, section, tag, text
 from softmark.interpreter.report.quantities import Scale, decimals_of, scale_of, signed
 from softmark.interpreter.report.sheet import Cell, csv_link
 from softmark.interpreter.results import MetricResult, ModelResult
+from softmark.records import dataclass
 
 LEAD = (
     "Our numbers beside those that were published about the same experiment; the difference is ours less "

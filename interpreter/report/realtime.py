@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +16,7 @@ from softmark.interpreter.report.probes import looks
 from softmark.interpreter.report.quantities import quantity, scale_of, signed
 from softmark.interpreter.report.sheet import Cell, csv_link, short
 from softmark.interpreter.results import MetricResult
+from softmark.records import dataclass
 
 TIMES = {"median_s": "Median", "p95_s": "95 %", "p99_s": "99 %", "worst_s": "Worst"}
 VERDICTS = {True: ("✓", "good", "real time"), False: ("✗", "bad", "not real time")}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 from softmark.interpreter.report.axes import Axis, logarithmic
@@ -17,6 +17,7 @@ from softmark.interpreter.report.naming import Point
 from softmark.interpreter.report.plate import Column, plate
 from softmark.interpreter.report.quantities import grouped, quantity, scale_of, signed
 from softmark.interpreter.report.sheet import Cell, csv_link
+from softmark.records import dataclass
 
 LEAD = (
     "Models of one kind with meshes of several sizes. A line that falls comes closer to what it is compared with; one "

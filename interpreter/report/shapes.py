@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -30,6 +29,7 @@ from softmark.interpreter.report.surfaces import (
     step_of,
 )
 from softmark.interpreter.results import Shape
+from softmark.records import dataclass
 
 PANELS = 24  # more shapes than this are overlaid at first
 CLIP = 95.0  # percentile of the points of one shape

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from softmark.interpreter.report.axes import Axis, linear
 from softmark.interpreter.report.colours import gradient
 from softmark.interpreter.report.markup import tag, text
 from softmark.interpreter.report.quantities import quantity
+from softmark.records import dataclass
 
 DECADES = 3  # of the logarithmic scale
 MORE = " (the lightest colour stands for all that is more)"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from softmark.interpreter.report.colours import viridis
 from softmark.interpreter.report.markup import plain, tag, text
 from softmark.interpreter.report.surfaces import Floats, thinned
 from softmark.interpreter.results import Shape
+from softmark.records import dataclass
 
 POLYGONS = 400  # of one shape
 CELL, GAP, NAME = 230.0, 14.0, 24.0  # pixels

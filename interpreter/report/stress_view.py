@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from softmark.interpreter.report.quantities import quantity, signed
 from softmark.interpreter.report.stress_reach import chosen, ends
+from softmark.records import dataclass
 
 Json = Mapping[str, Any]
 

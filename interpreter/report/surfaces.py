@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.picking import picked
 from softmark.interpreter.report.markup import listed
 from softmark.interpreter.results import Shape
+from softmark.records import dataclass
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

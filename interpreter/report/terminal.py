@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from softmark.grammar.diagnostic import all_visible
@@ -16,6 +16,7 @@ from softmark.interpreter.report.findings import Findings, Metric, Result, value
 from softmark.interpreter.report.quantities import negligible
 from softmark.interpreter.report.results_table import ordered
 from softmark.interpreter.results import ExpectationResult, MetricResult, ModelResult, Report
+from softmark.records import dataclass
 
 SEVERAL = 5  # names that a line lists
 

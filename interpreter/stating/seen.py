@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from softmark.interpreter.metrics.seen import Seen as Looked
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.prepared import History, Solution
 from softmark.interpreter.results import ProbeResult
+from softmark.records import dataclass
 
 Floats = NDArray[np.float64]
 Field = Callable[[Floats], Floats]

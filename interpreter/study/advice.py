@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import combinations
 from typing import Any
 
 from softmark.interpreter.report.quantities import grouped, quantity
 from softmark.interpreter.study.front import DISTURBED, Candidate, Judged
 from softmark.interpreter.study.reading import UNKNOWNS, Point, Spread, reduced_of, spread_of
+from softmark.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +21,7 @@ from softmark.interpreter.study.reading import SOLVED, part_of
 from softmark.interpreter.study.tasks import FINE, clean, failed
 from softmark.interpreter.study.variations import Asked, Configuration, Subject, TooMany, expand, read_vary
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Sweep
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.study.job import TimingJob

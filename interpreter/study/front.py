@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -29,6 +28,7 @@ from softmark.interpreter.study.reading import (
     reduced_of,
     uncertainty_of,
 )
+from softmark.records import dataclass
 
 RATES = (25.0, 300.0, 1000.0)  # Hz: pictures, tissue that is cut, forces that are felt
 RELATIVE = (0.1, 0.05, 0.01)

@@ -8,9 +8,10 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
+
+from softmark.records import dataclass
 
 Read = TypeVar("Read")
 PROC = Path("/proc")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import takewhile
 from typing import Any
 
@@ -16,6 +16,7 @@ from softmark.interpreter.study.reading import (
     stated,
     uncertainty_of,
 )
+from softmark.records import dataclass
 
 AXES = "xyz"
 TARGETS = ("size", "segments", "step")  # fields that decide how finely a thing is solved

@@ -12,9 +12,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from itertools import pairwise
 from typing import Any, Literal
+
+from softmark.records import dataclass
 
 Pair = tuple[float, float]  # h, value
 State = Literal["monotone", "oscillatory", "divergent", "assumed", "rounding", "too_few", "unusable"]

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
+
+from softmark.records import dataclass
 
 Point = Mapping[str, Any]
 SOLVED = ("converged", "capped")

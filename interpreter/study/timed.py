@@ -18,13 +18,14 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.study.gauges import Gauges, load_average, memory, pace
 from softmark.interpreter.study.job import TimingJob
 from softmark.interpreter.study.orphans import die_with_parent
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.case import Case

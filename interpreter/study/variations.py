@@ -8,7 +8,7 @@ A configuration's key is a digest of all that decides its result: configurations
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from softmark.interpreter.study.reading import said_values
 from softmark.interpreter.study.tasks import told
 from softmark.interpreter.sweeping import chain, override_of, value_in, with_unit
 from softmark.interpreter.vocabulary.studies import Stability, Sweep
+from softmark.records import dataclass
 
 MOST = 100_000  # configurations of one comparison
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated
+
+from softmark.records import dataclass
 
 
 def _over(begin: float, end: float, breaks: tuple[float, ...], mean: Callable[[float, float], float]) -> float:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, Any
+
+from softmark.records import dataclass
 
 Vector3 = tuple[float, float, float]
 

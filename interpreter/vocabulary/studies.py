@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Literal
+
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.grammar.tree import Expression, Span

@@ -8,11 +8,10 @@ grow: a gain is an error of the integrator, whose step is too long for what happ
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 
 GAIN = 0.5  # of the energy that start, loads and supports have brought: a motion that keeps more has diverged

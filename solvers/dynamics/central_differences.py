@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
+from softmark.records import dataclass
 from softmark.solvers.dynamics.scheme import Motion, Past, StepFailed, StepTooLong
 
 if TYPE_CHECKING:

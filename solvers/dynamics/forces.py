@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
 
+from softmark.records import dataclass
 from softmark.solvers.dynamics.loading import Constant, Course, Load, graded, mean_of
 from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.energies.energy import Energy, Floats, Ints

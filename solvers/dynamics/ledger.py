@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.dynamics.scheme import Motion
 from softmark.solvers.dynamics.system import System
 from softmark.solvers.energies.energy import Floats

@@ -9,8 +9,9 @@ with another load than the last one ended with, the acceleration takes up the di
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
+
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np

@@ -9,13 +9,13 @@ follower loads, and where the tangent does not lead downhill the definite one do
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
 
+from softmark.records import dataclass
 from softmark.solvers.dynamics.forces import Force
 from softmark.solvers.dynamics.scheme import Motion, Stage, StepFailed
 from softmark.solvers.energies.energy import Floats

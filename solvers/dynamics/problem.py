@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Protocol
 
 import numpy as np
 from scipy import sparse
 
+from softmark.records import dataclass
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.dynamics.loading import Constant, Course
 from softmark.solvers.dynamics.scheme import Integrator

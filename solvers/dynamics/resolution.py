@@ -11,12 +11,12 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
 
+from softmark.records import dataclass
 from softmark.solvers.dynamics.bdf2 import BDF2
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.forces import Forces

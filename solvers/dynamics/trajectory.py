@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.records import dataclass
 from softmark.solvers import statics
 from softmark.solvers.dynamics.balance import Account, Balance
 from softmark.solvers.dynamics.newton import Iteration

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from softmark.records import dataclass
 from softmark.solvers.dynamics.scheme import Motion, Past, Stage
 
 if TYPE_CHECKING:

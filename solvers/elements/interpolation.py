@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
+from softmark.solvers.elements.neighbours import neighbours
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 Rule = tuple[Floats, Floats]  # local points (q, 3) and weights (q,)
@@ -105,22 +105,19 @@ def _nearest_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
 
     The nearest point lies on the boundary, and no farther than the nearest corner there.
     """
-    from scipy.spatial import cKDTree
-
     corners = mesh.points[mesh.facets]  # (f, 3, 3)
     middles = corners.mean(axis=1)
     radius = float(np.sqrt(((corners - middles[:, None]) ** 2).sum(axis=2).max()))
-    reach = cKDTree(mesh.points[np.unique(mesh.facets)]).query(X)[0] + radius
+    near = neighbours(mesh.points[np.unique(mesh.facets)], len(X))
+    reach = near.distance(X) + radius
     owners, best = mesh.facet_cells, np.empty(len(X), dtype=np.int64)
-    tree = cKDTree(middles)
+    around = neighbours(middles, len(X))
     for start in range(0, len(X), 64 * CHUNK):
         some = slice(start, start + 64 * CHUNK)
-        near = tree.query_ball_point(X[some], reach[some] * (1.0 + 1e-9))
-        which = np.repeat(np.arange(len(near)), [len(n) for n in near])
-        facet = np.concatenate([np.asarray(n, dtype=np.int64) for n in near])
+        which, facet = around.within(X[some], reach[some] * (1.0 + 1e-9))
         points, cell = X[some][which], owners[facet]
         gap = _to_triangles(points, corners[facet])
-        least = np.full(len(near), np.inf)
+        least = np.full(len(X[some]), np.inf)
         np.minimum.at(least, which, gap)
         tied = np.flatnonzero(gap <= least[which] + 1e-12 * mesh.extent)
         inside = _barycentric(points[tied], a, inverse, cell[tied]).min(axis=1)

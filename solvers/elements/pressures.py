@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.elements.interpolation import Rule
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh

@@ -9,13 +9,14 @@ three of its nodes are computed and the fourth follows.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.small import Nine, nearest_rotation, orthogonalise, set_above_identity
 from softmark.solvers.jit import kernel

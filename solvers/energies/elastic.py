@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.energies import kernels
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 
 Polar = Callable[[Floats], Floats]  # F (m, 3, 3) -> the rotations nearest to them (m, 3, 3)

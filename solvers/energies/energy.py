@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from softmark.records import dataclass
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.elements import moments
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.energies.energy import Floats, Ints, no_stencils

@@ -7,12 +7,13 @@ of most in p: a saddle. 1/M = 0, the incompressible solid, is no special case.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.energies import kernels
 from softmark.solvers.energies.elastic import POINTS, Elastic, Law
 from softmark.solvers.energies.energy import Energy, Floats, Ints

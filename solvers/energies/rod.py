@@ -10,11 +10,12 @@ To add an energy of a rod, write a class beside `RodElastic` with the members of
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints, no_stencils
 from softmark.solvers.energies.rod_kinematics import Segments, segments_of
 from softmark.solvers.energies.rod_section import RodStiffness

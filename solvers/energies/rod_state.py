@@ -8,12 +8,12 @@ of `energy.Space`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod_kinematics import Turns, segments_of
 from softmark.solvers.energies.rod_rotation import (

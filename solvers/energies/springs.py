@@ -6,11 +6,11 @@ its Poisson ratio is 1/4, and no choice of stiffness changes that (Love 1906, no
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.jit import kernel
 

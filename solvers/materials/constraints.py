@@ -9,9 +9,9 @@ theorem"; Simo, Taylor and Pister (1985), Comput. Methods Appl. Mech. Eng. 51:17
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from softmark.records import dataclass
 from softmark.solvers.materials.components import (
     add_cross,
     add_diagonal,

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from softmark.records import dataclass
 from softmark.solvers.materials.isotropic import Isotropic
 
 

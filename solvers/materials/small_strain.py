@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from softmark.records import dataclass
 from softmark.solvers.materials.blockwise import Blockwise
 from softmark.solvers.materials.components import (
     add_diagonal,

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.mesh.mesh import Floats, Ints
 
 BISECTIONS = 50  # of an edge that a curved surface crosses

@@ -6,8 +6,9 @@ Plain numbers, known without making the mesh.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
+
+from softmark.records import dataclass
 
 SAME = 1e-9  # of the span of a coordinate: what is nearer is at the same place
 LEAST = 0.05  # of the usual distance of lines: two are no nearer, or cells become needles

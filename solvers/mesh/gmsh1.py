@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.mesh.mesh import Floats, Ints
 
 # Gmsh's number of a type of cell -> meshio's word and the number of nodes

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from scipy.optimize import nnls
 
+from softmark.records import dataclass
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 Diagonals = Literal["faces", "all"]

@@ -6,13 +6,13 @@ them, on the curved facets of ten-node cells, and on the side of a shape where a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 
+from softmark.records import dataclass
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.elements.tet10 import EDGES
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh

@@ -8,10 +8,9 @@ split favours no direction as the six-tetrahedra (Kuhn) split does.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.mesh.cuts import SAME, Cut, along, lines
 from softmark.solvers.mesh.divisions import OFF_CENTRE, circles, divisions, of_disc, of_rectangle
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh

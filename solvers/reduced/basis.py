@@ -7,7 +7,6 @@ V^T M V = I makes the unknowns of a reduced model lengths times the root of a ma
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -15,6 +14,7 @@ from scipy import linalg as dense
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear import factor
 

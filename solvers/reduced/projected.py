@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy import linalg as dense
 from scipy import sparse
 
+from softmark.records import dataclass
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.linear import Singular

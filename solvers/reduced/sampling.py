@@ -8,11 +8,11 @@ definite where the cells' own are.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg as dense
 
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.reduced.cells import apart, cells_of
 from softmark.solvers.reduced.products import down, inner, up

@@ -15,6 +15,8 @@ from numba import types
 from numba.extending import get_cython_function_address, intrinsic
 from numpy.typing import NDArray
 
+from softmark.solvers.lone import lone
+
 ROUTINES = (
     *(("lapack", "potrf"), ("blas", "trsm"), ("blas", "syrk")),
     *(("blas", "trsv"), ("blas", "gemv"), ("blas", "gemm")),
@@ -25,6 +27,8 @@ POTRF, TRSM, SYRK, TRSV, GEMV, GEMM = range(6)  # columns of the table
 @cache
 def table(letter: str) -> NDArray[np.int64]:
     """Addresses of ROUTINES for letter "d" (float64) or "s" (float32)."""
+    for library in ("blas", "lapack"):
+        lone(f"scipy.linalg.cython_{library}")
     found = [
         get_cython_function_address(f"scipy.linalg.cython_{library}", letter + name)
         for library, name in ROUTINES

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from softmark.records import dataclass
 from softmark.solvers.sparse import fronts
 from softmark.solvers.sparse.motions import places
 from softmark.solvers.sparse.order import eliminate

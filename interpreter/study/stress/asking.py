@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.grammar.suggest import nearest
@@ -12,6 +11,7 @@ from softmark.interpreter.scene import Declared, Location, Scene
 from softmark.interpreter.study.stress.quantities import Quantity, Unwalkable, quantity_of, usual
 from softmark.interpreter.study.stress.walk import Until
 from softmark.interpreter.vocabulary.studies import Stability, Target
+from softmark.records import dataclass
 
 MAPPED = 3  # quantities up to which `maps = auto` maps every pair
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from softmark.interpreter.stated import DOUBTS, is_doubt
+from softmark.records import dataclass
 
 CLASSES = (
     "right", "inaccurate", "silent", "not_converged", "diverged", "refused", "failed", "timed_out", "unjudged"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from softmark.interpreter.study.stress.truth import uncertainty_of
 from softmark.interpreter.study.stress.walk import Seen, Walk
 from softmark.interpreter.study.variations import Subject
 from softmark.interpreter.vocabulary.studies import Stability
+from softmark.records import dataclass
 
 SCHEMA = "softmark-stress/1"
 TIMEOUT = 60.0  # s for a point

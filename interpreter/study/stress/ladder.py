@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Literal
+
+from softmark.records import dataclass
 
 Direction = Literal["up", "down"]
 RATIO = 1.2  # of the two sides of a bisected edge

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
@@ -16,6 +16,7 @@ from softmark.interpreter.study.stress.classify import ABOUT_REFERENCES, Classif
 from softmark.interpreter.study.stress.quantities import Quantity, Value
 from softmark.interpreter.study.stress.truth import theory_of
 from softmark.interpreter.study.variations import Subject, task_of
+from softmark.records import dataclass
 
 COMPILING = 600.0  # CPU s that the first point of a model may take: kernels are compiled in it
 

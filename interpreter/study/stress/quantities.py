@@ -6,7 +6,6 @@ To let another field go farther or less far: a line in SPANS.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, Literal
 
 from softmark.interpreter import overrides, schema, units
@@ -17,6 +16,7 @@ from softmark.interpreter.schema import Field, Interval
 from softmark.interpreter.study.stress import ladder
 from softmark.interpreter.study.stress.ladder import Ladder
 from softmark.interpreter.units import Dimension
+from softmark.records import dataclass
 
 Kind = Literal["gap", "factor", "integer", "choice", "reach"]
 Value = float | str

@@ -5,11 +5,12 @@ A walk asks (`wanted`) and is told (`tell`); it computes nothing, and knows neit
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 from typing import Literal
 
 from softmark.interpreter.study.stress.ladder import Ladder
+from softmark.records import dataclass
 
 Until = Literal["failure", "inaccuracy"]
 ANSWERS = ("right", "inaccurate", "silent")

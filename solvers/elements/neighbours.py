@@ -1,0 +1,68 @@
+"""The points near a place: by all distances where these are few, else by scipy's tree, which takes 0.1 s to import."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+
+from softmark.solvers.mesh.mesh import Floats, Ints
+
+FEW = 2_000_000  # pairs of a point and a place whose distances take less time than importing scipy.spatial
+CHUNK = 32  # places whose distances to all points are held at once
+
+
+class Neighbours(Protocol):
+    """What can be asked."""
+
+    def distance(self, X: Floats) -> Floats:
+        """From each place X (n, 3) to the nearest point (n,)."""
+
+    def within(self, X: Floats, radius: Floats) -> tuple[Ints, Ints]:
+        """Pairs of a place and a point (p,) each, no farther from it than its `radius` (n,); by places, ascending."""
+
+
+def neighbours(points: Floats, places: int) -> Neighbours:
+    """Of `points` (m, 3), to be asked for so many places."""
+    return All(points) if len(points) * places < FEW else Tree(points)
+
+
+class All:
+    """Every distance."""
+
+    def __init__(self, points: Floats) -> None:
+        self.points = points
+
+    def _distances(self, X: Floats) -> Floats:
+        """(n, m)"""
+        found = np.empty((len(X), len(self.points)))
+        for start in range(0, len(X), CHUNK):
+            some = slice(start, start + CHUNK)
+            found[some] = np.sqrt(((X[some, None] - self.points) ** 2).sum(axis=2))
+        return found
+
+    def distance(self, X: Floats) -> Floats:
+        nearest: Floats = self._distances(X).min(axis=1)
+        return nearest
+
+    def within(self, X: Floats, radius: Floats) -> tuple[Ints, Ints]:
+        which, point = np.nonzero(self._distances(X) <= radius[:, None])
+        return which, point
+
+
+class Tree:
+    """Those that a tree leads to."""
+
+    def __init__(self, points: Floats) -> None:
+        from scipy.spatial import cKDTree
+
+        self.tree: Any = cKDTree(points)
+
+    def distance(self, X: Floats) -> Floats:
+        nearest: Floats = self.tree.query(X)[0]
+        return nearest
+
+    def within(self, X: Floats, radius: Floats) -> tuple[Ints, Ints]:
+        near = self.tree.query_ball_point(X, radius)
+        which = np.repeat(np.arange(len(near)), [len(n) for n in near])
+        return which, np.concatenate([np.asarray(n, dtype=np.int64) for n in near])
