@@ -135,6 +135,7 @@ def test_interruption_keeps_what_was_finished(tmp_path: Path) -> None:
     assert data["models"]["rod"]["status"] == "converged"
 
 
+@pytest.mark.slow
 def test_first_run_says_that_it_compiles(tmp_path: Path) -> None:
     text = SMALL + "model solid = fem(tet4, strain = small, size = 10 mm)\n"
     first = dsl("run", written(tmp_path, text), cwd=tmp_path, XDG_CACHE_HOME=str(tmp_path / "cache"))

@@ -231,7 +231,7 @@ ELEMENTS = [
 ]
 
 
-@pytest.mark.parametrize("family", ["uniform", "warped"])
+@pytest.mark.parametrize("family", [pytest.param("uniform", marks=pytest.mark.slow), "warped"])
 @pytest.mark.parametrize("law", ["small", "neo_hookean"])
 @pytest.mark.parametrize(("kind", "integrated", "edges", "order"), ELEMENTS)
 def test_order_of_a_manufactured_solution(
@@ -331,7 +331,7 @@ CURVED = [
 ]
 
 
-@pytest.mark.parametrize("problem", ["lame", "kirsch"])
+@pytest.mark.parametrize("problem", ["lame", pytest.param("kirsch", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("kind", "integrated", "edges", "order"), CURVED)
 def test_order_on_curved_bodies(
     problem: str, kind: str, integrated: str, edges: tuple[int, int], order: tuple[float, float]
