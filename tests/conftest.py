@@ -7,7 +7,8 @@ Where folders of tests are run, there is a worker for each processor; files that
 Tests of one file run in one worker, and so do all that look at the report of one scene: it is run once. A test belongs
 to a scene by its parameter, or by its file (OWNERS).
 
-Tests marked `slow` (kill and resume, sieges) are left to `-m slow`, which .ci/run adds; `-m ""` runs all.
+Tests marked `slow` (kill and resume, sieges, the breadth of sweeps) are left to `-m slow`, which .ci/run adds; `-m ""`
+runs all. So are those that look at the report of a scene that takes long (BROAD).
 """
 
 from __future__ import annotations
@@ -42,7 +43,13 @@ OWNERS = {
     "test_published": "silicone-beam-as-published",
     "test_truth_cube": "truth-cube",
     "test_api": "silicone-beam",
+    "test_report_html": "silicone-beam",
 }
+# scenes of many models or of public data, whose reports take long: the tests of these reports are slow
+BROAD = {
+    "silicone-beam-as-published", "silicone-beam-refined", "silicone-beam-scanned", "silicone-beam-calibrated",
+    "silicone-beam-trade", "beam-at-the-extremes", "truth-cube", "cantilevers",
+}  # fmt: skip
 WORKERS = 8  # at most: each holds a few hundred MB
 # files and scenes whose tests begin first, in this order: one that compiles most kernels, those that need none
 # meanwhile, and those that would keep one worker busy at the end, all others having finished
@@ -84,8 +91,12 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     return ByReport(config, log)
 
 
+@pytest.hookimpl(tryfirst=True)  # before those that are slow are left out
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """In a worker, tests come in the order in which they are to begin."""
+    """Reports that take long make tests slow; in a worker, tests come in the order in which they are to begin."""
+    for item in items:
+        if "report_of" in getattr(item, "fixturenames", ()) and shared_by(item.nodeid) in BROAD:
+            item.add_marker(pytest.mark.slow)
     if hasattr(config, "workerinput"):
         items.sort(key=lambda item: turn(shared_by(item.nodeid)))
 

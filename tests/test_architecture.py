@@ -213,7 +213,10 @@ def test_no_name_of_the_root_is_loaded_when_running_from_it() -> None:
 SCENES = sorted(f.stem for f in (ROOT / FOLDERS["scenes"]).rglob("*.scene"))
 
 
-@pytest.mark.parametrize("name", SCENES)
+SOME = [n if n in ("silicone-beam", "truth-cube") else pytest.param(n, marks=pytest.mark.slow) for n in SCENES]
+
+
+@pytest.mark.parametrize("name", SOME)
 def test_checking_a_scene_imports_no_numerics_and_looks_for_no_data(name: str, tmp_path: Path) -> None:
     """Neither the network nor the folder of data sets is asked: a scene is text until it runs."""
     file = next((ROOT / FOLDERS["scenes"]).rglob(f"{name}.scene"))

@@ -135,6 +135,7 @@ def test_interruption_keeps_what_was_finished(tmp_path: Path) -> None:
     assert data["models"]["rod"]["status"] == "converged"
 
 
+@pytest.mark.slow
 def test_first_run_says_that_it_compiles(tmp_path: Path) -> None:
     text = SMALL + "model solid = fem(tet4, strain = small, size = 10 mm)\n"
     first = dsl("run", written(tmp_path, text), cwd=tmp_path, XDG_CACHE_HOME=str(tmp_path / "cache"))
@@ -144,12 +145,15 @@ def test_first_run_says_that_it_compiles(tmp_path: Path) -> None:
     assert "compiling kernels" not in second.stderr
 
 
-def test_no_home_and_no_cache(tmp_path: Path) -> None:
+SOLID = "model solid = fem(tet4, strain = small, size = 10 mm)\n"
+
+
+@pytest.mark.parametrize("model", ["", pytest.param(SOLID, marks=pytest.mark.slow)], ids=["rod", "kernels"])
+def test_no_home_and_no_cache(tmp_path: Path, model: str) -> None:
     (tmp_path / "cache").write_text("not a folder")
-    text = SMALL + "model solid = fem(tet4, strain = small, size = 10 mm)\n"
     done = dsl(
         "run",
-        written(tmp_path, text),
+        written(tmp_path, SMALL + model),
         cwd=tmp_path,
         XDG_CACHE_HOME=str(tmp_path / "cache"),
         HOME="/nonexistent",

@@ -33,6 +33,8 @@ study    finer  = sweep(rod.segments, over = [4, 8])
 """
 MB = 1 << 20
 
+SLOW = pytest.mark.slow  # further forms of what one process a test shows
+
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
@@ -81,14 +83,22 @@ def said(done: subprocess.CompletedProcess[bytes]) -> str:
 # ------------------------------------------------------------------ streams
 
 
-@pytest.mark.parametrize("arguments", [("check", "rod.scene"), ("list", "models"), ("explain", "fem"), ("--version",)])
+SAYING = [
+    ("check", "rod.scene"),
+    pytest.param(("list", "models"), marks=SLOW),
+    pytest.param(("explain", "fem"), marks=SLOW),
+    ("--version",),
+]
+
+
+@pytest.mark.parametrize("arguments", SAYING)
 def test_standard_output_that_is_full(folder: Path, arguments: tuple[str, ...]) -> None:
     done = dsl(folder, *arguments, shell="> /dev/full")
     assert done.returncode == 3
     assert "error: No space left on device; make room" in said(done)
 
 
-@pytest.mark.parametrize("streams", [">&-", "2>&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize("streams", [pytest.param(">&-", marks=SLOW), pytest.param("2>&-", marks=SLOW), "<&- >&- 2>&-"])
 @pytest.mark.parametrize("arguments", [("check", "rod.scene"), ("run", "rod.scene", "--out", "o")])
 def test_streams_that_are_closed(folder: Path, arguments: tuple[str, ...], streams: str) -> None:
     """A file that is opened would get the number of a closed stream, and what is printed would go into it."""
@@ -99,12 +109,15 @@ def test_streams_that_are_closed(folder: Path, arguments: tuple[str, ...], strea
         assert json.loads((folder / "o" / "report.json").read_text(encoding="utf-8"))["partial"] is False
 
 
-@pytest.mark.parametrize("arguments", [("list",), ("explain", "fem"), ("run", "rod.scene", "--json", "-")])
+@pytest.mark.parametrize(
+    "arguments",
+    [("list",), pytest.param(("explain", "fem"), marks=SLOW), ("run", "rod.scene", "--json", "-")],
+)
 def test_a_reader_that_goes_away(folder: Path, arguments: tuple[str, ...]) -> None:
     said(dsl(folder, *arguments, shell="| head -1"))
 
 
-@pytest.mark.parametrize("encoding", ["ascii:strict", "cp1252:strict"])
+@pytest.mark.parametrize("encoding", ["ascii:strict", pytest.param("cp1252:strict", marks=SLOW)])
 def test_terminals_that_lack_characters(folder: Path, encoding: str) -> None:
     """`corotational` has Greek letters and dashes; the scene a comment in Japanese where an error is shown."""
     settings = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": encoding}
@@ -115,6 +128,7 @@ def test_terminals_that_lack_characters(folder: Path, encoding: str) -> None:
     assert "error[" in said(dsl(folder, "check", "jp.scene", **settings))
 
 
+@pytest.mark.slow
 def test_no_locale(folder: Path) -> None:
     done = dsl(folder, "run", "rod.scene", LC_ALL="xx_XX.none", LANG="xx_XX.none", LANGUAGE=None)
     assert (done.returncode, "error" in said(done)) == (0, False)
@@ -123,7 +137,7 @@ def test_no_locale(folder: Path) -> None:
 # ------------------------------------------------------------------ room, memory, files, folders
 
 
-@pytest.mark.parametrize("size", [0, 5000])
+@pytest.mark.parametrize("size", [pytest.param(0, marks=SLOW), 5000])
 def test_a_disk_that_is_full(folder: Path, size: int) -> None:
     """By a limit on the size of files, which fails where a full disk does: after some bytes."""
     done = dsl(folder, "run", "rod.scene", "--out", "o", limit=(resource.RLIMIT_FSIZE, size))
@@ -160,10 +174,10 @@ def test_few_files(folder: Path) -> None:
     "settings",
     [
         {"HOME": None, "XDG_CACHE_HOME": None},
-        {"HOME": "/proc", "XDG_CACHE_HOME": None},
-        {"HOME": "~", "XDG_CACHE_HOME": "relative"},
+        pytest.param({"HOME": "/proc", "XDG_CACHE_HOME": None}, marks=SLOW),
+        pytest.param({"HOME": "~", "XDG_CACHE_HOME": "relative"}, marks=SLOW),
         {"XDG_CACHE_HOME": "/dev/null"},
-        {"TMPDIR": "/nonexistent"},
+        pytest.param({"TMPDIR": "/nonexistent"}, marks=SLOW),
         {"TERM": "none", "COLUMNS": "0"},
         {"TZ": "Nowhere/Never"},
     ],

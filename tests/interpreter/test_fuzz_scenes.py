@@ -8,6 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -25,11 +26,21 @@ def scenes(draw: Callable[..., Any]) -> str:
     return text
 
 
-@settings(
-    derandomize=True, deadline=None, max_examples=120, suppress_health_check=list(HealthCheck), database=None
+DRAWN = settings(
+    derandomize=True, deadline=None, max_examples=30, suppress_health_check=list(HealthCheck), database=None
 )
+
+
+@DRAWN
 @given(text=scenes())
 def test_generated_scenes(fuzz_folder: Path, text: str) -> None:
+    import_module("scene").examine(text, fuzz_folder)
+
+
+@pytest.mark.slow
+@settings(DRAWN, max_examples=120)
+@given(text=scenes())
+def test_many_more_generated_scenes(fuzz_folder: Path, text: str) -> None:
     import_module("scene").examine(text, fuzz_folder)
 
 

@@ -9,7 +9,7 @@ import softmark
 from softmark.interpreter.results import ModelResult
 
 SCENE = """
-param h = 12 mm
+param h = 15 mm
 material gel    = neo_hookean(young = 60 kPa, poisson = 0.49, density = 1070 kg/m^3)
 body     beam   = solid(cylinder(length = 178 mm, radius = 19 mm), gel)
 support  wall   = fixed(beam, where = x <= 0 mm)

@@ -14,7 +14,6 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 
-import softmark
 from softmark.interpreter.report.document import POLICY
 from softmark.interpreter.report.findings import Findings
 from softmark.interpreter.report.html import render
@@ -179,8 +178,8 @@ CASES: dict[str, Callable[[], Report]] = {
 
 
 @pytest.fixture(scope="module")
-def silicone() -> Report:
-    return softmark.load("silicone-beam").run()
+def silicone(report_of: Callable[[str], Report]) -> Report:
+    return report_of("silicone-beam")
 
 
 @pytest.fixture(scope="module", params=[*CASES, "silicone-beam"])

@@ -259,6 +259,7 @@ def beam(length: int, poisson: float) -> str:
     return BEAM.format(material=material, size=f"({length}, 20, 20)", length=length, g=1)
 
 
+@pytest.mark.slow
 def test_a_beam_is_that_of_theory_within_both_uncertainties() -> None:
     """Timoshenko, kappa = 10 (1 + nu)/(12 + 11 nu): w = q L^4/(8 EI) + q L^2/(2 kappa GA) at the tip.
 

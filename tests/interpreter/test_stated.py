@@ -128,8 +128,8 @@ def test_the_error_in_a_norm_of_strains_is_stated_in_it() -> None:
     """Strains of linear cells are of first order, displacements of second: an l2 norm is no bound of theirs."""
     report = block("""
 load   weight = gravity(2 m/s^2, direction = -z)
-model  fine   = fem(hex8, strain = finite, integration = selective, size = 1.25 mm)
-model  coarse = fem(hex8, strain = finite, integration = selective, size = 2.5 mm)
+model  fine   = fem(hex8, strain = finite, integration = selective, size = 2 mm)
+model  coarse = fem(hex8, strain = finite, integration = selective, size = 4 mm)
 model  rod    = beam6dof(segments = 8)
 probe  all    = volume(b, size = 2 mm)
 metric energy = strain_energy_norm(all, against = fine)

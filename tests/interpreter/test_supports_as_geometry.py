@@ -279,6 +279,7 @@ def test_sizes_of_bodies_from_files_are_said_to_do_nothing(tmp_path: Path) -> No
     assert "W376" in done.stderr + done.stdout
 
 
+@pytest.mark.slow
 def test_references_that_refine_stand_on_conforming_meshes() -> None:
     """Three sizes of a clamp beside the grid: the limit is that of conforming meshes, within what is said."""
     more = """model a = fem(tet10, strain = small, size = 10 mm)

@@ -98,7 +98,7 @@ def with_pressures(poisson: str) -> str:
     return BEAM.replace("poisson = 0.3", f"poisson = {poisson}") + "".join(known)
 
 
-@pytest.mark.parametrize("poisson", ["0.3", "0.499999", "0.5"])
+@pytest.mark.parametrize("poisson", ["0.3", pytest.param("0.499999", marks=pytest.mark.slow), "0.5"])
 def test_solids_with_pressures_are_checked_again(poisson: str) -> None:
     report = softmark.loads(with_pressures(poisson)).run()
     assert {m.status for m in report.models.values()} == {"converged"}

@@ -121,7 +121,10 @@ def test_a_field_of_view_of_ones_own() -> None:
     ("name", "shape"),
     [
         ("sphere", trimesh.creation.icosphere(5, 0.019)),
-        ("cylinder", trimesh.creation.cylinder(0.019, 0.05, sections=96).subdivide().subdivide()),
+        pytest.param(
+            "cylinder", trimesh.creation.cylinder(0.019, 0.05, sections=96).subdivide().subdivide(),
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_the_chain_is_right_to_a_fraction_of_a_voxel(name: str, shape: trimesh.Trimesh) -> None:
@@ -140,6 +143,7 @@ def test_the_chain_is_right_to_a_fraction_of_a_voxel(name: str, shape: trimesh.T
     assert signed_volume(found.points, found.triangles) == pytest.approx(volume, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_the_chain_on_a_beam_that_is_bent_along_a_known_arc() -> None:
     # The wall is a torus, so the distance needs no triangles. The mesh that is scanned lies 0.01 mm inside of it.
     pytest.importorskip("skimage", reason="needs the extra `imaging`")

@@ -252,7 +252,14 @@ def test_a_support_that_moves(
         np.testing.assert_allclose(path.energies["drift"], 0.0, atol=1e-5)
 
 
-@pytest.mark.parametrize("name", ["trapezoidal", "generalized_alpha", "central_differences"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "trapezoidal",
+        pytest.param("generalized_alpha", marks=pytest.mark.slow),
+        pytest.param("central_differences", marks=pytest.mark.slow),
+    ],
+)
 def test_damping_between_a_moving_support_and_the_body(
     name: str, states: States, quadratic: type[Any], sampled: Callable[..., Course]
 ) -> None:
@@ -289,7 +296,7 @@ def test_each_load_has_its_own_course(states: States, sampled: Callable[..., Cou
         Assembly(1, NONE, [], loads), np.ones(1), np.zeros(1), np.zeros(1),
         courses=(sampled(lambda t: t), sampled(lambda t: float(np.cos(t)))),
     )  # fmt: skip
-    path = march(problem, 2.0, 1e-3)
+    path = march(problem, 1.0, 1e-3)
     np.testing.assert_allclose(
         states(path)[:, 0], path.times**3 / 3 + 3 * (1 - np.cos(path.times)), atol=1e-6
     )

@@ -27,14 +27,15 @@ def grid(kind: str) -> np.ndarray:
     return xi[xi.sum(axis=1) <= 1.0 + 1e-12] if kind == "tet10" else xi
 
 
+@pytest.mark.parametrize("count", [60, pytest.param(500, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", ["tet10", "hex8"])
-def test_none_is_missed_and_none_is_blamed(kind: str) -> None:
-    """Of 500 cells; those that the grid finds positive but barely, 1 % of a regular cell, may go either way.
+def test_none_is_missed_and_none_is_blamed(kind: str, count: int) -> None:
+    """Those that the grid finds positive but barely, 1 % of a regular cell, may go either way.
 
     At quadrature points alone three of four folded tetrahedra were missed.
     """
-    mesh = shaken(kind, 500)
-    bad = np.isin(np.arange(500), folded(mesh, np.zeros(500))[0])
+    mesh = shaken(kind, count)
+    bad = np.isin(np.arange(count), folded(mesh, np.zeros(count))[0])
     least = jacobians(mesh, grid(kind)).min(axis=1)
     assert not np.any((least <= 0.0) & ~bad)
     assert not np.any((least > 1e-2) & bad)

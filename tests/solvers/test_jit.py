@@ -13,6 +13,8 @@ import pytest
 
 from softmark.solvers import jit
 
+SLOW = pytest.mark.slow  # processes that compile, in their second and later forms
+
 CALLEE = """
 from package.jit import kernel
 
@@ -107,7 +109,10 @@ def spoilt(data: bytes, how: str) -> bytes:
     }[how]
 
 
-@pytest.mark.parametrize("how", ["cut off", "empty", "one bit", "longer"])
+WAYS = ["cut off", pytest.param("empty", marks=SLOW), "one bit", pytest.param("longer", marks=SLOW)]
+
+
+@pytest.mark.parametrize("how", WAYS)
 def test_a_kernel_that_was_spoilt_is_compiled_anew(package: Path, how: str) -> None:
     """numba alone ends with an error of pickle at some of these, and runs what is left at others."""
     assert ask(package) == ["6.0", "False", "True", "0"]
@@ -137,6 +142,7 @@ def test_a_folder_in_the_place_of_a_kernel_is_done_without(package: Path) -> Non
     assert not list((package.parent / "cache").rglob(".part-*"))
 
 
+@pytest.mark.slow
 def test_two_versions_share_a_cache(package: Path) -> None:
     """As two environments of one person; the second has one more line in a source that kernels call."""
     other = package.parent / "other" / "package"
@@ -148,6 +154,7 @@ def test_two_versions_share_a_cache(package: Path) -> None:
     assert [ask(p, XDG_CACHE_HOME=cache)[3] for p in (package, other)] == ["1", "1"]  # both from disk
 
 
+@pytest.mark.slow
 def test_types_that_are_compiled_at_once_do_not_take_each_others_place(package: Path) -> None:
     """Six processes, three types, an empty cache: numba's own index would give two of them one file."""
     arguments = ["1.0", "1", "1j"]
@@ -205,7 +212,11 @@ file.write_text(old)
 
 @pytest.mark.parametrize(
     ("file", "old", "new", "answer"),
-    [("callee", "3.0", "5.0", "10.0"), ("caller", "2.0", "4.0", "12.0"), ("callee", "* x", "+ x", "8.0")],
+    [
+        ("callee", "3.0", "5.0", "10.0"),
+        pytest.param("caller", "2.0", "4.0", "12.0", marks=SLOW),
+        pytest.param("callee", "* x", "+ x", "8.0", marks=SLOW),
+    ],
 )
 def test_a_source_that_is_edited_while_a_process_starts(
     package: Path, file: str, old: str, new: str, answer: str
@@ -228,7 +239,7 @@ def f(x):
 """
 
 
-@pytest.mark.parametrize("named", [False, True])
+@pytest.mark.parametrize("named", [pytest.param(False, marks=SLOW), True])
 def test_a_kernel_elsewhere_whose_constant_is_edited(package: Path, named: bool) -> None:
     """Its file is not among the sources, and its operations stay the same: a script of somebody else's."""
     script = package.parent / "script.py"

@@ -231,7 +231,7 @@ ELEMENTS = [
 ]
 
 
-@pytest.mark.parametrize("family", ["uniform", "warped"])
+@pytest.mark.parametrize("family", [pytest.param("uniform", marks=pytest.mark.slow), "warped"])
 @pytest.mark.parametrize("law", ["small", "neo_hookean"])
 @pytest.mark.parametrize(("kind", "integrated", "edges", "order"), ELEMENTS)
 def test_order_of_a_manufactured_solution(
@@ -331,7 +331,7 @@ CURVED = [
 ]
 
 
-@pytest.mark.parametrize("problem", ["lame", "kirsch"])
+@pytest.mark.parametrize("problem", ["lame", pytest.param("kirsch", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("kind", "integrated", "edges", "order"), CURVED)
 def test_order_on_curved_bodies(
     problem: str, kind: str, integrated: str, edges: tuple[int, int], order: tuple[float, float]
@@ -340,7 +340,7 @@ def test_order_on_curved_bodies(
     np.testing.assert_allclose(slopes(rows, edges), order, atol=TOLERANCE)
 
 
-@pytest.mark.parametrize("problem", ["lame", "kirsch"])
+@pytest.mark.parametrize("problem", ["lame", pytest.param("kirsch", marks=pytest.mark.slow)])
 def test_straight_edges_limit_quadratic_tetrahedra(problem: str) -> None:
     """The chords lie h^2 within the circle: order 2 in displacements, and in strains at least 3/2 by theory.
 

@@ -77,7 +77,11 @@ def exact(chain: Any) -> np.ndarray:
     return solve_ivp(rate, (0.0, END), np.zeros(18), method="DOP853", rtol=1e-12, atol=1e-13).y[:9, -1]
 
 
-@pytest.mark.parametrize("name", NAMES)
+QUICK = ("bdf2", "central_differences", "trapezoidal")
+SOME = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in NAMES]
+
+
+@pytest.mark.parametrize("name", SOME)
 def test_order_of_a_nonlinear_problem(
     name: str, swinging: Oscillators, exact: np.ndarray, states: States
 ) -> None:
@@ -88,6 +92,7 @@ def test_order_of_a_nonlinear_problem(
     assert np.log2(errors[0] / errors[1]) == pytest.approx(THEORY[name], abs=TOLERANCE)
 
 
+@pytest.mark.slow
 def test_damping_keeps_the_second_order(swinging: Oscillators, states: States) -> None:
     """In a body that turns too, by its stiffness and by its mass; with the stiffness of each start it was O(h)."""
     orders = []

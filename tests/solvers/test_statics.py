@@ -297,7 +297,7 @@ class Sabotaged:
 
 
 @pytest.mark.parametrize("bold", [True, False])
-@pytest.mark.parametrize("limit", [-1.0, 1e-3, 0.1])
+@pytest.mark.parametrize("limit", [-1.0, 1e-3, pytest.param(0.1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("broken", [("psi",), ("P",), ("dPdF",), ("psi", "P", "dPdF")])
 def test_what_is_not_a_number_is_never_returned(
     bold: bool,
