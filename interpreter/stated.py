@@ -223,9 +223,10 @@ class Stated:
     def _from_finer(self, seen: Seen, thing: Fem) -> float:
         fine = seen.at(self._finer(thing))
         apart, size = fine.apart(seen), fine.size
-        if not apart <= HOPELESS * size:
+        left = finer.LEAVES[thing.element] * apart
+        if not left <= HOPELESS * size:
             raise Unknown(f"the mesh is too coarse to say: a finer space is {100 * apart / (size or apart):.3g} % away")
-        return finer.LEAVES[thing.element] * apart
+        return left
 
     def _finer(self, thing: Fem) -> Field:
         def find() -> Field:
