@@ -28,6 +28,7 @@ LOWEST = 0.5  # observed order below which nothing is extrapolated
 ABOVE = 0.5  # the same, above the order of the element
 FIRST = 1.0  # order that a part of the error may have which hides behind a faster one of the opposite sign
 TRIFLE = 1e-6  # of the largest change: a smaller one has no order
+NEIGHBOURHOODS = 64  # of the body, in which an order is observed
 ALIGNED = 0.5  # cosine between successive changes of the field, below which they do not point to one limit
 STREWN = 2000  # points over the body, at least, for norms
 APART = 2.0  # times the sum of two estimates: models farther apart than that contradict each other
@@ -112,7 +113,7 @@ def limit(family: Family, where: Sampled) -> Limit:
     doubt = family.unfit or found.reason or _doubt(found.order or 0.0, family, where, changes)
     left = family.tolerance * largest(u[-1])  # what the solver leaves
     if doubt is None and found.order is not None:
-        return _extrapolated(family, found.order, changes[-2:], left)
+        return _extrapolated(family, found.order, changes[-2:], left, where.X)
     apart = max(largest(b - a) for a, b in combinations(u, 2))
     return Limit(family.name, family.fields[-1], SAFETY_TWO * apart + left, found.order, False, doubt)
 
@@ -128,7 +129,7 @@ def _doubt(order: float, family: Family, where: Sampled, changes: list[Floats]) 
     return None
 
 
-def _extrapolated(family: Family, order: float, changes: list[Floats], left: float) -> Limit:
+def _extrapolated(family: Family, order: float, changes: list[Floats], left: float, X: Floats) -> Limit:
     """u = u1 + (u1 - u2) / (r^p - 1) at any point; the estimate counts on no more than the formal order.
 
     Orders above the formal one are those of meshes that are too coarse (Oberkampf and Roy 2010, section 8.8).
@@ -141,20 +142,32 @@ def _extrapolated(family: Family, order: float, changes: list[Floats], left: flo
         u = finest(X)
         return u + beyond * (u - second(X))
 
-    orders = _local_orders(family, changes, min(order, family.formal))
+    orders = _local_orders(family, [_around(X, change) for change in changes], min(order, family.formal))
     change = np.linalg.norm(changes[-1], axis=1)
     cautious = SAFETY_THREE * float((change / np.expm1(orders * finer)).max(initial=0.0))
     hidden = largest(changes[-1]) / float(np.expm1(FIRST * finer))
     return Limit(family.name, displacement, max(cautious, hidden) + left, order, True, None)
 
 
+def _around(X: Floats, change: Floats) -> Floats:
+    """The length of a change (n, 3) in the mean square over what is near each point, (n,).
+
+    A change has zeros between its waves, and a point on one of them would show any order.
+    """
+    from scipy.spatial import cKDTree
+
+    near = max(1, len(X) // NEIGHBOURHOODS)
+    own = cKDTree(X).query(X, k=[*range(1, near + 1)])[1]
+    return np.asarray(np.sqrt(np.mean(np.sum(np.square(change), axis=1)[own], axis=1)), dtype=np.float64)
+
+
 def _local_orders(family: Family, changes: list[Floats], highest: float) -> Floats:
-    """The order observed at each point (n,), from the last two changes of the field, at most `highest`.
+    """The order observed at each point (n,), from the lengths of the last two changes there, at most `highest`.
 
     Edges that are clamped have a lower order than what is far from them, and one order of the whole body hides it.
     """
-    coarse, fine = (np.linalg.norm(change, axis=1) for change in changes)
-    least = TRIFLE * max(largest(change) for change in changes)
+    coarse, fine = changes
+    least = TRIFLE * max(float(change.max(initial=0.0)) for change in changes)
     known = (coarse > least) & (fine > least)
     ratio = np.where(known, coarse, np.inf) / np.where(known, fine, 1.0)
     low, high = np.full(len(ratio), min(LOWEST, highest)), np.full(len(ratio), highest)

@@ -223,18 +223,14 @@ class Stated:
     def _from_finer(self, seen: Seen, thing: Fem) -> float:
         fine = seen.at(self._finer(thing))
         apart, size = fine.apart(seen), fine.size
-        if not apart <= HOPELESS * size:
+        left = finer.LEAVES[thing.element] * apart
+        if not left <= HOPELESS * size:
             raise Unknown(f"the mesh is too coarse to say: a finer space is {100 * apart / (size or apart):.3g} % away")
-        return finer.LEAVES[thing.element] * apart
+        return left
 
     def _finer(self, thing: Fem) -> Field:
-        def find() -> Field:
-            if self.mesh is None or getattr(self.mesh, "displacement", None) is None:
-                raise Unknown("the displacements of its nodes are not known")
-            self.budget.must_hold(1.0)
-            return finer.found(self.scene, self.solid, self._own, self.mesh, self._tangent, self.budget)
-
-        field: Field = self._once("finer", find)
+        own = (self.scene, self.solid, self._own)
+        field: Field = self._once("finer", lambda: finer.found(*own, self._on_nodes(), self._tangent, self.budget))
         return field
 
     def _from_coarser(self, seen: Seen) -> float:
@@ -282,21 +278,35 @@ class Stated:
         return best if any(getattr(thing, n) != v for n, v in best.items()) else {}
 
     def _best_apart(self, seen: Seen, thing: Fem, best: Mapping[str, Any]) -> float:
-        """The distance between the model and the best, both on its own mesh."""
-        better = replace(self.solid, thing=finer.plain(thing, **best))
-
-        def find() -> Field:
-            self.budget.must_hold(1.0)
-            if getattr(self.mesh, "displacement", None) is None:
-                raise Unknown("the displacements of its nodes are not known")
-            return finer.alike(self.scene, better, case_for(self.scene, better), self.mesh, self.budget)
-
-        field: Field = self._once("best", find)
-        right = seen.at(field)
-        apart = right.apart(seen)
+        """The distance between the model and the best, both on its own mesh and of one discretisation."""
+        own, alike = seen, self._likened(thing, best)
+        right = self._another(seen, "best", thing, **best, **alike)
+        if alike:
+            own = self._another(seen, "alike", thing, **alike)
+        apart = right.apart(own)
         if not apart <= HOPELESS * right.size:
             raise Unknown("the best strain of its material leads to quite another state")
         return apart
+
+    def _likened(self, thing: Fem, best: Mapping[str, Any]) -> dict[str, Any]:
+        """How both keep the volume where means of it leave unlike parts of the laws at every point of a cell."""
+        split = self.scene.declared[self._own.body.name].thing.material.finite_parts() is not None
+        if thing.formulation == "mean_dilatation" and best["strain"] == "finite" != thing.strain and split:
+            return {"formulation": "displacement", "integration": "selective"}
+        return {}
+
+    def _another(self, seen: Seen, key: str, thing: Fem, **changes: Any) -> Seen:
+        """What is seen of another model on the same mesh. Raises Unknown."""
+        other = replace(self.solid, thing=finer.plain(thing, **changes))
+        own = (self.scene, other, case_for(self.scene, other))
+        return seen.at(self._once(key, lambda: finer.alike(*own, self._on_nodes(), self.budget)))
+
+    def _on_nodes(self) -> Any:
+        """The mesh, deformed, for a solution that costs as much as its own. Raises Unknown."""
+        self.budget.must_hold(1.0)
+        if getattr(self.mesh, "displacement", None) is None:
+            raise Unknown("the displacements of its nodes are not known")
+        return self.mesh
 
     def _grown(self, seen: Seen, thing: Fem) -> float:
         """What a mesh that is too stiff hides of the error of its strain, which grows with the square of the motion."""

@@ -21,7 +21,7 @@ from softmark.interpreter.stating.budget import Budget
 from softmark.interpreter.stating.seen import Field, Floats, Unknown
 
 FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes too
-LEAVES = {"tet4": 1.5, "tet10": 2.5, "hex8": 2.5}  # of what the finer space finds: as of first order, or more
+LEAVES = {"tet4": 2.0, "tet10": 2.5, "hex8": 2.5}  # of what the finer space finds: as of first order, or more
 PLAIN = {"cap": None, "linear_cap": None, "start": None, "precision": "double", "linear": "auto",
          "factorisation": "fresh"}  # fmt: skip
 

@@ -63,6 +63,15 @@ def test_they_hold_the_true_ones_and_shrink_with_the_mesh(element: str) -> None:
     assert fine < 0.6 * coarse
 
 
+def test_what_means_of_the_volume_leave_out_is_no_error_of_a_strain() -> None:
+    """A tip that sinks by a 60th of the length: 8.3 % was stated for corotational strain, of cells alone.
+
+    Turning by 0.025 rad, the two measures differ in the order of the square of strains of 0.6 %: below 0.2 %.
+    """
+    report = asked("model m = fem(hex8, formulation = mean_dilatation, strain = corotational, size = 5 mm)")
+    assert 0.0 < report.models["m"].stated["eta"]["parts"]["model"] < 0.002
+
+
 def test_the_displacement_of_a_point_has_one_in_metres() -> None:
     report = asked("model m = fem(tet4, strain = corotational, size = 5 mm)")
     said, model = report.models["m"].stated["sag"], report.models["m"]
