@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 from softmark.solvers.energies.energy import Floats
 
@@ -36,6 +35,8 @@ class Banded:
 
     def solve(self, b: Floats) -> Floats:
         """x with K x = b."""
+        from scipy.linalg.lapack import dpbtrs  # with its package, which only chains need
+
         found: Floats = dpbtrs(self.band, b)[0]
         return found
 
@@ -58,6 +59,8 @@ def banded(K: sparse.csr_matrix) -> Banded | None:
     if band is None:
         return None
     filled = np.append(K.data, 0.0).take(band.entries)
+    from scipy.linalg.lapack import dpbtrf
+
     factor, info = dpbtrf(filled.reshape(band.shape).T, overwrite_ab=1)
     return None if info else Banded(factor)
 
