@@ -64,6 +64,6 @@ def opened(file: Any, mode: str = "r", *further: Any, **options: Any) -> Any:
 
 def everywhere(package: str) -> None:
     """Have the modules of a package that are loaded open their files so."""
-    for name, module in list(sys.modules.items()):
+    for name, module in sys.modules.copy().items():  # at once: what a collector of garbage runs may import
         if module is not None and (name == package or name.startswith(f"{package}.")):
             module.__dict__.setdefault("open", opened)

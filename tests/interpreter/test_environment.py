@@ -57,7 +57,8 @@ def siege() -> ModuleType:
 def dsl(folder: Path, *arguments: str, limit: tuple[int, int] | None = None, shell: str = "",
         **environment: str | None) -> subprocess.CompletedProcess[bytes]:  # fmt: skip
     """A command, with a limit of its own, or with streams as a shell redirects them."""
-    merged = {**os.environ, **environment}
+    # no bytecode: Python itself would keep what a limit cut off, and every later process would stumble over it
+    merged = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1", **environment}
     command: list[str] = [*DSL, *arguments]
     if shell:
         command = ["bash", "-c", f'"$@" {shell}', "bash", *command]

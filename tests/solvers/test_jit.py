@@ -51,7 +51,9 @@ def package(tmp_path: Path) -> Path:
 
 def ask(folder: Path, **environment: str | None) -> list[str]:
     """What a new process says: the number, whether kernels were on disk before and after, cache hits."""
-    merged = {**os.environ, "XDG_CACHE_HOME": str(folder.parent / "cache"), **environment}
+    # no bytecode: Python takes a source of the same length and age for the one that it compiled
+    own = {"XDG_CACHE_HOME": str(folder.parent / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+    merged = {**os.environ, **own, **environment}
     settings = {name: value for name, value in merged.items() if value is not None}
     run = subprocess.run(
         [sys.executable, "-c", ASK],
