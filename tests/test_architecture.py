@@ -145,12 +145,12 @@ def loaded_by(code: str, *arguments: str, cwd: Path | None = None) -> set[str]:
 
 
 def after(*command: str, cwd: Path | None = None) -> set[str]:
-    return loaded_by(f"from softmark.interpreter.cli import main; main({list(command)!r})", cwd=cwd)
+    return loaded_by(f"from softmark.interpreter.cli.main import main; main({list(command)!r})", cwd=cwd)
 
 
 def test_version_imports_next_to_nothing() -> None:
     found = after("--version")
-    assert not found & {*HEAVY, "lark", "argparse", "softmark.grammar.parse", "softmark.interpreter.schema"}
+    assert not found & {*HEAVY, "lark", "argparse", "softmark.grammar.parse", "softmark.interpreter.language.schema"}
 
 
 @pytest.mark.parametrize(
@@ -176,7 +176,8 @@ def test_commands_that_compute_nothing_import_no_numerics(command: tuple[str, ..
 
 def test_help_of_what_computes_imports_no_numerics() -> None:
     for command in ("run", "compare"):
-        code = f"from softmark.interpreter.cli import main\ntry: main([{command!r}, '--help'])\nexcept SystemExit: pass"
+        code = "from softmark.interpreter.cli.main import main\n"
+        code += f"try: main([{command!r}, '--help'])\nexcept SystemExit: pass"
         assert not loaded_by(f"exec({code!r})") & {*HEAVY, "distributed", "softmark.interpreter.study.compare"}
 
 
@@ -198,10 +199,10 @@ def test_a_scene_with_a_beam_alone_makes_no_mesh_and_imports_no_kernel(tmp_path:
         "numba",
         "meshio",
         "trimesh",
-        "softmark.solvers.jit",
+        "softmark.solvers.base.jit",
         "softmark.solvers.energies.kernels",
         "softmark.solvers.energies.elastic",
-        "softmark.interpreter.models.solid",
+        "softmark.interpreter.models.fem.build",
     }
 
 
@@ -223,7 +224,7 @@ def test_checking_a_scene_imports_no_numerics_and_looks_for_no_data(name: str, t
     for command in ("check", "plan"):
         found = loaded_by(
             "import os; os.environ['SOFTMARK_DATA'] = '/nonexistent';"
-            f" from softmark.interpreter.cli import main; assert main([{command!r}, {str(file)!r}]) == 0",
+            f" from softmark.interpreter.cli.main import main; assert main([{command!r}, {str(file)!r}]) == 0",
             cwd=tmp_path,
         )
         assert not found & {*HEAVY, "skimage", "urllib.request", "http.client"}
@@ -237,7 +238,7 @@ def test_listing_data_asks_no_network(tmp_path: Path) -> None:
 def test_a_scene_at_rest_imports_nothing_of_motion(tmp_path: Path) -> None:
     found = after("run", "uniaxial-stretch", cwd=tmp_path)
     assert not {m for m in found if m.startswith("softmark.solvers.dynamics")}
-    assert "softmark.interpreter.models.motion" not in found
+    assert "softmark.interpreter.models.shared.motion" not in found
     assert not found & {"trimesh", "skimage", "softmark.solvers.energies.springs"}
 
 

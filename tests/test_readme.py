@@ -12,9 +12,9 @@ import pytest
 
 import softmark
 from softmark.grammar.diagnostic import Source, render
-from softmark.interpreter import schema
-from softmark.interpreter.api import checked
-from softmark.interpreter.cli import COMMANDS
+from softmark.interpreter.cli.main import COMMANDS
+from softmark.interpreter.face.api import checked
+from softmark.interpreter.language import schema
 from softmark.scenes import ROOT
 
 HERE = Path(__file__).parents[1]

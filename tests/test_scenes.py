@@ -12,7 +12,7 @@ from softmark.grammar.diagnostic import Source
 from softmark.grammar.parse import parse
 from softmark.grammar.print import format_source
 from softmark.grammar.tree import Expect
-from softmark.interpreter.plan import plan_of
+from softmark.interpreter.plan.plan import plan_of
 from softmark.scenes import ROOT
 
 ALL = sorted(ROOT.rglob("*.scene"))

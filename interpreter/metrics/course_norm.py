@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.metrics.seen import Floats, Seen
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 
 @dataclass(frozen=True)

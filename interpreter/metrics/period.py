@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.metrics.seen import Floats, Seen
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 UNEVEN = 0.1  # standard deviation of cycles, in proportion: with more they are not those of one vibration
 LOPSIDED = 0.25  # of half-waves, which a position of rest that is a little off makes long and short by turns

@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.seen import Seen
-    from softmark.interpreter.models.prepared import History
+    from softmark.interpreter.models.shared.prepared import History
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 SLACK = 1.0 + 1e-9  # a step of 40 ms and a rate of 25 Hz are equal whatever their last bits
 

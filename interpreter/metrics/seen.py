@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.interpreter.case import Case
-    from softmark.interpreter.models.prepared import History
-    from softmark.interpreter.results import Timing
+    from softmark.interpreter.models.shared.prepared import History
+    from softmark.interpreter.problem.case import Case
+    from softmark.interpreter.results.report import Timing
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int64]

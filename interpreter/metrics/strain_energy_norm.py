@@ -12,10 +12,10 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.case import Case
     from softmark.interpreter.metrics.seen import Field, Floats, Seen
+    from softmark.interpreter.problem.case import Case
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 STEP = 1e-4  # of the body's extent
 

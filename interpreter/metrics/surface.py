@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.metrics.seen import Floats, Seen
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 ROUNDING = 1e-9  # a barycentric coordinate closer to zero is zero: the point lies on an edge
 

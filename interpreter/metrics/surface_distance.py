@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.metrics.seen import Floats, Measurement, Seen
     from softmark.references.surfaces import Target
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from softmark.interpreter.models.beam6dof import Beam6Dof
-from softmark.interpreter.models.fem import Fem
-from softmark.interpreter.models.mass_spring import MassSpring
-from softmark.interpreter.models.reduced import Modal, Pod
+from softmark.interpreter.models.beam.words import Beam6Dof
+from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.reduced.words import Modal, Pod
+from softmark.interpreter.models.springs.words import MassSpring
 
 MODELS: dict[str, type[Any]] = {
     "fem": Fem,

@@ -23,39 +23,39 @@ TYPE_CHECKING = False  # as in `typing`, which takes longer to import than all o
 if TYPE_CHECKING:
     from typing import Any
 
-    from softmark.interpreter.api import LoadedScene as LoadedScene
-    from softmark.interpreter.api import compare as compare
-    from softmark.interpreter.api import load as load
-    from softmark.interpreter.api import loads as loads
-    from softmark.interpreter.api import stress as stress
-    from softmark.interpreter.arguments import BadArgument as BadArgument
-    from softmark.interpreter.results import MetricResult as MetricResult
-    from softmark.interpreter.results import ModelResult as ModelResult
-    from softmark.interpreter.results import ProbeResult as ProbeResult
-    from softmark.interpreter.results import ReferenceResult as ReferenceResult
-    from softmark.interpreter.results import Report as Report
-    from softmark.interpreter.scene import SceneError as SceneError
+    from softmark.interpreter.face.api import LoadedScene as LoadedScene
+    from softmark.interpreter.face.api import compare as compare
+    from softmark.interpreter.face.api import load as load
+    from softmark.interpreter.face.api import loads as loads
+    from softmark.interpreter.face.api import stress as stress
+    from softmark.interpreter.face.arguments import BadArgument as BadArgument
+    from softmark.interpreter.language.scene import SceneError as SceneError
+    from softmark.interpreter.results.report import MetricResult as MetricResult
+    from softmark.interpreter.results.report import ModelResult as ModelResult
+    from softmark.interpreter.results.report import ProbeResult as ProbeResult
+    from softmark.interpreter.results.report import ReferenceResult as ReferenceResult
+    from softmark.interpreter.results.report import Report as Report
     from softmark.interpreter.study.compare import Comparison as Comparison
-    from softmark.interpreter.study.stress.engine import Stress as Stress
+    from softmark.interpreter.study.stability.queue import Stress as Stress
 
 __version__ = "0.1.0"
 
 # public name: module that it comes from
 _PUBLIC = {
-    "load": "softmark.interpreter.api",
-    "loads": "softmark.interpreter.api",
-    "compare": "softmark.interpreter.api",
-    "stress": "softmark.interpreter.api",
-    "LoadedScene": "softmark.interpreter.api",
-    "SceneError": "softmark.interpreter.scene",
-    "BadArgument": "softmark.interpreter.arguments",
-    "Report": "softmark.interpreter.results",
-    "ModelResult": "softmark.interpreter.results",
-    "ReferenceResult": "softmark.interpreter.results",
-    "ProbeResult": "softmark.interpreter.results",
-    "MetricResult": "softmark.interpreter.results",
+    "load": "softmark.interpreter.face.api",
+    "loads": "softmark.interpreter.face.api",
+    "compare": "softmark.interpreter.face.api",
+    "stress": "softmark.interpreter.face.api",
+    "LoadedScene": "softmark.interpreter.face.api",
+    "SceneError": "softmark.interpreter.language.scene",
+    "BadArgument": "softmark.interpreter.face.arguments",
+    "Report": "softmark.interpreter.results.report",
+    "ModelResult": "softmark.interpreter.results.report",
+    "ReferenceResult": "softmark.interpreter.results.report",
+    "ProbeResult": "softmark.interpreter.results.report",
+    "MetricResult": "softmark.interpreter.results.report",
     "Comparison": "softmark.interpreter.study.compare",
-    "Stress": "softmark.interpreter.study.stress.engine",
+    "Stress": "softmark.interpreter.study.stability.queue",
 }
 
 

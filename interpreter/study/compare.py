@@ -13,18 +13,26 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from softmark.interpreter.environment import describe, environment
-from softmark.interpreter.study import form, pool
-from softmark.interpreter.study.journal import Interrupted, Journal, Refused
-from softmark.interpreter.study.problems import marked
-from softmark.interpreter.study.reading import SOLVED, part_of
-from softmark.interpreter.study.tasks import FINE, clean, failed
-from softmark.interpreter.study.variations import Asked, Configuration, Subject, TooMany, expand, read_vary
+from softmark.interpreter.results import forms
+from softmark.interpreter.run.environment import describe, environment
+from softmark.interpreter.study.analysis.point import SOLVED, part_of
+from softmark.interpreter.study.expansion.tasks import FINE, clean, failed
+from softmark.interpreter.study.expansion.truths import marked
+from softmark.interpreter.study.expansion.variations import (
+    Asked,
+    Configuration,
+    Subject,
+    TooMany,
+    expand,
+    read_vary,
+)
+from softmark.interpreter.study.workers import pool
+from softmark.interpreter.study.workers.journal import Interrupted, Journal, Refused
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Sweep
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.study.job import TimingJob
+    from softmark.interpreter.study.expansion.job import TimingJob
 
 __all__ = ["Comparison", "Interrupted", "Request", "TooMany", "compare"]
 
@@ -165,14 +173,14 @@ def _accuracy(tasks: Mapping[str, Json], request: Request, done: _Done) -> dict[
 
 def _sound(entry: Json) -> bool:
     """Whether an entry of the journal has what is read from it: one that was damaged is computed or timed anew."""
-    if form.misfit(entry, form.ENTRIES[entry["kind"]]) is not None:
+    if forms.misfit(entry, forms.ENTRIES[entry["kind"]]) is not None:
         return False
     return entry["kind"] != TIMING or _counts(entry["record"])
 
 
 def _counts(record: Json) -> bool:
     """Whether a record of a run alone gives a cost, or says that it has none."""
-    from softmark.interpreter.study.quality import cost
+    from softmark.interpreter.study.analysis.quality import cost
 
     try:
         cost([record])
@@ -207,7 +215,7 @@ def _timing(
     """Costs by key, of what was solved: measured alone on this machine, each process's record kept at once."""
     if request.repeats == 0:
         return {}
-    from softmark.interpreter.study.clock import timings
+    from softmark.interpreter.study.timing.clock import timings
 
     jobs = [_job(c, request) for c in configurations if _solved(c, outcomes)]
     done = [entry["record"] for (kind, _, _), entry in journal.entries.items() if kind == TIMING and _sound(entry)]
@@ -224,7 +232,7 @@ def _solved(configuration: Configuration, outcomes: Mapping[str, Json]) -> bool:
 
 
 def _job(configuration: Configuration, request: Request) -> TimingJob:
-    from softmark.interpreter.study.job import TimingJob
+    from softmark.interpreter.study.expansion.job import TimingJob
 
     task = configuration.task
     job = TimingJob(
@@ -257,7 +265,7 @@ def _references(points: Sequence[Json], outcomes: Mapping[str, Json]) -> tuple[d
 
 
 def _analysis(points: list[Json], references: Json, studies: Json, request: Request) -> Json:
-    from softmark.interpreter.study.analysis import analyse
+    from softmark.interpreter.study.analysis.analysis import analyse
 
     return analyse(points, references, {"allow_contaminated": request.allow_contaminated}, studies)
 

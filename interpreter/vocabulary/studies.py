@@ -9,7 +9,7 @@ from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.grammar.tree import Expression, Span
-    from softmark.interpreter.scene import Location
+    from softmark.interpreter.language.scene import Location
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ import numpy as np
 from scipy import sparse
 
 from softmark.records import dataclass
+from softmark.solvers.assembly.patterns import Pattern, prepare
 from softmark.solvers.dynamics.loading import Constant, Course, Load, graded, mean_of
 from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.energies.energy import Energy, Floats, Ints
-from softmark.solvers.patterns import Pattern, prepare
 
 
 @dataclass(frozen=True)

@@ -61,8 +61,8 @@ class Lagged:
     """Solves stages, as long as it can; knows the states that came before."""
 
     def __init__(self, system: System) -> None:
+        from softmark.solvers.linear.plans import plan_of
         from softmark.solvers.sparse.cholesky import Cholesky
-        from softmark.solvers.sparse.plans import plan_of
 
         self.system, self.forces = system, system.forces
         pattern = self.forces.pattern

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from softmark.solvers.energies.energy import Floats
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 INSIDE = 1e-9  # of a step: how far within it its ends are looked at, where a course may jump and times are rounded
 

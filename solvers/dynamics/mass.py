@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 from scipy import sparse
 
+from softmark.solvers.base.gauss_jacobi import gauss_jacobi
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.gauss_jacobi import gauss_jacobi
 
 
 class Shape(Protocol):

@@ -19,7 +19,7 @@ from softmark.records import dataclass
 from softmark.solvers.dynamics.forces import Force
 from softmark.solvers.dynamics.scheme import Motion, Stage, StepFailed
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.linear import Singular
+from softmark.solvers.linear.factorisations import Singular
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.system import System

@@ -10,12 +10,12 @@ import numpy as np
 from scipy import sparse
 
 from softmark.records import dataclass
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.loading import Constant, Course
 from softmark.solvers.dynamics.scheme import Integrator
 from softmark.solvers.dynamics.trapezoidal import Trapezoidal
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.linear import factor
+from softmark.solvers.linear.factorisations import factor
 
 CONSTANT = Constant()
 

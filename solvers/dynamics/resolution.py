@@ -25,7 +25,7 @@ from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
 from softmark.solvers.dynamics.newmark import Newmark
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.linear import Singular, factor
+from softmark.solvers.linear.factorisations import Singular, factor
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.scheme import Integrator

@@ -15,7 +15,7 @@ from softmark.solvers.dynamics.newton import Newton, Outcome
 from softmark.solvers.dynamics.problem import Direct, Dynamics, LinearSolver
 from softmark.solvers.dynamics.scheme import Motion, Stage, StepFailed
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.linear import Factor, Singular, factor
+from softmark.solvers.linear.factorisations import Factor, Singular, factor
 
 SMALL = 500  # unknowns below which SuperLU is as quick
 REPEATS = 4  # of a step, each with the damping of the state that the last one found
@@ -27,7 +27,7 @@ def _linear(forces: Forces) -> LinearSolver:
     """Cholesky with conjugate gradients for many unknowns under a potential; else a factorisation for any matrix."""
     if not forces.conservative or len(forces.free) < SMALL:
         return Direct(forces.conservative)
-    from softmark.solvers.sparse.solver import LinearSolver as Repeated
+    from softmark.solvers.linear.sequence import LinearSolver as Repeated
 
     return Repeated()
 

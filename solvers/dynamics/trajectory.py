@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
-from softmark.solvers import statics
 from softmark.solvers.dynamics.balance import Account, Balance
 from softmark.solvers.dynamics.newton import Iteration
 from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.statics import equilibrium
 
 NOTHING = Account().balance  # of no motion
 
@@ -73,7 +73,7 @@ class Trajectory:
     balance: Balance = NOTHING  # of the energies
 
 
-class NotConverged(statics.NotConverged):
+class NotConverged(equilibrium.NotConverged):
     """A step failed at its shortest; `trajectory` holds what came before, `iterations` every Newton iteration."""
 
     def __init__(self, reason: str, trajectory: Trajectory, iterations: tuple[Iteration, ...]) -> None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 DEGREES = {3: 1, 6: 4}  # nodes of a triangle -> degree of shape functions times its area vector
 

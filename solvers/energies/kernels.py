@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.solvers.base.jit import kernel
 from softmark.solvers.energies.corotational_tets import cofactor
-from softmark.solvers.jit import kernel
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -17,7 +17,7 @@ from softmark.records import dataclass
 from softmark.solvers.energies import kernels
 from softmark.solvers.energies.elastic import POINTS, Elastic, Law
 from softmark.solvers.energies.energy import Energy, Floats, Ints
-from softmark.solvers.saddle import SLACK
+from softmark.solvers.linear.saddle import SLACK
 
 
 class Constraint(Protocol):

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.solvers.jit import kernel
+from softmark.solvers.base.jit import kernel
 
 Floats = NDArray[np.float64]
 Nine = tuple[float, float, float, float, float, float, float, float, float]

@@ -11,8 +11,8 @@ from functools import cached_property
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.solvers.base.jit import kernel
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.jit import kernel
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from softmark.solvers.materials.law import Array
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 BLOCK = 4096  # matrices; measured: shorter rows cost calls, longer ones leave the cache
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from softmark.solvers.materials.law import Array
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 CYCLES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from softmark.solvers.materials.law import Array, Law
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 
 class Constraint(ABC):

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from softmark.solvers.materials.law import Array
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 FLOOR = 1e-6  # least s_i + s_j that dR/dF divides by; it is 2 at rest
 

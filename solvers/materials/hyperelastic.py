@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from softmark.solvers.materials.law import Array, Law
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 AXES = [0, 4, 8]  # the entries aa of a 3x3 matrix in a row of nine
 PLANES = ((0, 1), (1, 2), (2, 0))

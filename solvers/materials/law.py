@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 
 class Law(Protocol):

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from softmark.solvers.materials.law import Array
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 GAP = 1e-6  # of (s1 + s2)(s2 + s3)(s3 + s1) / |F|^3: below it the singular value decomposition takes over
 FINE = 1e-7  # a step or a defect whose square is below round-off: what one more step leaves

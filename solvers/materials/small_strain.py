@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from softmark.solvers.materials.law import Array
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     Surface = tuple[Floats, Ints]
 else:
-    from softmark.solvers.deferred import np
+    from softmark.solvers.base.deferred import np
 
 Vector3 = tuple[float, float, float]
 Span = tuple[float, float]
@@ -369,19 +369,19 @@ class MeshFile:
 
     def mesh(self, kind: str, size: float | None = None) -> Mesh:
         """The cells of the file as a kind (tet4, tet10 or hex8); `size` is ignored. Raises Unreadable."""
-        from softmark.solvers.mesh.file import converted, read
+        from softmark.solvers.mesh.files.reading import converted, read
 
         return converted(read(self.path, self.unit, self.coincident), kind, self.split)
 
     def surface(self, size: float | None = None) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of its boundary, or of a file of triangles. Raises Unreadable."""
-        from softmark.solvers.mesh.file import read_surface
+        from softmark.solvers.mesh.files.reading import read_surface
 
         return read_surface(self.path, self.unit, self.coincident)
 
     def points(self) -> Floats:
         """The points of the file that its cells use (n, 3), m, in the order of the file. Raises Unreadable."""
-        from softmark.solvers.mesh.file import read_points
+        from softmark.solvers.mesh.files.reading import read_points
 
         return read_points(self.path, self.unit)
 

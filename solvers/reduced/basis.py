@@ -16,7 +16,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.linear import factor
+from softmark.solvers.linear.factorisations import factor
 
 SMALL = 300  # unknowns up to which all modes are found at once
 DEPENDENT = 1e-9  # of its length: what must be left of a field beside the others

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from scipy.linalg import blas
 
+from softmark.solvers.base.threads import ALONE
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.threads import ALONE
 
 
 def up(V: Floats, q: Floats) -> Floats:

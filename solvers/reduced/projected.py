@@ -9,11 +9,11 @@ from scipy import linalg as dense
 from scipy import sparse
 
 from softmark.records import dataclass
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.base.threads import ALONE
 from softmark.solvers.energies.energy import Energy, Floats, Ints
-from softmark.solvers.linear import Singular
+from softmark.solvers.linear.factorisations import Singular
 from softmark.solvers.reduced.products import down, inner, up
-from softmark.solvers.threads import ALONE
 
 
 def _whole(r: int) -> Ints:

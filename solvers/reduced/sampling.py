@@ -13,10 +13,10 @@ import numpy as np
 from scipy import linalg as dense
 
 from softmark.records import dataclass
+from softmark.solvers.base.threads import ALONE
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.reduced.cells import apart, cells_of
 from softmark.solvers.reduced.products import down, inner, up
-from softmark.solvers.threads import ALONE
 
 SMALL = 1e-5  # of the body's size: displacements along a field that say how stiff each cell is at rest
 

@@ -11,10 +11,10 @@ from typing import Any, Literal
 import numpy as np
 from scipy import sparse
 
+from softmark.solvers.base.threads import ALONE
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.sparse import blas, kernels
 from softmark.solvers.sparse.symbolic import Symbolic, analyse
-from softmark.solvers.threads import ALONE
 
 LETTERS = np.frombuffer(b"LRTN", dtype=np.uint8)
 NEUTRAL = 1e-13  # of the largest pivot: smaller ones have no sign

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.solvers.jit import kernel
+from softmark.solvers.base.jit import kernel
 
 Ints = NDArray[np.int64]
 Places = NDArray[np.uint64]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.solvers.jit import kernel
+from softmark.solvers.base.jit import kernel
 from softmark.solvers.sparse.blas import GEMM, GEMV, POTRF, SYRK, TRSM, TRSV, call
 
 Ints = NDArray[np.int64]

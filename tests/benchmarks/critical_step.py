@@ -17,18 +17,18 @@ from typing import Any
 
 import numpy as np
 
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.mass import lumped_mass, mass_points
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.scheme import Motion, StepFailed
 from softmark.solvers.dynamics.system import System
-from softmark.solvers.elements.interpolation import integration
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.springs import Springs, stiffness_from_modulus
 from softmark.solvers.materials import MATERIALS, law_for
 from softmark.solvers.mesh.distort import distorted
+from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.network import network
 from softmark.solvers.mesh.shapes import Box
@@ -113,7 +113,7 @@ def settled(energy: Any, x: np.ndarray, fixed: np.ndarray) -> np.ndarray:
     if not np.any(x):
         return x
     from softmark.solvers.energies.energy import VectorSpace
-    from softmark.solvers.statics import Statics, equilibrium
+    from softmark.solvers.statics.equilibrium import Statics, equilibrium
 
     assembly = Assembly(x.size, fixed, [energy], [])
     return np.asarray(

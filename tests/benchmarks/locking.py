@@ -17,19 +17,19 @@ from typing import Any
 
 import numpy as np
 
-from softmark.solvers.assembly import Assembly
-from softmark.solvers.elements.interpolation import centre_rule, integration
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.assembly.pressured import with_pressures
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.energy import Floats, VectorSpace
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.energies.pressures import MeanDilatation, OfDisplacements
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for, parts_for
+from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.mesh.sphere import octant
 from softmark.solvers.mesh.splits import five, quadratic
-from softmark.solvers.pressured import with_pressures
-from softmark.solvers.statics import Linear, Statics, equilibrium
+from softmark.solvers.statics.equilibrium import Linear, Statics, equilibrium
 
 RATIOS = (0.3, 0.45, 0.49, 0.499, 0.4999, 0.49999, 0.5)
 FORMS = (

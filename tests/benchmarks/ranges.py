@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import softmark
-from softmark.interpreter import ranges
+from softmark.interpreter.cli import ranges
 
 
 def main(file: str) -> None:

@@ -32,17 +32,17 @@ from typing import Any
 
 import numpy as np
 
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.dynamics.scheme import Motion
 from softmark.solvers.dynamics.trajectory import Trajectory, timing
-from softmark.solvers.elements.interpolation import integration
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.loads import DeadForces
 from softmark.solvers.materials.corotational import Corotational
+from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.splits import split
 from softmark.solvers.mesh.structured import disc, extrude

@@ -19,8 +19,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from softmark.interpreter.api import loads
-from softmark.interpreter.run import Options, run
+from softmark.interpreter.face.api import loads
+from softmark.interpreter.run.pipeline import Options, run
 
 UNCERTAIN = 0.003  # of the truth, relative: what its mesh leaves
 

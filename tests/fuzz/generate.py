@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from softmark.interpreter import schema, units
-from softmark.interpreter.schema import Field
+from softmark.interpreter.language import schema, units
+from softmark.interpreter.language.schema import Field
 
 Pick = Callable[[Sequence[Any]], Any]
 NUMBERS = (

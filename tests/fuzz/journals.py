@@ -24,9 +24,9 @@ import guard
 
 GUIDED = __name__ == "__main__" and not any(os.path.isfile(a) for a in sys.argv[1:])
 with guard.instrumented() if GUIDED else nullcontext():
-    from softmark.interpreter.report.compare_changes import changes_table
-    from softmark.interpreter.study import changes, quality
-    from softmark.interpreter.study.journal import Journal, Refused
+    from softmark.interpreter.report.compare.changes import changes_table
+    from softmark.interpreter.study.analysis import changes, quality
+    from softmark.interpreter.study.workers.journal import Journal, Refused
 
 SPREAD = {"median": 1.0, "q1": 0.9, "q3": 1.2, "min": 0.8, "max": 2.0, "runs": 5}
 MODEL = {

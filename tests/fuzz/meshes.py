@@ -35,7 +35,7 @@ def _readers() -> Any:
 with _readers() if GUIDED else nullcontext():
     import meshio
 
-    from softmark.solvers.mesh import file
+    from softmark.solvers.mesh.files import reading
 
 ENDINGS = (".msh", ".vtk", ".vtu", ".stl", ".obj", ".ply", ".inp")
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], dtype=float)
@@ -59,7 +59,7 @@ def examine(path: Path) -> str:
             try:
                 read(str(path))
                 words.append("read")
-            except file.Unreadable as reason:
+            except reading.Unreadable as reason:
                 if not str(reason):
                     raise Broken("a reason says something") from reason
                 words.append("refused")
@@ -69,7 +69,7 @@ def examine(path: Path) -> str:
 
 
 def _solid(path: str) -> None:
-    mesh = file.read(path, 1e-3)
+    mesh = reading.read(path, 1e-3)
     if not np.isfinite(mesh.points).all() or not (mesh.volumes > 0).all() or not len(mesh.cells):
         raise Broken("a mesh has finite points and positive cells")
     if mesh.cells.min() < 0 or mesh.cells.max() >= len(mesh.points):
@@ -77,7 +77,7 @@ def _solid(path: str) -> None:
 
 
 def _surface(path: str) -> None:
-    points, triangles = file.read_surface(path, 1e-3)
+    points, triangles = reading.read_surface(path, 1e-3)
     if not np.isfinite(points).all() or not len(triangles):
         raise Broken("a surface has finite points and a triangle")
     if triangles.min() < 0 or triangles.max() >= len(points):
@@ -85,7 +85,7 @@ def _surface(path: str) -> None:
 
 
 def _points(path: str) -> None:
-    points = file.read_points(path, 1e-3)
+    points = reading.read_points(path, 1e-3)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise Broken("points are finite")
 

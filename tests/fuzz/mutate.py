@@ -126,7 +126,7 @@ UNITS = [
 @cache
 def vocabulary() -> tuple[str, ...]:
     """Kinds, constructors, fields, choices, functions and signs."""
-    from softmark.interpreter import expressions, schema
+    from softmark.interpreter.language import expressions, schema
 
     words: dict[str, None] = dict.fromkeys(
         ("param", "use", "as", "expect", "scene", "softmark", "in", "and", "or", "not")
@@ -351,7 +351,7 @@ def _option(tokens: Tokens, chance: random.Random, others: list[str]) -> Tokens:
 @cache
 def families() -> dict[str, list[tuple[str, ...]]]:
     """Words that may stand in one another's place, by word."""
-    from softmark.interpreter import schema
+    from softmark.interpreter.language import schema
 
     groups = [tuple(constructors) for constructors in schema.tables().values()] + [
         tuple(schema.words()),

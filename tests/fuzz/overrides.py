@@ -25,10 +25,10 @@ with guard.instrumented() if GUIDED else nullcontext():
     import scene
 
     from softmark.grammar.diagnostic import Source
-    from softmark.interpreter.api import checked, loads
-    from softmark.interpreter.scene import SceneError
+    from softmark.interpreter.face.api import checked, loads
+    from softmark.interpreter.language.scene import SceneError
     from softmark.interpreter.study.compare import Asked
-    from softmark.interpreter.study.variations import TooMany, expand, read_vary, subject_of
+    from softmark.interpreter.study.expansion.variations import TooMany, expand, read_vary, subject_of
     from softmark.scenes import ROOT
 
 BEAM = ROOT / "beams" / "stiff-cantilever.scene"

@@ -34,10 +34,10 @@ with guard.instrumented() if GUIDED else nullcontext():
     from softmark.grammar.diagnostic import Source, render, summary, to_json
     from softmark.grammar.parse import parse
     from softmark.grammar.print import format_source
-    from softmark.interpreter.api import checked
-    from softmark.interpreter.codes import pages
-    from softmark.interpreter.modules import Missing, _text
-    from softmark.interpreter.plan import plan_of
+    from softmark.interpreter.cli.codes import pages
+    from softmark.interpreter.face.api import checked
+    from softmark.interpreter.language.sources import Missing, _text
+    from softmark.interpreter.plan.plan import plan_of
     from softmark.scenes import ROOT
 
 ERRORS = guard.REPOSITORY / "tests" / "errors"

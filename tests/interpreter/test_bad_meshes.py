@@ -16,8 +16,8 @@ import meshio
 import numpy as np
 import pytest
 
-from softmark.solvers.mesh.file import Unreadable
-from softmark.solvers.mesh.flaws import overlap
+from softmark.solvers.mesh.files.flaws import overlap
+from softmark.solvers.mesh.files.reading import Unreadable
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
 from softmark.solvers.mesh.splits import five, quadratic

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from softmark.grammar.diagnostic import Source
-from softmark.interpreter.api import checked
-from softmark.interpreter.cli import main
+from softmark.interpreter.cli.main import main
+from softmark.interpreter.face.api import checked
 
 GOOD = "param L = 178 mm\n"
 BAD = "param L = 178 mn\nparam R = S\n"

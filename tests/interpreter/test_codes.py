@@ -13,8 +13,8 @@ import softmark
 from softmark.grammar.codes import CODES
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.print import CannotFormat
-from softmark.interpreter.cli import main
-from softmark.interpreter.codes import Page, pages
+from softmark.interpreter.cli.codes import Page, pages
+from softmark.interpreter.cli.main import main
 
 PACKAGE = Path(softmark.__file__).parents[2]
 PARTS = Path(__file__).parents[1] / "errors" / "parts"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.cli import main
+from softmark.interpreter.cli.main import main
 
 SCENE = """
 use "tissues.scene" as tissue

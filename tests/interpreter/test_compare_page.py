@@ -17,10 +17,10 @@ from urllib.parse import unquote
 
 import pytest
 
-from softmark.interpreter.report.compare_page import page
-from softmark.interpreter.report.compare_terminal import table
-from softmark.interpreter.report.document import POLICY
-from softmark.interpreter.study.analysis import analyse
+from softmark.interpreter.report.compare.page import page
+from softmark.interpreter.report.compare.terminal import table
+from softmark.interpreter.report.page.document import POLICY
+from softmark.interpreter.study.analysis.analysis import analyse
 
 Json = dict[str, Any]
 Parsed = Callable[[str], Any]  # reads a page: conftest.py

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.interpreter import schema
-from softmark.interpreter.api import checked
-from softmark.interpreter.expressions import PREDEFINED, Quantity
-from softmark.interpreter.scene import Scene
+from softmark.interpreter.face.api import checked
+from softmark.interpreter.language import schema
+from softmark.interpreter.language.expressions import PREDEFINED, Quantity
+from softmark.interpreter.language.scene import Scene
 
 GEL = "material gel = neo_hookean(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3)\n"
 BEAM = f"""{GEL}body beam = solid(cylinder(length = 200 mm, radius = 20 mm), gel)

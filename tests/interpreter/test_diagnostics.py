@@ -21,8 +21,8 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.cli import main
-from softmark.interpreter.codes import pages
+from softmark.interpreter.cli.codes import pages
+from softmark.interpreter.cli.main import main
 
 FOLDER = Path(__file__).parents[1] / "errors"
 SCENES = sorted(FOLDER.glob("*.scene"))

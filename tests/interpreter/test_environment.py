@@ -19,7 +19,7 @@ from types import ModuleType
 
 import pytest
 
-from softmark.interpreter import leaving
+from softmark.interpreter.cli import leaving
 
 DSL = (sys.executable, "-P", "-m", "softmark.interpreter")
 SCENE = """material gel    = neo_hookean(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3)
@@ -255,7 +255,7 @@ def test_who_ignores_signals_goes_on_doing_so(folder: Path) -> None:
 
 
 def test_calls_from_python_leave_signals_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    from softmark.interpreter.cli import main
+    from softmark.interpreter.cli.main import main
 
     before: tuple[Callable[..., object] | int | None, ...]
     before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)

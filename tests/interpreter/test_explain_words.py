@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from softmark.interpreter.cli import main
+from softmark.interpreter.cli.main import main
 
 FAR = {  # words of mechanics, and what is near them by letters alone
     "contact": "constant", "friction": "traction", "cable": "table", "report": "import", "roller": "solver",

@@ -11,9 +11,17 @@ from hypothesis import strategies as st
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.parse import parse_expression
-from softmark.interpreter import units
-from softmark.interpreter.api import checked
-from softmark.interpreter.expressions import FUNCTIONS, Bad, Evaluator, Place, Quantity, Value, VectorValue
+from softmark.interpreter.face.api import checked
+from softmark.interpreter.language import units
+from softmark.interpreter.language.expressions import (
+    FUNCTIONS,
+    Bad,
+    Evaluator,
+    Place,
+    Quantity,
+    Value,
+    VectorValue,
+)
 
 NAMES = {"L": Quantity(0.178, units.LENGTH), "n": Quantity(3.0, units.NONE),
          "v": VectorValue((1.0, 2.0), units.LENGTH)}

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.commands import shelf as shelves
-from softmark.interpreter.report import html
+from softmark.interpreter.cli.commands import shelf as shelves
+from softmark.interpreter.report.run import html
 from softmark.solvers.energies import rod_kinematics
 
 COMPILED = 28  # functions for one run of corotational tetrahedra; 137 when sorts and LAPACK went through numba
@@ -69,7 +69,7 @@ def scene(folder: Path, rods: int) -> str:
 def test_a_page_is_made_once_however_many_models_there_are(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from softmark.interpreter.cli import main
+    from softmark.interpreter.cli.main import main
 
     pages, render = [], html.render
     monkeypatch.setattr(html, "render", lambda report: pages.append(report) or render(report))  # type: ignore[func-returns-value]
@@ -91,7 +91,7 @@ def test_keeping_models_takes_a_tenth_of_what_they_take_and_grows_with_them(
     """Each takes 1 s to solve, and 10 ms to write: written after each, 300 would take 450 s."""
     import argparse
 
-    from softmark.interpreter.report import files
+    from softmark.interpreter.report.files import files
 
     now, spent = [0.0], [0.0]
 
@@ -117,8 +117,8 @@ def test_a_run_that_breaks_off_leaves_all_that_was_finished(
     """Interrupted in its third model: two are in the numbers and on the page."""
     import json
 
-    from softmark.interpreter import run as runner
-    from softmark.interpreter.cli import main
+    from softmark.interpreter.cli.main import main
+    from softmark.interpreter.run import pipeline as runner
 
     solve, seen = runner._model, []
 
@@ -144,9 +144,9 @@ def test_a_rod_looks_at_each_state_once(
 
     Counted is the solution alone: the coarser one from which an error is stated has states of its own.
     """
-    from softmark.interpreter.api import load
-    from softmark.interpreter.stated import Stated
-    from softmark.interpreter.stating.seen import Unknown
+    from softmark.interpreter.evidence.error_estimate import Stated
+    from softmark.interpreter.evidence.seen import Unknown
+    from softmark.interpreter.face.api import load
 
     def none(*_: object) -> None:
         raise Unknown("not here")

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from softmark.grammar.diagnostic import Diagnostic, Source, render
-from softmark.interpreter.api import checked
-from softmark.interpreter.ledger import MOST
-from softmark.interpreter.modules import LARGEST, Missing, beginning, read
-from softmark.solvers.mesh import ended
+from softmark.interpreter.face.api import checked
+from softmark.interpreter.language.bounded import MOST
+from softmark.interpreter.language.sources import LARGEST, Missing, beginning, read
+from softmark.solvers.mesh.files import ended
 
 
 def found_in(folder: Path, text: str) -> list[Diagnostic]:

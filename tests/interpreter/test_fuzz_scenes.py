@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from softmark.interpreter import schema
+from softmark.interpreter.language import schema
 
 
 @st.composite

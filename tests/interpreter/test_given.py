@@ -10,9 +10,9 @@ import meshio
 import pytest
 
 import softmark
-from softmark.interpreter import given
-from softmark.interpreter.cli import main
-from softmark.solvers.mesh import formats
+from softmark.interpreter.cli.main import main
+from softmark.interpreter.front import given
+from softmark.solvers.mesh.files import formats
 
 TWO = """
 material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
@@ -73,7 +73,7 @@ STUDY = {"compare": ["--repeats", "0"], "stress": []}
 
 
 def test_a_model_needs_what_it_is_made_from() -> None:
-    from softmark.interpreter.names import needed
+    from softmark.interpreter.front.requests import needed
 
     scene = softmark.loads(TWO.replace("model rod = beam6dof(segments = 4)\n", "")).scene
     assert needed(scene, ["few"]) == ("fe", "few")

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import pytest
 
 from softmark.grammar.diagnostic import all_visible, visible
-from softmark.interpreter.cli import main
+from softmark.interpreter.cli.main import main
 
 HOSTILE = "\x1b[2J\x1b]0;owned\x07\x9b31m\x08\x00bad\u202etxt"
 SCENE = """

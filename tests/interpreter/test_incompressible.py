@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import softmark
-from softmark.interpreter.results import ModelResult
+from softmark.interpreter.results.report import ModelResult
 
 SCENE = """
 param    nu     = 0.49

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.case import case_for
-from softmark.interpreter.models.prepared import Workshop
-from softmark.interpreter.parts.resultants import doubts, of_selections, resultants
-from softmark.interpreter.report.html import render
-from softmark.interpreter.run import Options, run
-from softmark.interpreter.stated import is_doubt
+from softmark.interpreter.evidence.error_estimate import is_doubt
+from softmark.interpreter.models.shared.prepared import Workshop
+from softmark.interpreter.problem.case import case_for
+from softmark.interpreter.problem.parts.resultants import doubts, of_selections, resultants
+from softmark.interpreter.report.run.html import render
+from softmark.interpreter.run.pipeline import Options, run
 from softmark.solvers.mesh.sphere import octant
 
 BAR = """

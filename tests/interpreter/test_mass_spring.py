@@ -12,13 +12,13 @@ import pytest
 
 import softmark
 from softmark.grammar.diagnostic import Source
-from softmark.interpreter.case import Case, case_of
-from softmark.interpreter.compile import compile_scene
-from softmark.interpreter.models.calibration import REACH, Fit, NoFit, doubts, least, scaled
-from softmark.interpreter.models.mass_spring import Calibrated, FromMaterial, MassSpring, Uniform
-from softmark.interpreter.models.prepared import Workshop
-from softmark.interpreter.models.springs import PreparedSprings, prepare
-from softmark.interpreter.results import Report
+from softmark.interpreter.language.compile import compile_scene
+from softmark.interpreter.models.shared.prepared import Workshop
+from softmark.interpreter.models.springs.build import PreparedSprings, prepare
+from softmark.interpreter.models.springs.calibration import REACH, Fit, NoFit, doubts, least, scaled
+from softmark.interpreter.models.springs.words import Calibrated, FromMaterial, MassSpring, Uniform
+from softmark.interpreter.problem.case import Case, case_of
+from softmark.interpreter.results.report import Report
 from softmark.references.measured import MeasuredPoints
 from softmark.solvers.mesh.shapes import Box
 

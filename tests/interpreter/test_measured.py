@@ -12,7 +12,7 @@ import pytest
 import trimesh
 
 import softmark
-from softmark.interpreter.cli import main
+from softmark.interpreter.cli.main import main
 
 BEAM = """
 material gel    = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.interpreter import schema, units
+from softmark.interpreter.language import schema, units
 from softmark.interpreter.metrics import METRICS
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.mean_error import MeanError
@@ -19,8 +19,8 @@ from softmark.interpreter.metrics.seen import Known, Seen
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.metrics.volume_change import VolumeChange
-from softmark.interpreter.models.prepared import History
-from softmark.interpreter.results import Timing
+from softmark.interpreter.models.shared.prepared import History
+from softmark.interpreter.results.report import Timing
 
 CASE: Any = SimpleNamespace(material=SimpleNamespace(shear_modulus=3.0, lame_lambda=5.0))
 NOTHING = np.zeros((0, 3))

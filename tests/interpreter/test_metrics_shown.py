@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 import softmark
-from softmark.interpreter.cli import main
-from softmark.interpreter.report.findings import Findings
-from softmark.interpreter.report.html import render
+from softmark.interpreter.cli.main import main
+from softmark.interpreter.report.run.findings import Findings
+from softmark.interpreter.report.run.html import render
 
 Parsed = Callable[[str], Any]
 BEAM = """

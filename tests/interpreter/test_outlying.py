@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softmark.interpreter.api import load
-from softmark.interpreter.outlying import BESIDE, _of_prism
-from softmark.interpreter.scene import SceneError
+from softmark.interpreter.face.api import load
+from softmark.interpreter.language.scene import SceneError
+from softmark.interpreter.problem.outlying import BESIDE, _of_prism
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 SCENE = """softmark 1

@@ -14,17 +14,17 @@ import pytest
 
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.parse import parse_expression
-from softmark.interpreter.conditions import Condition
-from softmark.interpreter.expressions import Evaluator, Place, Quantity
-from softmark.interpreter.parts.bounds import Bounds
-from softmark.interpreter.parts.deviation import deviations
-from softmark.interpreter.parts.patches import Asked, Patches
-from softmark.interpreter.parts.surface import loaded, settled_of
-from softmark.interpreter.parts.true import selected
-from softmark.interpreter.recounted import Sweep
-from softmark.interpreter.selections import selection
-from softmark.interpreter.units import LENGTH
-from softmark.solvers import checks
+from softmark.interpreter.evidence.recounted import Sweep
+from softmark.interpreter.language.condition_syntax import selection
+from softmark.interpreter.language.conditions import Condition
+from softmark.interpreter.language.expressions import Evaluator, Place, Quantity
+from softmark.interpreter.language.units import LENGTH
+from softmark.interpreter.problem.parts.bounds import Bounds
+from softmark.interpreter.problem.parts.deviation import deviations
+from softmark.interpreter.problem.parts.patches import Asked, Patches
+from softmark.interpreter.problem.parts.surface import loaded, settled_of
+from softmark.interpreter.problem.parts.true import selected
+from softmark.solvers.checks import solids
 from softmark.solvers.elements import moments
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.energies.loads import FollowerPressure
@@ -62,7 +62,7 @@ def forces(mesh: Mesh, whole: np.ndarray, f: np.ndarray, xi: np.ndarray, w: np.n
     def push(dA: np.ndarray) -> np.ndarray:
         return np.linalg.norm(dA, axis=-1)[..., None] * np.array([1.0, 0.0, 0.0])
 
-    found = checks.surface_forces(mesh.points, whole, push) + checks.part_forces(mesh.points, f, xi, w, push)
+    found = solids.surface_forces(mesh.points, whole, push) + solids.part_forces(mesh.points, f, xi, w, push)
     return float(found[:, 0].sum())
 
 
@@ -177,8 +177,8 @@ def test_pressure_on_a_part_of_a_deformed_facet(kind: str) -> None:
     assert weights is not None
     g = np.zeros(mesh.points.size)
     FollowerPressure(mesh.points, facets, 3.0, weights).add_gradient(u.ravel(), g)
-    direct = checks.surface_forces(mesh.points + u, found.whole, lambda dA: -3.0 * dA)
-    direct += checks.part_forces(mesh.points + u, found.nodes, found.xi, found.w, lambda dA: -3.0 * dA)
+    direct = solids.surface_forces(mesh.points + u, found.whole, lambda dA: -3.0 * dA)
+    direct += solids.part_forces(mesh.points + u, found.nodes, found.xi, found.w, lambda dA: -3.0 * dA)
     np.testing.assert_allclose(-g.reshape(-1, 3), direct, atol=1e-13 * np.abs(direct).sum())
     step, h = np.random.default_rng(2).normal(size=u.size), 1e-6
     load = FollowerPressure(mesh.points, facets, 3.0, weights)

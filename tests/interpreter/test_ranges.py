@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter import ranges
-from softmark.interpreter.commands.explain import page
+from softmark.interpreter.cli import ranges
+from softmark.interpreter.cli.commands.explain import page
 
 EDGES = [
     {"model": "tets", "quantity": "nu", "direction": "up", "last_right": 0.4, "first_wrong": 0.49,

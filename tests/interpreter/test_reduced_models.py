@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.case import case_of
-from softmark.interpreter.models import reduced
-from softmark.interpreter.models.prepared import Workshop
-from softmark.interpreter.models.reduction import PreparedReduced
-from softmark.interpreter.results import ModelResult, Report
+from softmark.interpreter.models.reduced import words
+from softmark.interpreter.models.reduced.equations import PreparedReduced
+from softmark.interpreter.models.shared.prepared import Workshop
+from softmark.interpreter.problem.case import case_of
+from softmark.interpreter.results.report import ModelResult, Report
 
 BEAM = """
 param    pull   = 20 m/s^2
@@ -297,4 +297,4 @@ def test_words_for_the_plan() -> None:
     assert scene.declared["m"].thing.outline(case) == (
         "`full` reduced to 20 vibration modes with their derivatives and its linear responses, cells sampled"
     )
-    assert reduced.PARTS[-1] == 1.0
+    assert words.PARTS[-1] == 1.0

@@ -19,8 +19,8 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.report.html import render
-from softmark.interpreter.results import Report, Shape
+from softmark.interpreter.report.run.html import render
+from softmark.interpreter.results.report import Report, Shape
 
 
 @pytest.fixture(scope="module")

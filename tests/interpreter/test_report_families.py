@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.interpreter.report.bodies import bodies
-from softmark.interpreter.report.camera import letters, upward, view_of
-from softmark.interpreter.report.families import by_poisson, by_size, kind_of
-from softmark.interpreter.report.findings import Findings
-from softmark.interpreter.report.html import render
-from softmark.interpreter.report.probes import drawn_first, looks
-from softmark.interpreter.report.quantities import negligible, own_error
-from softmark.interpreter.report.still import axes_of, frame_of
-from softmark.interpreter.report.terminal import WIDE, table
-from softmark.interpreter.results import (
+from softmark.interpreter.language.amounts import negligible, own_error
+from softmark.interpreter.report.run.bodies import bodies
+from softmark.interpreter.report.run.families import by_poisson, by_size, kind_of
+from softmark.interpreter.report.run.findings import Findings
+from softmark.interpreter.report.run.html import render
+from softmark.interpreter.report.run.tables.probes import drawn_first, looks
+from softmark.interpreter.report.run.terminal import WIDE, table
+from softmark.interpreter.report.shapes.camera import letters, upward, view_of
+from softmark.interpreter.report.shapes.still import axes_of, frame_of
+from softmark.interpreter.results.report import (
     MetricResult,
     ModelResult,
     ProbeResult,

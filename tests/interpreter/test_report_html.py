@@ -14,11 +14,11 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 
-from softmark.interpreter.report.document import POLICY
-from softmark.interpreter.report.findings import Findings
-from softmark.interpreter.report.html import render
-from softmark.interpreter.report.provenance import command
-from softmark.interpreter.results import (
+from softmark.interpreter.report.page.document import POLICY
+from softmark.interpreter.report.run.findings import Findings
+from softmark.interpreter.report.run.html import render
+from softmark.interpreter.report.run.tables.provenance import command
+from softmark.interpreter.results.report import (
     ExpectationResult,
     MetricResult,
     ModelResult,

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.report import files as disk
-from softmark.interpreter.report.axes import linear, logarithmic
-from softmark.interpreter.report.html import render
-from softmark.interpreter.report.listing import coloured
-from softmark.interpreter.report.naming import places
-from softmark.interpreter.report.quantities import Scale, quantity
-from softmark.interpreter.results import Report
+from softmark.interpreter.language.amounts import Scale, quantity
+from softmark.interpreter.report.charts.axes import linear, logarithmic
+from softmark.interpreter.report.charts.labels import places
+from softmark.interpreter.report.files import files as disk
+from softmark.interpreter.report.run.html import render
+from softmark.interpreter.report.run.tables.listing import coloured
+from softmark.interpreter.results.report import Report
 from softmark.scenes import ROOT
 
 # ------------------------------------------------------------------ numbers

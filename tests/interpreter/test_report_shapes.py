@@ -18,15 +18,16 @@ import meshio
 import numpy as np
 import pytest
 
-from softmark.interpreter.report import files as disk
-from softmark.interpreter.report import surfaces, vtk
-from softmark.interpreter.report.colours import VIRIDIS, viridis
-from softmark.interpreter.report.document import _part
-from softmark.interpreter.report.findings import Findings
-from softmark.interpreter.report.html import render
-from softmark.interpreter.report.metric_details import unit_of
-from softmark.interpreter.report.terminal import table
-from softmark.interpreter.results import (
+from softmark.interpreter.report.charts.colours import VIRIDIS, viridis
+from softmark.interpreter.report.files import files as disk
+from softmark.interpreter.report.page.document import _part
+from softmark.interpreter.report.run.findings import Findings
+from softmark.interpreter.report.run.html import render
+from softmark.interpreter.report.run.tables.metric_details import unit_of
+from softmark.interpreter.report.run.terminal import table
+from softmark.interpreter.report.shapes import surfaces
+from softmark.interpreter.results import vtk
+from softmark.interpreter.results.report import (
     MetricResult,
     ModelResult,
     ProbeResult,

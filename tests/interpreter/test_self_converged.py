@@ -14,11 +14,19 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.extrapolation import Family, Limit, Sampled, Unsettled, combined, largest, limit
-from softmark.interpreter.plan import plan_of
-from softmark.interpreter.results import ReferenceResult
-from softmark.interpreter.run import Options, run
-from softmark.interpreter.selfconverged import uneven
+from softmark.interpreter.evidence.refinement import (
+    Family,
+    Limit,
+    Sampled,
+    Unsettled,
+    combined,
+    largest,
+    limit,
+)
+from softmark.interpreter.plan.plan import plan_of
+from softmark.interpreter.plan.refinements import uneven
+from softmark.interpreter.results.report import ReferenceResult
+from softmark.interpreter.run.pipeline import Options, run
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 Field = Callable[[np.ndarray], np.ndarray]

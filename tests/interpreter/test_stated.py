@@ -14,10 +14,10 @@ from typing import Any
 import pytest
 
 import softmark
-from softmark.interpreter.cli import main
-from softmark.interpreter.run import Options, run
-from softmark.interpreter.stated import DOUBTS, is_doubt
-from softmark.interpreter.study.tasks import perform
+from softmark.interpreter.cli.main import main
+from softmark.interpreter.evidence.error_estimate import DOUBTS, is_doubt
+from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.study.expansion.tasks import perform
 
 BENCHMARK = Path(__file__).parents[1] / "benchmarks" / "stated.py"
 BEAM = """softmark 1
@@ -206,7 +206,7 @@ def test_a_task_asks_for_one_model() -> None:
 
 
 def test_every_doubt_has_a_page() -> None:
-    from softmark.interpreter.codes import pages
+    from softmark.interpreter.cli.codes import pages
 
     assert {code for code in DOUBTS if code < "W5"} <= set(pages())
     assert is_doubt("W352")

@@ -11,10 +11,10 @@ import pytest
 from scipy.integrate import solve_bvp
 
 import softmark
-from softmark.interpreter.models import ribbon
-from softmark.interpreter.models.beam6dof import Beam6Dof
-from softmark.interpreter.run import Options, run
-from softmark.interpreter.stated import Unknown, _of_beams
+from softmark.interpreter.evidence.error_estimate import Unknown, _of_beams
+from softmark.interpreter.models.beam import ribbon
+from softmark.interpreter.models.beam.words import Beam6Dof
+from softmark.interpreter.run.pipeline import Options, run
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 # By tests/benchmarks/beams.py, and ribbons on cells of their own thickness: length, depth and width (0: round), in mm;

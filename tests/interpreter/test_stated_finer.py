@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.cli import main
-from softmark.interpreter.run import Options, run
-from softmark.interpreter.stating import orders
-from softmark.interpreter.stating.budget import Budget, Overspent
-from softmark.interpreter.stating.seen import Unknown
+from softmark.interpreter.cli.main import main
+from softmark.interpreter.evidence import orders
+from softmark.interpreter.evidence.budget import Budget, Overspent
+from softmark.interpreter.evidence.seen import Unknown
+from softmark.interpreter.run.pipeline import Options, run
 
 BEAM = """
 material gel  = neo_hookean(young = 60 kPa, poisson = {poisson}, density = 1000 kg/m^3)

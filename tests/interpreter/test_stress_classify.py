@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter.study.stress.classify import classify
-from softmark.interpreter.study.stress.truth import lean, uncertainty_of
+from softmark.interpreter.study.stability.classify import classify
+from softmark.interpreter.study.stability.truth import lean, uncertainty_of
 
 WITHIN = 0.05
 
@@ -108,10 +108,10 @@ def test_a_truth_that_cannot_be_built_refuses_nobody() -> None:
 def test_a_locking_truth_judges_nothing(tmp_path: Any) -> None:
     """The task asks the model that is taken as right what it states, and one that cannot be built is no fault."""
     import softmark
-    from softmark.interpreter.study.stress.asking import asked_of
-    from softmark.interpreter.study.stress.points import Ground
-    from softmark.interpreter.study.tasks import perform
-    from softmark.interpreter.study.variations import Subject
+    from softmark.interpreter.study.expansion.tasks import perform
+    from softmark.interpreter.study.expansion.variations import Subject
+    from softmark.interpreter.study.stability.asking import asked_of
+    from softmark.interpreter.study.stability.points import Ground
 
     text = """
 param    h    = 10 mm in 0.1 mm .. 100 mm
@@ -158,7 +158,7 @@ def test_uncertainty_is_relative_to_what_the_truth_moves() -> None:
 
 def theory(**replaced: str) -> tuple[float, str | None]:
     import softmark
-    from softmark.interpreter.study.stress.truth import theory_of
+    from softmark.interpreter.study.stability.truth import theory_of
 
     text = """
 param    W      = 20 mm

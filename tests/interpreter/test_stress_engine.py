@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 
 import softmark
-from softmark.interpreter.cli import main
-from softmark.interpreter.study import pool
-from softmark.interpreter.study.journal import Refused
-from softmark.interpreter.study.stress import desk, engine
-from softmark.interpreter.study.stress.engine import Request, Stress, stress
-from softmark.interpreter.study.variations import subject_of
+from softmark.interpreter.cli.main import main
+from softmark.interpreter.study.expansion.variations import subject_of
+from softmark.interpreter.study.stability import desk, queue
+from softmark.interpreter.study.stability.queue import Request, Stress, stress
+from softmark.interpreter.study.workers import pool
+from softmark.interpreter.study.workers.journal import Refused
 
 BEAM = """
 scene "Two rods"
@@ -140,7 +140,7 @@ def test_an_interrupt_keeps_what_is_finished(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     study = "study s = stability(over = [weight.magnitude])"
-    with pytest.raises(engine.Interrupted, match=r"[345] points are in .*--resume"):
+    with pytest.raises(queue.Interrupted, match=r"[345] points are in .*--resume"):
         found_in(tmp_path, study, say=interrupt)
     whole = found_in(tmp_path, study, resume=True)
     assert whole.studies == found_in(tmp_path / "other", study).studies
@@ -166,7 +166,7 @@ def test_without_a_study_every_number_is_walked(tmp_path: Path, made_up: None) -
 
 
 def test_outcomes_that_had_too_little_time_are_tried_again(tmp_path: Path) -> None:
-    from softmark.interpreter.study.journal import Journal
+    from softmark.interpreter.study.workers.journal import Journal
 
     task = {"key": "a"}
     with Journal.open(tmp_path) as journal:
@@ -187,7 +187,7 @@ def test_memory_of_a_worker_is_capped() -> None:
     """2 GiB are not to be had where 1 is allowed; the worker says so and lives."""
     code = (
         "import sys; sys.argv = ['worker', '1'];"
-        "from softmark.interpreter.study.worker import _limit_memory; _limit_memory()\n"
+        "from softmark.interpreter.study.workers.worker import _limit_memory; _limit_memory()\n"
         "try:\n    bytearray(2 << 30)\nexcept MemoryError:\n    print('capped')"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter.report.document import POLICY
-from softmark.interpreter.report.stress_page import again, page
-from softmark.interpreter.report.stress_view import ruler, shown, told
+from softmark.interpreter.report.page.document import POLICY
+from softmark.interpreter.report.stability.page import again, page
+from softmark.interpreter.report.stability.view import ruler, shown, told
 
 Json = dict[str, Any]
 Parsed = Callable[[str], Any]  # reads a page: conftest.py

@@ -5,15 +5,15 @@ from __future__ import annotations
 import pytest
 
 import softmark
-from softmark.interpreter.api import varied
-from softmark.interpreter.overrides import read_one
-from softmark.interpreter.scene import Scene
-from softmark.interpreter.study.stress.asking import asked_of
-from softmark.interpreter.study.stress.points import Ground
-from softmark.interpreter.study.stress.quantities import Quantity, Unwalkable, quantity_of, usual
-from softmark.interpreter.study.tasks import perform
-from softmark.interpreter.study.variations import subject_of
-from softmark.interpreter.sweeping import value_in
+from softmark.interpreter.face.api import varied
+from softmark.interpreter.language.overrides import read_one
+from softmark.interpreter.language.scene import Scene
+from softmark.interpreter.language.sweeps import value_in
+from softmark.interpreter.plan.quantities import Quantity, Unwalkable, quantity_of, usual
+from softmark.interpreter.study.expansion.tasks import perform
+from softmark.interpreter.study.expansion.variations import subject_of
+from softmark.interpreter.study.stability.asking import asked_of
+from softmark.interpreter.study.stability.points import Ground
 
 BEAM = """
 param    L      = 178 mm in 100 mm .. 400 mm

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import pytest
 
-from softmark.interpreter.study.stress import ladder
-from softmark.interpreter.study.stress.ladder import Ladder
-from softmark.interpreter.study.stress.walk import Edge, Seen, Until, Walk
+from softmark.interpreter.plan import ladder
+from softmark.interpreter.plan.ladder import Ladder
+from softmark.interpreter.plan.walks import Edge, Seen, Until, Walk
 
 Model = Callable[[float], str]  # a value -> the class of the point there
 

@@ -7,14 +7,14 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter import ranges
-from softmark.interpreter.report.stress_page import page
-from softmark.interpreter.report.stress_terminal import table
-from softmark.interpreter.study.stress import ladder
-from softmark.interpreter.study.stress.classify import Classified
-from softmark.interpreter.study.stress.edges import choice_of, edge_of
-from softmark.interpreter.study.stress.quantities import Quantity
-from softmark.interpreter.study.stress.walk import Seen, Walk
+from softmark.interpreter.cli import ranges
+from softmark.interpreter.plan import ladder
+from softmark.interpreter.plan.quantities import Quantity
+from softmark.interpreter.plan.walks import Seen, Walk
+from softmark.interpreter.report.stability.page import page
+from softmark.interpreter.report.stability.terminal import table
+from softmark.interpreter.study.stability.classify import Classified
+from softmark.interpreter.study.stability.edges import choice_of, edge_of
 
 Json = dict[str, Any]
 POISSON = Quantity("gel.poisson", "gap", 0.4, "0.4")

@@ -17,8 +17,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from softmark.interpreter.report.compare_changes import changes_table
-from softmark.interpreter.study.changes import Foreign, changes, read
+from softmark.interpreter.report.compare.changes import changes_table
+from softmark.interpreter.study.analysis.changes import Foreign, changes, read
 
 Json = dict[str, Any]
 

@@ -10,9 +10,10 @@ from typing import Any
 import pytest
 
 import softmark
-from softmark.interpreter.cli import main
-from softmark.interpreter.study import pool, tasks
-from softmark.interpreter.study.journal import Refused
+from softmark.interpreter.cli.main import main
+from softmark.interpreter.study.expansion import tasks
+from softmark.interpreter.study.workers import pool
+from softmark.interpreter.study.workers.journal import Refused
 
 BEAM = """
 scene "A rod and its segments"
@@ -38,7 +39,7 @@ expect rod.eta < 0.1 %
 def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     # the lock of this machine's timings: another comparison may hold it for long
-    monkeypatch.setattr("softmark.interpreter.study.clock.lock_file", lambda: tmp_path.parent / "timing.lock")
+    monkeypatch.setattr("softmark.interpreter.study.timing.clock.lock_file", lambda: tmp_path.parent / "timing.lock")
     scene = tmp_path / "beam.scene"
     scene.write_text(BEAM, encoding="utf-8")
     return scene

@@ -15,11 +15,12 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter.study import clock, quality, timed
-from softmark.interpreter.study.clock import one_run, timings
-from softmark.interpreter.study.gauges import Gauges
-from softmark.interpreter.study.job import THREADS, TimingJob
-from softmark.interpreter.study.phases import FUNCTIONS, METHODS, Phases, owner_of, places
+from softmark.interpreter.study.analysis import quality
+from softmark.interpreter.study.expansion.job import THREADS, TimingJob
+from softmark.interpreter.study.timing import clock, timed
+from softmark.interpreter.study.timing.clock import one_run, timings
+from softmark.interpreter.study.timing.gauges import Gauges
+from softmark.interpreter.study.timing.phases import FUNCTIONS, METHODS, Phases, owner_of, places
 
 LINUX = pytest.mark.skipif(
     not hasattr(os, "sched_setaffinity"), reason="processors can be chosen on Linux only"
@@ -296,7 +297,7 @@ def test_every_name_in_the_tables_is_there() -> None:
     for name in (*METHODS, *(f"softmark.solvers.{user}" for user in users)):
         importlib.import_module(name)
     found = {(owner.__name__, name): phase for owner, name, phase in places()}
-    assert found["softmark.solvers.linear", "factor"] == "factorisation"
+    assert found["softmark.solvers.linear.factorisations", "factor"] == "factorisation"
     assert found["Triangular", "solve"] == found["LinearSolver", "solve"] == "solution"
     assert found["Cholesky", "factorise"] == "factorisation"
     assert found["CorotationalTets", "add_both_lagged"] == found["RodElastic", "add_hessian"] == "assembly"
@@ -321,16 +322,16 @@ def test_phases_sum_to_the_whole_and_no_clock_stays_behind() -> None:
     """Clocks that nest stop each other: what they count together is the CPU time of the solutions, within 2 %."""
     import time
 
-    from softmark.interpreter.models.prepared import Workshop
-    from softmark.interpreter.preparing import prepared_model
-    from softmark.solvers import linear
+    from softmark.interpreter.models.prepare import prepared_model
+    from softmark.interpreter.models.shared.prepared import Workshop
+    from softmark.solvers.linear import factorisations
 
     scene, declared, case = timed._scene(job("a", model="cells"))
     prepared, _ = prepared_model(declared, case, Workshop(scene=scene))
     prepared.warm()
     where = Phases()
     where.around(lambda: prepared.solve(lambda i: None))
-    before = (linear.factor, linear.Triangular.solve)
+    before = (factorisations.factor, factorisations.Triangular.solve)
 
     def ten() -> float:
         begin = time.process_time()
@@ -340,7 +341,7 @@ def test_phases_sum_to_the_whole_and_no_clock_stays_behind() -> None:
 
     whole = where.around(ten)
     assert sum(where.solutions[-1].values()) == pytest.approx(whole, rel=0.02)
-    assert (linear.factor, linear.Triangular.solve) == before
+    assert (factorisations.factor, factorisations.Triangular.solve) == before
 
 
 def test_gauges_tell_what_happened_between_two_looks() -> None:

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from softmark.interpreter.study.analysis import analyse
-from softmark.interpreter.study.front import (
+from softmark.interpreter.study.analysis.analysis import analyse
+from softmark.interpreter.study.analysis.front import (
     Judged,
     Reached,
     best_within,
@@ -23,8 +23,8 @@ from softmark.interpreter.study.front import (
     near_round,
     pareto,
 )
-from softmark.interpreter.study.pairs import distances, levers
-from softmark.interpreter.study.reading import lines_of
+from softmark.interpreter.study.analysis.pairs import distances, levers
+from softmark.interpreter.study.analysis.point import lines_of
 
 Point = dict[str, Any]
 

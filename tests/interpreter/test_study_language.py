@@ -8,10 +8,10 @@ import pytest
 
 import softmark
 from softmark.grammar.diagnostic import Source
-from softmark.interpreter.api import LoadedScene, checked
-from softmark.interpreter.cli import main
-from softmark.interpreter.scene import Scene
-from softmark.interpreter.sweeping import override_of, value_in
+from softmark.interpreter.cli.main import main
+from softmark.interpreter.face.api import LoadedScene, checked
+from softmark.interpreter.language.scene import Scene
+from softmark.interpreter.language.sweeps import override_of, value_in
 from softmark.interpreter.vocabulary.studies import Sweep
 
 BEAM = """
@@ -72,7 +72,7 @@ def test_values_are_kept_as_texts_with_their_units(study: str, expected: list[st
     ],
 )
 def test_a_value_takes_its_place(target: str, value: str, expected: float) -> None:
-    from softmark.interpreter.api import varied
+    from softmark.interpreter.face.api import varied
 
     scene = scene_with(f"study s = sweep({target}, over = {value})")
     sweep: Sweep = scene.declared["s"].thing
@@ -145,7 +145,7 @@ def test_checking_a_study_compiles_and_computes_nothing(tmp_path: Path) -> None:
     file = tmp_path / "my.scene"
     file.write_text(BEAM + "study s = sweep(h, over = [20, 10, 5, 2] mm)", encoding="utf-8")
     code = (
-        f"import sys; from softmark.interpreter.cli import main; main(['check', {str(file)!r}]);"
+        f"import sys; from softmark.interpreter.cli.main import main; main(['check', {str(file)!r}]);"
         "print(sorted({'numpy', 'scipy', 'numba'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 
 import softmark
-from softmark.interpreter.overrides import read
-from softmark.interpreter.study.lineage import Refinement, orders_of, refinement_of
+from softmark.interpreter.language.overrides import read
+from softmark.interpreter.study.analysis.lineage import Refinement, orders_of, refinement_of
+from softmark.interpreter.study.analysis.point import Line
+from softmark.interpreter.study.expansion.resolution import resolution_of
 from softmark.interpreter.study.orders import refined, unlike
-from softmark.interpreter.study.reading import Line
-from softmark.interpreter.study.resolution import resolution_of
 
 SIZES = (0.04, 0.02, 0.01)
 
@@ -133,7 +133,7 @@ MOVING = SCENE + "analysis drop = dynamic(duration = 0.1 s, step = dt, integrato
 
 
 def resolved(text: str, model: str, *overrides: str) -> dict[str, Any]:
-    from softmark.interpreter.api import varied
+    from softmark.interpreter.face.api import varied
 
     scene, _ = varied(softmark.loads(text).scene, read(overrides, []))
     return resolution_of(scene, model)

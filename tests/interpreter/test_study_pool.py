@@ -16,8 +16,9 @@ from typing import Any
 import pytest
 
 import softmark
-from softmark.interpreter.study import pool, tasks
-from softmark.interpreter.study.variations import Asked, expand, read_vary, subject_of
+from softmark.interpreter.study.expansion import tasks
+from softmark.interpreter.study.expansion.variations import Asked, expand, read_vary, subject_of
+from softmark.interpreter.study.workers import pool
 
 BEAM = """
 param    n      = 4
@@ -199,7 +200,7 @@ def test_a_defect_is_a_failed_point(monkeypatch: pytest.MonkeyPatch) -> None:
         raise MemoryError
 
     monkeypatch.delenv("SOFTMARK_DEBUG", raising=False)
-    monkeypatch.setattr("softmark.interpreter.run.run", broken)
+    monkeypatch.setattr("softmark.interpreter.run.pipeline.run", broken)
     outcome = tasks.perform(beam_tasks("n=4")[0])
     assert (outcome["point"]["status"], outcome["point"]["message"]) == (
         "failed", "it stopped with an error (out of memory)",
@@ -207,7 +208,7 @@ def test_a_defect_is_a_failed_point(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_reference_is_solved_once_in_a_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    from softmark.interpreter.study import keys
+    from softmark.interpreter.study.expansion import keys
     from softmark.references import REFERENCES
 
     count, solve = [0], REFERENCES["elastica"].solve

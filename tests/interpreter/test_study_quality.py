@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter.study import quality
-from softmark.interpreter.study.processors import least_busy
-from softmark.interpreter.study.timed import finite, quantiles
+from softmark.interpreter.study.analysis import quality
+from softmark.interpreter.study.timing.processors import least_busy
+from softmark.interpreter.study.timing.timed import finite, quantiles
 
 
 def run(seconds: float = 0.1, **more: Any) -> dict[str, Any]:

@@ -11,14 +11,14 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter.cli import main
-from softmark.interpreter.report.compare_page import page
-from softmark.interpreter.report.compare_terminal import table
-from softmark.interpreter.study.advice import remarks_of
-from softmark.interpreter.study.analysis import analyse
-from softmark.interpreter.study.pairs import distances
-from softmark.interpreter.study.problems import marked
-from softmark.interpreter.study.reading import part_of
+from softmark.interpreter.cli.main import main
+from softmark.interpreter.report.compare.page import page
+from softmark.interpreter.report.compare.terminal import table
+from softmark.interpreter.study.analysis.advice import remarks_of
+from softmark.interpreter.study.analysis.analysis import analyse
+from softmark.interpreter.study.analysis.pairs import distances
+from softmark.interpreter.study.analysis.point import part_of
+from softmark.interpreter.study.expansion.truths import marked
 
 BEAM = """
 param    E      = 60 kPa

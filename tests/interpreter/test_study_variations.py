@@ -7,9 +7,16 @@ from pathlib import Path
 import pytest
 
 import softmark
-from softmark.interpreter.modules import standard_scenes
-from softmark.interpreter.study import keys
-from softmark.interpreter.study.variations import Asked, Configuration, expand, read_vary, split, subject_of
+from softmark.interpreter.language.sources import standard_scenes
+from softmark.interpreter.study.expansion import keys
+from softmark.interpreter.study.expansion.variations import (
+    Asked,
+    Configuration,
+    expand,
+    read_vary,
+    split,
+    subject_of,
+)
 
 BEAM = """
 param    h      = 20 mm
@@ -235,7 +242,7 @@ def test_a_model_that_is_trained_on_a_sweep_depends_on_it() -> None:
 
 
 def test_the_content_of_a_file_enters_the_key_and_its_place_does_not(tmp_path: Path) -> None:
-    from softmark.interpreter.api import load
+    from softmark.interpreter.face.api import load
 
     def with_scan(folder: str, content: str) -> str:
         (tmp_path / folder).mkdir()

@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.case import Case, Fault, case_of
-from softmark.interpreter.cli import main
-from softmark.interpreter.conforming import cuts_of
-from softmark.interpreter.models.fem import Fem
-from softmark.interpreter.models.gripping import Grip, grip
-from softmark.interpreter.models.prepared import Workshop
-from softmark.interpreter.models.solid import mesh_of
-from softmark.interpreter.scene import Scene
+from softmark.interpreter.cli.main import main
+from softmark.interpreter.language.scene import Scene
+from softmark.interpreter.models.fem.build import mesh_of
+from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.shared.gripping import Grip, grip
+from softmark.interpreter.models.shared.prepared import Workshop
+from softmark.interpreter.problem.case import Case, Fault, case_of
+from softmark.interpreter.problem.conforming import cuts_of
 from softmark.solvers.mesh.shapes import Box
 
 LIBRARY = Path(softmark.__file__).parents[2] / "stdlib-scenes"

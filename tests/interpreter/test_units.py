@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from softmark.interpreter import units
-from softmark.interpreter.units import UNITS, UnitError, parse
+from softmark.interpreter.language import units
+from softmark.interpreter.language.units import UNITS, UnitError, parse
 
 # unit, factor, what it is a multiple of, and where the factor comes from; the tolerance is a few roundings
 CONVERSIONS = [

@@ -10,7 +10,7 @@ import meshio
 import numpy as np
 import pytest
 
-from softmark.interpreter.cli import main
+from softmark.interpreter.cli.main import main
 
 SCENE = """
 material gel     = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)

@@ -15,13 +15,14 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter import run as runner
-from softmark.interpreter.models.prepared import Solution
-from softmark.interpreter.report import html, vtk
-from softmark.interpreter.results import Report
-from softmark.interpreter.stated import is_doubt
-from softmark.solvers import checks as formulas
-from softmark.solvers.pressure_checks import Pressed, split_of
+from softmark.interpreter.evidence.error_estimate import is_doubt
+from softmark.interpreter.models.shared.prepared import Solution
+from softmark.interpreter.report.run import html
+from softmark.interpreter.results import vtk
+from softmark.interpreter.results.report import Report
+from softmark.interpreter.run import pipeline as runner
+from softmark.solvers.checks import solids as formulas
+from softmark.solvers.checks.pressures import Pressed, split_of
 
 BEAM = """softmark 1
 scene "watched"
@@ -203,7 +204,7 @@ def stops(*arguments: Any) -> Any:
 def test_a_check_that_stops_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     """The answer stays, with a warning in the report and as a doubt of what it states."""
     monkeypatch.delenv("SOFTMARK_DEBUG", raising=False)
-    monkeypatch.setattr("softmark.interpreter.watchdog._rebalanced", stops)
+    monkeypatch.setattr("softmark.interpreter.evidence.force_check._rebalanced", stops)
     report = softmark.loads(BEAM + MODELS).run("rod")
     model = report.models["rod"]
     assert model.status == "converged"
@@ -324,11 +325,11 @@ def test_references_and_metrics_have_doors_too(
 
 
 def test_details_and_samples_of_metrics(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from softmark.interpreter import measuring
+    from softmark.interpreter.metrics import measure
     from softmark.interpreter.metrics.seen import Measurement
 
     odd = Measurement(1.0, {"a": math.nan, "b": [math.inf]}, np.array([1.0, math.nan]), np.array([math.nan] * 5))
-    monkeypatch.setattr(measuring, "measured_by", lambda thing, seen: odd)
+    monkeypatch.setattr(measure, "measured_by", lambda thing, seen: odd)
     report = softmark.loads(BEAM + MODELS.splitlines()[0]).run()
     assert report.models["tet"].metrics["eta"].details == {"a": None, "b": [None]}
     assert_numbers_only(report, tmp_path)

@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import Integrator
 from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.dynamics.trajectory import Trajectory
-from softmark.solvers.elements.interpolation import integration
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.loads import DeadForces
 from softmark.solvers.materials import MATERIALS, Law, law_for
+from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.statics import Statics
+from softmark.solvers.statics.equilibrium import Statics
 
 
 @pytest.fixture(scope="session")

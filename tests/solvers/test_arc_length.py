@@ -10,9 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from softmark.solvers import linear
-from softmark.solvers.assembly import Assembly
-from softmark.solvers.elements.interpolation import centre_rule, integration
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.energy import VectorSpace
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
@@ -20,11 +18,13 @@ from softmark.solvers.energies.rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_section import circular
 from softmark.solvers.energies.rod_state import RodChain, chain, rod_at_rest
 from softmark.solvers.energies.springs import Springs
+from softmark.solvers.linear import factorisations
 from softmark.solvers.materials import MATERIALS, Law, parts_for
+from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.static_stability import critical_load, direct
-from softmark.solvers.statics import NotConverged, Statics, equilibrium
+from softmark.solvers.statics.equilibrium import NotConverged, Statics, equilibrium
+from softmark.solvers.statics.stability import critical_load, direct
 
 Maker = Callable[..., Law]
 Energies = Callable[[Mesh, Law], Elastic]
@@ -267,15 +267,15 @@ def test_a_condition_number_is_estimated_within_a_factor_of_three() -> None:
     random = np.random.default_rng(1)
     for size in (1, 5, 40):
         A = random.standard_normal((size, size))
-        K = linear.sparse.csr_matrix(A @ A.T + 1e-6 * np.eye(size))
+        K = factorisations.sparse.csr_matrix(A @ A.T + 1e-6 * np.eye(size))
         s = 1 / np.sqrt(K.diagonal())
         exact = np.linalg.cond(s[:, None] * K.toarray() * s, 1)
-        assert exact / 3 <= linear.condition(K, linear.factor(K)) <= exact * (1 + 1e-6)
+        assert exact / 3 <= factorisations.condition(K, factorisations.factor(K)) <= exact * (1 + 1e-6)
 
 
 def test_scaling_an_unknown_leaves_the_condition_number() -> None:
     K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]])
     S = np.diag([1e8, 1.0, 1e-6])
-    plain, scaled = (linear.sparse.csr_matrix(A) for A in (K, S @ K @ S))
-    found = [linear.condition(A, linear.factor(A)) for A in (plain, scaled)]
+    plain, scaled = (factorisations.sparse.csr_matrix(A) for A in (K, S @ K @ S))
+    found = [factorisations.condition(A, factorisations.factor(A)) for A in (plain, scaled)]
     assert found[0] == pytest.approx(found[1], rel=1e-9)

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from softmark.solvers import linear, patterns
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly import patterns
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
+from softmark.solvers.linear import factorisations
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 
@@ -87,8 +88,8 @@ def test_a_point_without_energy_leaves_an_empty_row(
     assembly = Assembly(mesh.points.size, FIXED, [elastic(mesh, law("small"))], [])
     K = assembly.tangent(np.zeros(mesh.points.size), 1.0)
     assert K.shape == (mesh.points.size - len(FIXED),) * 2
-    with pytest.raises(linear.Singular):
-        linear.factor(K)
+    with pytest.raises(factorisations.Singular):
+        factorisations.factor(K)
 
 
 # ------------------------------------------------------------------ factorisation
@@ -106,7 +107,7 @@ def symmetric(seed: int, n: int = 40, negative: int = 0) -> np.ndarray:
 def test_negative_pivots_are_negative_eigenvalues(negative: int, seed: int) -> None:
     """Sylvester's law of inertia; pivots on the diagonal, so solutions lose a few digits."""
     K, b = symmetric(seed, negative=negative), np.arange(40.0)
-    factor = linear.factor(sparse.csr_matrix(K))
+    factor = factorisations.factor(sparse.csr_matrix(K))
     assert factor.negative_pivots == negative
     np.testing.assert_allclose(K @ factor.solve(b), b, atol=1e-9)
 
@@ -118,7 +119,7 @@ def test_negative_pivots_of_a_stiffness(energies: tuple) -> None:
     K = assembly.tangent(x, 1.0)
     negative = int(np.sum(np.linalg.eigvalsh(K.toarray()) < 0))
     assert negative > 0
-    assert linear.factor(K).negative_pivots == negative
+    assert factorisations.factor(K).negative_pivots == negative
 
 
 def test_a_matrix_that_is_not_symmetric_is_solved(energies: tuple) -> None:
@@ -126,15 +127,15 @@ def test_a_matrix_that_is_not_symmetric_is_solved(energies: tuple) -> None:
     K = Assembly(X.size, FIXED, [solid], [pressure]).tangent(X, 1.0)
     b = np.arange(float(K.shape[0]))
     assert np.abs(K - K.T).max() > 1e-3
-    np.testing.assert_allclose(K @ linear.factor(K, symmetric=False).solve(b), b, atol=1e-10)
+    np.testing.assert_allclose(K @ factorisations.factor(K, symmetric=False).solve(b), b, atol=1e-10)
 
 
 @pytest.mark.parametrize("bad", [0.0, np.nan, np.inf])
 def test_what_cannot_be_factorised_is_singular(bad: float) -> None:
     K = np.eye(5)
     K[2, 2] = bad
-    with pytest.raises(linear.Singular):
-        linear.factor(sparse.csr_matrix(K))
+    with pytest.raises(factorisations.Singular):
+        factorisations.factor(sparse.csr_matrix(K))
 
 
 # ------------------------------------------------------------------ patterns

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from softmark.solvers import linear
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_section import circular
 from softmark.solvers.energies.rod_state import RodChain, chain, rod_at_rest
+from softmark.solvers.linear import factorisations
 from softmark.solvers.sparse import banded
-from softmark.solvers.statics import Statics, equilibrium
+from softmark.solvers.statics.equilibrium import Statics, equilibrium
 
 LENGTH, RADIUS = 0.178, 0.019  # m, the silicone beam of 2008
 
@@ -46,9 +46,9 @@ def test_a_band_solves_as_superlu_does(held: tuple[int, ...]) -> None:
     """Wherever a rod is held; to the digits that its condition number of 1e4 to 1e5 leaves."""
     K = tangent(held)
     b = np.random.default_rng(1).standard_normal(K.shape[0])
-    found, other = linear.factor(K), linear.factor(K, method="superlu")
+    found, other = factorisations.factor(K), factorisations.factor(K, method="superlu")
     assert (found.name, found.negative_pivots, found.tolerance) == ("banded Cholesky (LAPACK)", 0, 0.0)
-    assert other.name == linear.NAME
+    assert other.name == factorisations.NAME
     x = found.solve(b)
     np.testing.assert_allclose(x, other.solve(b), rtol=1e-9, atol=1e-11 * np.abs(x).max())
     np.testing.assert_allclose(K @ x, b, atol=1e-10)
@@ -60,8 +60,8 @@ def test_negative_eigenvalues_are_counted_as_before() -> None:
     values = np.linalg.eigvalsh(K.toarray())
     between = float(np.sqrt(values[2] * values[3]))
     shifted = sparse.csr_matrix(K - between * sparse.eye(K.shape[0]))
-    found = linear.factor(shifted)
-    assert (found.name, found.negative_pivots) == (linear.NAME, 3)
+    found = factorisations.factor(shifted)
+    assert (found.name, found.negative_pivots) == (factorisations.NAME, 3)
     b = np.ones(K.shape[0])
     np.testing.assert_allclose(shifted @ found.solve(b), b, rtol=1e-7)
 
@@ -70,13 +70,13 @@ def test_what_is_no_chain_or_not_symmetric_is_left_to_superlu() -> None:
     """A ring has a corner far from the diagonal; a full matrix no band; numbers that are not finite are refused."""
     ring = sparse.lil_matrix(sparse.diags([-1.0, 2.5, -1.0], [-1, 0, 1], shape=(40, 40)))
     ring[0, 39] = ring[39, 0] = -1.0
-    assert linear.factor(sparse.csr_matrix(ring)).name == linear.NAME
-    assert linear.factor(sparse.csr_matrix(np.eye(12) + 1.0)).name == linear.NAME
-    assert linear.factor(tangent(), symmetric=False).name == linear.NAME
+    assert factorisations.factor(sparse.csr_matrix(ring)).name == factorisations.NAME
+    assert factorisations.factor(sparse.csr_matrix(np.eye(12) + 1.0)).name == factorisations.NAME
+    assert factorisations.factor(tangent(), symmetric=False).name == factorisations.NAME
     K = tangent()
     K.data[5] = np.nan
-    with pytest.raises(linear.Singular, match="not finite"):
-        linear.factor(K)
+    with pytest.raises(factorisations.Singular, match="not finite"):
+        factorisations.factor(K)
 
 
 def test_a_pattern_is_known_by_its_arrays_and_numbers_are_each_matrix_own() -> None:
@@ -85,13 +85,13 @@ def test_a_pattern_is_known_by_its_arrays_and_numbers_are_each_matrix_own() -> N
     first = problem.assembly.tangent(problem.rest, 0.0)
     second = problem.assembly.pattern.matrix(2.0 * first.data)
     b = np.ones(first.shape[0])
-    x = linear.factor(first).solve(b)
+    x = factorisations.factor(first).solve(b)
     known = [entry for entry in banded._KNOWN if entry[0]() is first.indptr]
-    np.testing.assert_allclose(linear.factor(second).solve(b), 0.5 * x, rtol=1e-13)
+    np.testing.assert_allclose(factorisations.factor(second).solve(b), 0.5 * x, rtol=1e-13)
     assert len(known) == 1
     assert first.indptr is second.indptr
     other = tangent((4,))  # as many entries in other places
-    np.testing.assert_allclose(other @ linear.factor(other).solve(b), b, atol=1e-9)
+    np.testing.assert_allclose(other @ factorisations.factor(other).solve(b), b, atol=1e-9)
 
 
 def test_a_step_of_a_rod_takes_few_calls() -> None:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from softmark.solvers.linear import Singular, Unsolved, factor
+from softmark.solvers.linear.factorisations import Singular, Unsolved, factor
+from softmark.solvers.linear.sequence import LinearSolver
 from softmark.solvers.sparse.cholesky import Cholesky, Indefinite
-from softmark.solvers.sparse.solver import LinearSolver
 from softmark.solvers.sparse.symbolic import analyse
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.assembly.patterns import prepare
 from softmark.solvers.energies import corotational_tets
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.materials import corotational, polar
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.patterns import prepare
 
 LAW = Corotational(2.0, 7.0)
 SAME = 1e-12  # both work in float64; what differs is the order of some hundred operations of size one

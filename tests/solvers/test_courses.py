@@ -13,7 +13,7 @@ import pytest
 from scipy.integrate import quad
 
 from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.loading import Course
 from softmark.solvers.dynamics.march import march

@@ -14,7 +14,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import softmark
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.balance import GAIN, PATIENCE, Account, balance_of
 from softmark.solvers.dynamics.bdf2 import BDF2

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.lagged import Differences, Mixer
@@ -17,11 +17,11 @@ from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.system import System
 from softmark.solvers.dynamics.trajectory import Trajectory
-from softmark.solvers.elements.interpolation import integration
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.materials.corotational import Corotational
+from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import eigsh, spsolve
 
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS, Integrator
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler

@@ -10,14 +10,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.assembly.mixed import MixedPoints
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.materials import MATERIALS, Law
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.mesh.structured import split
-from softmark.solvers.mixed import MixedPoints
-from softmark.solvers.statics import NotConverged, Statics, equilibrium
+from softmark.solvers.statics.equilibrium import NotConverged, Statics, equilibrium
 
 Maker = Callable[..., Law]
 Energies = Callable[[Mesh, Law], Elastic]

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from softmark.solvers.elements import ELEMENTS, interpolation
+from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.elements.element import Element, Facet
 from softmark.solvers.elements.facets import FACETS
-from softmark.solvers.elements.interpolation import integration, locate
 from softmark.solvers.elements.tet4 import Tet4
+from softmark.solvers.mesh import interpolation
+from softmark.solvers.mesh.interpolation import integration, locate
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder
 

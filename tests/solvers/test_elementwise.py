@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from softmark.solvers.assembly import Assembly
-from softmark.solvers.elements.interpolation import integration
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies import elementwise
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.elementwise import ElementRotation
 from softmark.solvers.materials import MATERIALS, law_for
 from softmark.solvers.materials.polar import rotations
+from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 

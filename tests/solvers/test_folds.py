@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.mesh.flaws import Unreadable, checked
+from softmark.solvers.mesh.files.flaws import Unreadable, checked
 from softmark.solvers.mesh.folds import folded
 from softmark.solvers.mesh.mesh import Mesh, jacobians
 

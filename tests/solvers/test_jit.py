@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softmark.solvers import jit
+from softmark.solvers.base import jit
 
 SLOW = pytest.mark.slow  # processes that compile, in their second and later forms
 

@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.solvers.assembly import Assembly
-from softmark.solvers.elements.interpolation import integration
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.assembly.mixed import MixedPoints, promised, volumetric
+from softmark.solvers.assembly.single import SingleAssembly
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.loads import DeadForces
 from softmark.solvers.materials import MATERIALS, Law, parts_for
+from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Cylinder
-from softmark.solvers.mixed import MixedPoints, promised, volumetric
-from softmark.solvers.single import SingleAssembly
-from softmark.solvers.statics import Equilibrium, Linear, NotConverged, Statics, equilibrium
+from softmark.solvers.statics.equilibrium import Equilibrium, Linear, NotConverged, Statics, equilibrium
 
 Maker = Callable[..., Law]
 Problems = Callable[..., Statics]

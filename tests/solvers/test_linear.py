@@ -13,16 +13,17 @@ import pytest
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from softmark.solvers import linear, threads
-from softmark.solvers.assembly import Assembly
-from softmark.solvers.elements.interpolation import integration
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.base import threads
 from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.linear import factorisations, plans
+from softmark.solvers.linear.sequence import LinearSolver
 from softmark.solvers.materials import Law
+from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.sparse import pardiso, plans
+from softmark.solvers.sparse import pardiso
 from softmark.solvers.sparse.cholesky import Cholesky
-from softmark.solvers.sparse.solver import LinearSolver
 
 Maker = Callable[..., Law]
 NONE = np.zeros(0, dtype=np.int64)
@@ -55,45 +56,45 @@ def test_large_definite_matrices_go_to_cholesky_and_others_to_superlu(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Every factor says what it is; n - 1 negative pivots would be n - 1 negative eigenvalues."""
-    large, small = chain(linear.LARGE), sparse.csr_matrix(np.eye(12) + 1.0)
-    b = np.ones(linear.LARGE)
-    definite = linear.factor(large)
+    large, small = chain(factorisations.LARGE), sparse.csr_matrix(np.eye(12) + 1.0)
+    b = np.ones(factorisations.LARGE)
+    definite = factorisations.factor(large)
     assert (definite.name, definite.negative_pivots) == ("multifrontal Cholesky", 0)
     np.testing.assert_allclose(large @ definite.solve(b), b, rtol=1e-12)
-    assert linear.factor(small).name == linear.NAME == "SuperLU (scipy)"
+    assert factorisations.factor(small).name == factorisations.NAME == "SuperLU (scipy)"
     monkeypatch.setattr(pardiso, "installed", lambda: False)
-    assert linear.factor(large, symmetric=False).name == linear.NAME
+    assert factorisations.factor(large, symmetric=False).name == factorisations.NAME
     large[7, 7] = -1.0
-    indefinite = linear.factor(large)
-    assert (indefinite.name, indefinite.negative_pivots) == (linear.SIGNED, 1)
+    indefinite = factorisations.factor(large)
+    assert (indefinite.name, indefinite.negative_pivots) == (factorisations.SIGNED, 1)
     np.testing.assert_allclose(large @ indefinite.solve(b), b, rtol=1e-12)
-    lopsided = chain(linear.LARGE) + sparse.diags([1e-3], [40], shape=large.shape)
+    lopsided = chain(factorisations.LARGE) + sparse.diags([1e-3], [40], shape=large.shape)
     lopsided = sparse.csr_matrix(lopsided)
-    np.testing.assert_allclose(lopsided @ linear.factor(lopsided, symmetric=False).solve(b), b, rtol=1e-12)
+    np.testing.assert_allclose(lopsided @ factorisations.factor(lopsided, symmetric=False).solve(b), b, rtol=1e-12)
 
 
 def test_factors_of_one_pattern_do_not_share_their_numbers() -> None:
-    K = chain(linear.LARGE)
-    b = np.ones(linear.LARGE)
-    first = linear.factor(K)
+    K = chain(factorisations.LARGE)
+    b = np.ones(factorisations.LARGE)
+    first = factorisations.factor(K)
     x = first.solve(b)
-    linear.factor(sparse.csr_matrix((3.0 * K.data, K.indices, K.indptr), shape=K.shape))
+    factorisations.factor(sparse.csr_matrix((3.0 * K.data, K.indices, K.indptr), shape=K.shape))
     np.testing.assert_array_equal(first.solve(b), x)
 
 
 def test_numbers_that_are_not_finite_are_singular() -> None:
-    for n in (50, linear.LARGE):
+    for n in (50, factorisations.LARGE):
         K = chain(n)
         K.data[3] = np.nan
-        with pytest.raises(linear.Singular, match="not finite"):
-            linear.factor(K)
-    with pytest.raises(linear.Singular):
-        linear.factor(sparse.csr_matrix((4, 4)))
+        with pytest.raises(factorisations.Singular, match="not finite"):
+            factorisations.factor(K)
+    with pytest.raises(factorisations.Singular):
+        factorisations.factor(sparse.csr_matrix((4, 4)))
 
 
 def test_small_systems_load_no_kernels() -> None:
     code = (
-        "import sys, numpy as np; from scipy import sparse; from softmark.solvers.linear import factor;"
+        "import sys, numpy as np; from scipy import sparse; from softmark.solvers.linear.factorisations import factor;"
         "factor(sparse.identity(100, format='csr')).solve(np.ones(100));"
         "sys.exit('numba' in sys.modules or 'softmark.solvers.sparse.kernels' in sys.modules)"
     )

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from softmark.solvers import linear, memory
-from softmark.solvers.assembly import Assembly
-from softmark.solvers.elements.interpolation import integration
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.base import memory
 from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.linear import factorisations, plans
 from softmark.solvers.materials import Law
+from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.sparse import multigrid, pardiso, plans, symbolic
+from softmark.solvers.sparse import multigrid, pardiso, symbolic
 from softmark.solvers.sparse.motions import places, rigid_motions
 
 Maker = Callable[..., Law]
@@ -57,7 +58,7 @@ def test_each_method_agrees_with_a_dense_solution(method: str, poisson: float, l
     assembly = block(law("small", 6e4, poisson))
     K = tangent(assembly)
     b = np.random.default_rng(1).normal(size=K.shape[0])
-    factor = linear.factor(K, method=method, modes=assembly.modes)  # type: ignore[arg-type]
+    factor = factorisations.factor(K, method=method, modes=assembly.modes)  # type: ignore[arg-type]
     x, exact = factor.solve(b), np.linalg.solve(K.toarray(), b)
     error = np.linalg.norm(x - exact) / np.linalg.norm(exact)
     assert error <= (1e-6 if factor.tolerance else 1e-11)
@@ -70,8 +71,8 @@ def test_single_precision_is_refined(law: Maker) -> None:
     K = tangent(assembly)
     b = np.random.default_rng(1).normal(size=K.shape[0])
     for scale in (1e-30, 1.0, 1e30):  # single precision would overflow
-        factor = linear.factor(K, method="cholesky", precision="single", modes=assembly.modes)
-        assert factor.name == linear.SINGLE
+        factor = factorisations.factor(K, method="cholesky", precision="single", modes=assembly.modes)
+        assert factor.name == factorisations.SINGLE
         assert np.linalg.norm(scale * b - K @ factor.solve(scale * b)) <= 1e-10 * scale * np.linalg.norm(b)
     np.testing.assert_array_equal(factor.solve(0.0 * b), 0.0 * b)
 
@@ -87,7 +88,7 @@ def test_negative_pivots_are_counted(method: str, negative: int, law: Maker) -> 
     K = tangent(block(law("small", 6e4, 0.3)))
     shift = np.sort(np.linalg.eigvalsh(K.toarray()))[negative - 1 : negative + 1].mean()
     K = sparse.csr_matrix(K - shift * sparse.identity(K.shape[0]))
-    factor = linear.factor(K, method=method)  # type: ignore[arg-type]
+    factor = factorisations.factor(K, method=method)  # type: ignore[arg-type]
     assert factor.negative_pivots == negative
     b = np.random.default_rng(1).normal(size=K.shape[0])
     np.testing.assert_allclose(K @ factor.solve(b), b, atol=1e-8)
@@ -99,27 +100,27 @@ def test_a_matrix_that_is_not_symmetric(method: str, law: Maker) -> None:
     K = tangent(block(law("small", 6e4, 0.3)))
     K.data *= np.random.default_rng(1).uniform(0.9, 1.1, K.nnz)
     b = np.ones(K.shape[0])
-    factor = linear.factor(K, symmetric=False, method=method)  # type: ignore[arg-type]
+    factor = factorisations.factor(K, symmetric=False, method=method)  # type: ignore[arg-type]
     x = np.linalg.solve(K.toarray(), b)
     np.testing.assert_allclose(factor.solve(b), x, atol=1e-9 * np.abs(x).max())
-    with pytest.raises(linear.Singular, match="not symmetric"):
-        linear.factor(K, symmetric=False, method="cholesky")
+    with pytest.raises(factorisations.Singular, match="not symmetric"):
+        factorisations.factor(K, symmetric=False, method="cholesky")
 
 
 @pytest.mark.parametrize("method", ["superlu", "cholesky"])
 def test_a_row_of_zeros_is_singular(method: str) -> None:
     K = sparse.csr_matrix(np.diag([1.0, 0.0, 2.0]) + 0.0)
     K = sparse.csr_matrix((np.array([1.0, 0.0, 2.0]), [0, 1, 2], [0, 1, 2, 3]), shape=(3, 3))
-    with pytest.raises(linear.Singular):
-        linear.factor(K, method=method)  # type: ignore[arg-type]
+    with pytest.raises(factorisations.Singular):
+        factorisations.factor(K, method=method)  # type: ignore[arg-type]
 
 
 def test_iterations_that_do_not_get_there_say_so(monkeypatch: pytest.MonkeyPatch, law: Maker) -> None:
     needs("multigrid")
     monkeypatch.setattr(multigrid, "BUDGET", 2)
     assembly = block(law("small", 6e4, 0.3), 0.025)
-    factor = linear.factor(tangent(assembly), method="multigrid", modes=assembly.modes)
-    with pytest.raises(linear.Unsolved, match="residual"):
+    factor = factorisations.factor(tangent(assembly), method="multigrid", modes=assembly.modes)
+    with pytest.raises(factorisations.Unsolved, match="residual"):
         factor.solve(np.ones(len(assembly.free)))
 
 
@@ -129,7 +130,7 @@ def test_iterations_that_do_not_get_there_say_so(monkeypatch: pytest.MonkeyPatch
 @pytest.fixture
 def large(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every matrix counts as large."""
-    monkeypatch.setattr(linear, "LARGE", 0)
+    monkeypatch.setattr(factorisations, "LARGE", 0)
 
 
 @pytest.mark.usefixtures("large")
@@ -139,16 +140,16 @@ def test_multigrid_takes_over_where_a_factor_takes_longer(
     needs("multigrid")
     assembly = block(law("small", 6e4, 0.3))
     K = tangent(assembly)
-    assert linear.factor(K, modes=assembly.modes).name == linear.CHOLESKY
-    monkeypatch.setattr(linear, "LONG", 0.0)
-    factor = linear.factor(K, modes=assembly.modes)
+    assert factorisations.factor(K, modes=assembly.modes).name == factorisations.CHOLESKY
+    monkeypatch.setattr(factorisations, "LONG", 0.0)
+    factor = factorisations.factor(K, modes=assembly.modes)
     assert factor.name == multigrid.NAME
-    assert linear.factor(K).name == linear.CHOLESKY  # nobody knows how the body moves
+    assert factorisations.factor(K).name == factorisations.CHOLESKY  # nobody knows how the body moves
     monkeypatch.setattr(multigrid, "BUDGET", 1)  # and what does not converge is factorised
     b = np.ones(K.shape[0])
     np.testing.assert_allclose(K @ factor.solve(b), b, atol=1e-10)
     monkeypatch.setattr(multigrid, "installed", lambda: False)
-    assert linear.factor(K, modes=assembly.modes).name == linear.CHOLESKY
+    assert factorisations.factor(K, modes=assembly.modes).name == factorisations.CHOLESKY
 
 
 @pytest.mark.usefixtures("large")
@@ -156,31 +157,31 @@ def test_no_factor_is_begun_that_memory_does_not_hold(monkeypatch: pytest.Monkey
     """By how much is left: double precision, single, multigrid or a clear refusal."""
     assembly = block(law("small", 6e4, 0.3))
     K = tangent(assembly)
-    double = plans.known_of(K).sketch.bytes(8) / linear.SHARE
-    monkeypatch.setattr(linear, "LITTLE", 0.0)  # which memory is not asked for
+    double = plans.known_of(K).sketch.bytes(8) / factorisations.SHARE
+    monkeypatch.setattr(factorisations, "LITTLE", 0.0)  # which memory is not asked for
     monkeypatch.setattr(multigrid, "installed", lambda: False)
-    for left, name in ((1.1 * double, linear.CHOLESKY), (0.6 * double, linear.SINGLE)):
+    for left, name in ((1.1 * double, factorisations.CHOLESKY), (0.6 * double, factorisations.SINGLE)):
         monkeypatch.setattr(memory, "available", lambda left=left: left)
-        assert linear.factor(K, modes=assembly.modes).name == name
+        assert factorisations.factor(K, modes=assembly.modes).name == name
     monkeypatch.setattr(memory, "available", lambda: 0.4 * double)
-    with pytest.raises(linear.TooLarge, match=r"softmark\[fast\]"):
-        linear.factor(K, modes=assembly.modes)
+    with pytest.raises(factorisations.TooLarge, match=r"softmark\[fast\]"):
+        factorisations.factor(K, modes=assembly.modes)
     monkeypatch.undo()
     needs("multigrid")
-    monkeypatch.setattr(linear, "LARGE", 0)
-    monkeypatch.setattr(linear, "LITTLE", 0.0)
+    monkeypatch.setattr(factorisations, "LARGE", 0)
+    monkeypatch.setattr(factorisations, "LITTLE", 0.0)
     monkeypatch.setattr(memory, "available", lambda: 0.4 * double)
-    assert linear.factor(K, modes=assembly.modes).name == multigrid.NAME
-    with pytest.raises(linear.TooLarge, match="choose multigrid"):
-        linear.factor(K, method="cholesky", modes=assembly.modes)
+    assert factorisations.factor(K, modes=assembly.modes).name == multigrid.NAME
+    with pytest.raises(factorisations.TooLarge, match="choose multigrid"):
+        factorisations.factor(K, method="cholesky", modes=assembly.modes)
 
 
 @pytest.mark.parametrize("method", PACKAGES)
 def test_what_is_not_installed_is_named(method: str, monkeypatch: pytest.MonkeyPatch, law: Maker) -> None:
     for module in (multigrid, pardiso):
         monkeypatch.setattr(module, "installed", lambda: False)
-    with pytest.raises(linear.NotInstalled, match=PACKAGES[method]):
-        linear.factor(tangent(block(law("small", 6e4, 0.3))), method=method)  # type: ignore[arg-type]
+    with pytest.raises(factorisations.NotInstalled, match=PACKAGES[method]):
+        factorisations.factor(tangent(block(law("small", 6e4, 0.3))), method=method)  # type: ignore[arg-type]
 
 
 def test_what_memory_there_is() -> None:
@@ -226,7 +227,7 @@ def test_a_dissected_system_is_solved(monkeypatch: pytest.MonkeyPatch, law: Make
     plan = symbolic.analyse(K, assembly.modes())
     np.testing.assert_array_equal(np.sort(plan.order), np.arange(K.shape[0]))
     b = np.random.default_rng(1).normal(size=K.shape[0])
-    x = linear.factor(K, method="cholesky", modes=assembly.modes).solve(b)
+    x = factorisations.factor(K, method="cholesky", modes=assembly.modes).solve(b)
     np.testing.assert_allclose(K @ x, b, atol=1e-10)
 
 
@@ -238,7 +239,7 @@ def test_multigrid_on_some_thousand_unknowns(held: tuple[int, ...], law: Maker) 
     K = tangent(assembly)
     if held == (0,):  # it may slide and turn: held by a little mass
         K.setdiag(K.diagonal() + 1e-3 * K.diagonal().mean())
-    factor: Any = linear.factor(K, method="multigrid", modes=assembly.modes)
+    factor: Any = factorisations.factor(K, method="multigrid", modes=assembly.modes)
     b = np.ones(K.shape[0])
     assert np.linalg.norm(K @ factor.solve(b) - b) <= 1e-9 * np.linalg.norm(b)
     assert factor.multigrid.iterations <= 60

@@ -9,15 +9,15 @@ import pytest
 from scipy.optimize import brentq
 
 import softmark
-from softmark.interpreter.case import case_of
-from softmark.interpreter.models.prepared import Workshop
-from softmark.interpreter.models.solid import PreparedSolid
+from softmark.interpreter.models.fem.build import PreparedSolid
+from softmark.interpreter.models.shared.prepared import Workshop
+from softmark.interpreter.problem.case import case_of
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.materials import Law
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder
-from softmark.solvers.statics import Statics, equilibrium
+from softmark.solvers.statics.equilibrium import Statics, equilibrium
 
 SCENE = """
 param L = 200 mm

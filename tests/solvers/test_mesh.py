@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.mesh.file import Unreadable
+from softmark.solvers.mesh.files.reading import Unreadable
 from softmark.solvers.mesh.mesh import Mesh, jacobians, shape_quality
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile, transverse
 from softmark.solvers.mesh.splits import NotTwoColourable, five

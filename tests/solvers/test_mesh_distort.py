@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from softmark.solvers.assembly import Assembly
-from softmark.solvers.elements.interpolation import integration
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.linear import factor
+from softmark.solvers.linear.factorisations import factor
 from softmark.solvers.materials import Law
 from softmark.solvers.mesh.distort import TooPoor, distorted, qualities, worst
+from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh, jacobians, shape_quality
 from softmark.solvers.mesh.shapes import Box, Cylinder
 

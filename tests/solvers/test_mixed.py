@@ -10,23 +10,23 @@ import pytest
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
-from softmark.solvers.assembly import Assembly
-from softmark.solvers.elements.infsup import inf_sup
-from softmark.solvers.elements.interpolation import integration
-from softmark.solvers.elements.pressures import pressures
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.assembly.pressured import with_pressures
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.energies.pressures import MeanDilatation, Mixed, OfDisplacements
-from softmark.solvers.linear import factor
+from softmark.solvers.linear.factorisations import factor
+from softmark.solvers.linear.saddle import factor as saddle_factor
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for
+from softmark.solvers.mesh.infsup import inf_sup
+from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.pressures import pressures
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.mesh.sphere import octant
 from softmark.solvers.mesh.splits import quadratic
-from softmark.solvers.pressured import with_pressures
-from softmark.solvers.saddle import factor as saddle_factor
-from softmark.solvers.statics import Equilibrium, Linear, Statics, equilibrium
+from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 FINITE = ("neo_hookean", "neo_hookean_isochoric", "st_venant_kirchhoff")
 

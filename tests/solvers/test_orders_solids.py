@@ -15,15 +15,15 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from softmark.solvers.assembly import Assembly
-from softmark.solvers.elements.interpolation import centre_rule, integration
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.materials import MATERIALS, Law, law_for, parts_for
+from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.statics import Statics, equilibrium
+from softmark.solvers.statics.equilibrium import Statics, equilibrium
 
 Field = Callable[[np.ndarray], np.ndarray]
 YOUNG, POISSON = 1000.0, 0.3

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS, Integrator
 from softmark.solvers.dynamics.bdf2 import BDF2
 from softmark.solvers.dynamics.march import march

@@ -14,21 +14,21 @@ from functools import cache
 import numpy as np
 import pytest
 
-from softmark.solvers.assembly import Assembly
-from softmark.solvers.disturbances import DISTURBANCES, Body, disturbed, turns
-from softmark.solvers.elements.interpolation import centre_rule, integration
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.loads import DeadForces
 from softmark.solvers.energies.springs import Springs, stiffness_from_modulus
 from softmark.solvers.materials import MATERIALS, law_for, parts_for
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
+from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.network import network
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.recovery import Tangled, inside_out, recovered
-from softmark.solvers.static_problem import Equilibrium
-from softmark.solvers.statics import NotConverged, Statics, equilibrium
+from softmark.solvers.statics.disturbances import DISTURBANCES, Body, disturbed, turns
+from softmark.solvers.statics.equilibrium import NotConverged, Statics, equilibrium
+from softmark.solvers.statics.problem import Equilibrium
+from softmark.solvers.statics.recovery import Tangled, inside_out, recovered
 
 NEAR = 1e-6
 

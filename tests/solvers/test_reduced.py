@@ -9,25 +9,25 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.mass import consistent_mass, mass_points
-from softmark.solvers.elements.interpolation import centre_rule, integration
 from softmark.solvers.energies import elementwise
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.elementwise import ElementRotation
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
-from softmark.solvers.linear import Singular, factor
+from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.materials import MATERIALS, law_for
 from softmark.solvers.materials.polar import rotations
+from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.reduced.basis import derivatives, orthonormal, principal, vibration
 from softmark.solvers.reduced.cells import apart, cells_of, part, pressed
 from softmark.solvers.reduced.projected import Dense, Projected, Quadratic
 from softmark.solvers.reduced.sampling import nonnegative, sample
-from softmark.solvers.statics import Statics, equilibrium
+from softmark.solvers.statics.equilibrium import Statics, equilibrium
 
 NONE = np.zeros(0, dtype=np.int64)
 LAWS = ("small", "corotational", "neo_hookean")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from softmark.solvers.elements.interpolation import locate
+from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.refine import Unmatched, finer
 from softmark.solvers.mesh.shapes import Box, Cylinder

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.elements.interpolation import centre_rule, integration
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.loads import DeadForces
 from softmark.solvers.materials import MATERIALS, law_for, parts_for
+from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.mesh.splits import quadratic
-from softmark.solvers.statics import Statics, equilibrium
+from softmark.solvers.statics.equilibrium import Statics, equilibrium
 
 LAWS = [
     ("linear_elastic", "small"),

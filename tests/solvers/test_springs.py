@@ -7,13 +7,13 @@ import itertools
 import numpy as np
 import pytest
 
-from softmark.solvers.assembly import Assembly
+from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import VectorSpace
 from softmark.solvers.energies.loads import DeadForces
 from softmark.solvers.energies.springs import Springs, stiffness_from_modulus
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.network import BODY, CUBE, EDGE, FACE, Diagonals, network, shares
-from softmark.solvers.statics import NotConverged, Statics, equilibrium
+from softmark.solvers.statics.equilibrium import NotConverged, Statics, equilibrium
 
 NONE = np.zeros(0, dtype=np.int64)
 BOTH: tuple[Diagonals, ...] = ("faces", "all")

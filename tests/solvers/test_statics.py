@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.solvers import linear
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
+from softmark.solvers.linear import factorisations as linear
+from softmark.solvers.linear.systems import Linear, Systems
 from softmark.solvers.materials import Law
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder
-from softmark.solvers.static_newton import Newton
-from softmark.solvers.statics import Equilibrium, NotConverged, Statics, equilibrium
-from softmark.solvers.systems import Linear, Systems
+from softmark.solvers.statics.equilibrium import Equilibrium, NotConverged, Statics, equilibrium
+from softmark.solvers.statics.newton import Newton
 
 Maker = Callable[..., Law]
 Energies = Callable[[Mesh, Law], Elastic]

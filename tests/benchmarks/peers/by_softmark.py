@@ -7,11 +7,11 @@ from importlib.metadata import version
 
 from protocol import Found, NotConverged, Problem, main
 
-import softmark.interpreter.models.solid  # noqa: F401 - so that no clock counts it
-from softmark.interpreter.api import loads
-from softmark.interpreter.case import case_of
-from softmark.interpreter.models.prepared import Workshop
-from softmark.solvers import linear
+import softmark.interpreter.models.fem.build  # noqa: F401 - so that no clock counts it
+from softmark.interpreter.face.api import loads
+from softmark.interpreter.models.shared.prepared import Workshop
+from softmark.interpreter.problem.case import case_of
+from softmark.solvers.linear import factorisations
 from softmark.solvers.mesh.mesh import Mesh
 
 SCENE = """
@@ -33,7 +33,7 @@ def solve(problem: Problem, steps: int) -> Found:
     model = declared.thing.prepare(declared, case, Workshop({("beam", *declared.thing.mesh_key()): mesh}))
     if len(problem.cells) < 1000:
         model.warm()
-        linear.warm(10**9)  # the kernels that large matrices need
+        factorisations.warm(10**9)  # the kernels that large matrices need
     ready = time.process_time()
     solution = model.solve(lambda iteration: None)
     if solution.status != "converged":

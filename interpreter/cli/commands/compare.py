@@ -1,0 +1,168 @@
+"""`dsl compare`."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import visible
+from softmark.interpreter.cli.commands.options import folder as folder_name
+from softmark.interpreter.cli.commands.options import override_option
+from softmark.interpreter.cli.commands.studying import (
+    again_options,
+    carried_out,
+    count,
+    positive,
+    shelved,
+    warn,
+    written,
+)
+
+if TYPE_CHECKING:
+    from softmark.interpreter.cli.commands.progress import Progress
+    from softmark.interpreter.study.compare import Comparison, Request
+    from softmark.interpreter.study.expansion.variations import Subject
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """FILE... [-p NAME=VALUE]... [--model NAME]... [--vary NAME=VALUE,...]... [--study NAME] [--out DIR] ..."""
+    what = "scenes (files, standard scenes, or -), or two JSON files of `dsl run` or `dsl compare`: what has changed"
+    parser.add_argument("files", nargs="+", metavar="FILE", help=what)
+    override_option(parser)
+    parser.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
+    vary = "vary a parameter or a field (or `model=a,b`), in place of the scene's studies; several make a product"
+    parser.add_argument("--vary", action="append", default=[], metavar="NAME=VALUE,...", help=vary)
+    parser.add_argument("--study", metavar="NAME", help="only this study of the scene")
+    parser.add_argument("--out", type=folder_name, metavar="DIR",
+                        help="folder for compare.html, compare.json and journal.jsonl"
+                        " (default: NAME-comparison)")  # fmt: skip
+    parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
+    _work_options(parser)
+
+
+def _work_options(parser: argparse.ArgumentParser) -> None:
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--jobs", type=count, default=1, metavar="N", help="compute errors in N processes at a time")
+    where.add_argument("--cluster", metavar="ADDRESS", help="compute errors on a dask cluster, such as tcp://host:8786")
+    parser.add_argument("--timeout", type=positive, metavar="S", help="give up a configuration after S seconds")
+    repeats = "time each configuration in N processes, alone on the machine (default: 5; 0: no timing)"
+    parser.add_argument("--repeats", type=_count_or_none, default=5, metavar="N", help=repeats)
+    again_options(parser)
+    disturbed = "use timings although other processes disturbed them"
+    parser.add_argument("--allow-contaminated", action="store_true", help=disturbed)
+
+
+def _count_or_none(text: str) -> int:
+    return 0 if text == "0" else count(text)
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Compare scenes, or two results; the exit status is that of the comparison."""
+    results = [name for name in parsed.files if name.endswith(".json")]
+    if results:
+        if len(results) == len(parsed.files) == 2:
+            return _changes(parsed)
+        print("error: to see what has changed, give two JSON files and nothing else", file=sys.stderr)
+        return 2
+    from softmark.interpreter.cli.commands.progress import Progress
+
+    progress = Progress(sys.stderr)
+    progress.say("start", f"comparing {', '.join(parsed.files)}")
+    try:
+        return _compare(parsed, progress)
+    finally:
+        progress.clear()
+
+
+def _changes(parsed: argparse.Namespace) -> int:
+    """What has changed from one result to another."""
+    import json
+
+    from softmark.interpreter.cli.commands.collisions import collision
+    from softmark.interpreter.report.compare.changes import changes_table
+    from softmark.interpreter.study.analysis import changes
+
+    given = [("a result that is compared", Path(name)) for name in parsed.files]
+    if parsed.json not in (None, "-") and (problem := collision([("--json", Path(parsed.json))], given)):
+        print(problem, file=sys.stderr)
+        return 2
+    try:
+        old, new = (changes.read(name) for name in parsed.files)
+        found = changes.changes(old, new, (parsed.files[0], parsed.files[1]))
+    except changes.Foreign as foreign:
+        print(visible(f"error: {foreign}"), file=sys.stderr)
+        return 2
+    if parsed.json is None:
+        print(changes_table(found, sys.stdout.isatty()))
+        return 0
+    return 0 if written(parsed.json, json.dumps(found, indent=1, ensure_ascii=False) + "\n") else 3
+
+
+# ------------------------------------------------------------------ scenes
+
+
+def _compare(parsed: argparse.Namespace, progress: Progress) -> int:
+    subjects = _subjects(parsed, progress)
+    if subjects is None:
+        return 2
+    folder = Path(parsed.out if parsed.out is not None else _default(subjects))
+    work, scenes = lambda: _compared(subjects, _request(parsed, folder, progress)), [s.scene for s in subjects]
+    found = carried_out(work, folder, parsed, progress, "compare", scenes)
+    return found if isinstance(found, int) else _shelve(found, folder, parsed)
+
+
+def _compared(subjects: list[Subject], request: Request) -> Comparison:
+    from softmark.interpreter.study.compare import compare
+
+    return compare(subjects, request)
+
+
+def _subjects(parsed: argparse.Namespace, progress: Progress) -> list[Subject] | None:
+    """The scenes, each with a short name of its own; None, and what is wrong is shown, where one is in error."""
+    from softmark.interpreter.cli.commands.scenes import load, show
+    from softmark.interpreter.front.requests import concerning
+    from softmark.interpreter.study.expansion.variations import subject_of
+
+    found: list[Subject] = []
+    sound = True
+    for name in parsed.files:
+        scene, diagnostics = load(name, parsed.overrides, parsed.model)
+        progress.clear()
+        if scene is None:
+            show(diagnostics)
+            sound = False
+        else:
+            warn(concerning(scene, tuple(parsed.model), diagnostics))
+            found.append(subject_of(scene, [s.name for s in found]))
+    return found if sound else None
+
+
+def _default(subjects: list[Subject]) -> str:
+    return f"{subjects[0].name}-comparison" if len(subjects) == 1 else "comparison"
+
+
+def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> Request:
+    from softmark.interpreter.cli import leaving
+    from softmark.interpreter.study.compare import Request
+
+    return Request(
+        folder=folder, vary=tuple(parsed.vary), models=tuple(parsed.model), study=parsed.study, jobs=parsed.jobs,
+        cluster=parsed.cluster, timeout=parsed.timeout, repeats=parsed.repeats, resume=parsed.resume,
+        fresh=parsed.fresh, allow_contaminated=parsed.allow_contaminated, command=shlex.join(["dsl", *sys.argv[1:]]),
+        say=progress.say, saying=leaving.saying,
+    )  # fmt: skip
+
+
+def _shelve(comparison: Comparison, folder: Path, parsed: argparse.Namespace) -> int:
+    """Write the result and show it; the exit status."""
+    from softmark.interpreter.report.compare.page import page
+    from softmark.interpreter.report.compare.terminal import table
+
+    found, text = comparison.to_json(), comparison.dumps()
+    sound = shelved({"compare.json": lambda: text, "compare.html": lambda: page(found)}, text, folder, parsed)
+    if parsed.json != "-":
+        print(table(found, sys.stdout.isatty(), str(folder / "compare.html") if sound else None))
+    return comparison.exit_status if sound else 3

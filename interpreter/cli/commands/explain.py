@@ -1,0 +1,264 @@
+"""`dsl explain`."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import re
+import sys
+
+from softmark.grammar.diagnostic import visible
+from softmark.grammar.suggest import distance, nearest
+from softmark.interpreter.cli import ranges
+from softmark.interpreter.language import schema, units
+from softmark.interpreter.language.schema import Constructor, Field
+
+CODE = re.compile(r"[EW]\d{3}$", re.IGNORECASE)
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """NAME|CODE"""
+    parser.add_argument("name", metavar="NAME|CODE",
+                        help="a word of the language, such as `cylinder`, or a code, such as E204")
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Print the page of a constructor, a kind, a word, a unit or a code."""
+    text = page(parsed.name)
+    if text is None:
+        close = _slip(parsed.name)
+        said = ABSENT.get(parsed.name.lower()) or (f"did you mean `{close}`?" if close else _meant_unit(parsed.name))
+        hint = said or "`dsl list` shows what there is"
+        print(visible(f"error: there is nothing called `{parsed.name}`; {hint}"), file=sys.stderr)
+        return 2
+    print(text)
+    return 0
+
+
+_SOLIDS = "bodies are elastic solids, computed as such, as springs or as beams"
+_APART = "bodies neither touch each other nor themselves"
+ABSENT = {  # what people look for and is not here, under this name or any other
+    "contact": _APART, "collision": _APART, "friction": _APART,
+    "roller": "`fixed(body, where = ..., components = z)` lets a part slide",
+    "stress": "no metric measures stresses; `dsl stress` is a command, `stability` the study of it",
+    "viscosity": "`damping_mass` and `damping_stiffness` of `dynamic` damp a motion", "fluid": _SOLIDS,
+    "shell": _SOLIDS, "plate": _SOLIDS, "membrane": _SOLIDS, "cable": _SOLIDS, "rope": _SOLIDS, "heat": _SOLIDS,
+    "temperature": _SOLIDS, "diameter": "`radius` is half of it", "held": "`fixed` holds a part of a body",
+    "totalmass": "`density` is mass divided by volume", "total_mass": "`density` is mass divided by volume",
+}  # fmt: skip
+
+
+def _slip(name: str) -> str | None:
+    """The word that a slip of the finger made this of: of another word of the language, or of another, it may be far.
+
+    Short words are all near one another, and words that begin otherwise are mostly other words.
+    """
+    close = nearest(name, _names())
+    if close is None or len(name) < 4:
+        return close if close is not None and close.lower() == name.lower() else None
+    slips = distance(name.lower(), close.lower())
+    alike = name[:1].lower() == close[:1].lower()
+    return close if slips <= (1 if len(name) < 10 else 2) and (alike or len(name) > 6) else None
+
+
+def _names() -> list[str]:
+    kinds = schema.tables()
+    words = [*kinds, *(n for table in kinds.values() for n in table), *schema.words(), *schema.WORDS]
+    return [*words, *RESERVED, *CALLS, *PLAIN]
+
+
+# what is not a constructor: reserved words, functions, and names with a meaning of their own
+RESERVED = {
+    "softmark": "`softmark 1` as the first line gives the version of the language. It may be left out.",
+    "scene": "`scene \"silicone beam\"` gives the scene a title, once. Without it the title is the name of the file.",
+    "use": "`use \"tissues.scene\" as tissue` makes the names of another scene known as `tissue.NAME`. Paths are\n"
+    "relative to the scene's own folder; `std/...` is the standard library.",
+    "as": "Part of `use \"tissues.scene\" as tissue`: the name under which the other scene is known.",
+    "param": "`param L = 178 mm` names a quantity, and `param L = 178 mm in 10 mm .. 1 m` gives it a range too.\n"
+    "A parameter can be replaced for one run: `dsl run FILE -p L=120mm`.",
+    "in": "Part of `param L = 178 mm in 10 mm .. 1 m`: the range of a parameter, both ends included.",
+    "expect": "`expect rod.eta < 5 %` is a condition on a metric (`eta`) of a model or reference (`rod`). Whether\n"
+    "it is met is decided after the run; if it is not, `dsl run` exits with 1.",
+    "and": "`x <= 0 mm and z > 0 mm`: both conditions hold. It binds more tightly than `or`.",
+    "or": "`x <= 0 mm or x >= 200 mm`: at least one of the conditions holds. `and` binds more tightly.",
+    "not": "`not x <= 0 mm`: the condition does not hold.",
+}
+CALLS = {
+    "abs": ("abs(a)", "magnitude of a quantity, in its unit"),
+    "sin": ("sin(a)", "sine of an angle: `sin(30 deg)` is 0.5"),
+    "cos": ("cos(a)", "cosine of an angle"),
+    "tan": ("tan(a)", "tangent of an angle"),
+    "exp": ("exp(a)", "e to the power of a plain number"),
+    "log": ("log(a)", "natural logarithm of a positive plain number"),
+    "sqrt": ("sqrt(a)", "square root, of the unit too: `sqrt(4 mm^2)` is 2 mm"),
+    "min": ("min(a, b)", "smallest of quantities of one dimension, two or more"),
+    "max": ("max(a, b)", "largest of quantities of one dimension, two or more"),
+}
+PLAIN = {
+    "pi": "constant, 3.14159...",
+    "x": "coordinate, in conditions (`x <= 0 mm`) and directions (`-x`)",
+    "y": "coordinate, in conditions (`y <= 0 mm`) and directions (`-y`)",
+    "z": "coordinate, in conditions (`z <= 0 mm`) and directions (`-z`)",
+    "yes": "value of a switch, such as `shear = yes`",
+    "no": "value of a switch, such as `shear = no`",
+}
+
+
+def _word(name: str) -> str | None:
+    """The lines of a reserved word, a function, or a name with a meaning of its own."""
+    if name in RESERVED:
+        return f"{name} (reserved word)\n\n{RESERVED[name]}"
+    if name in CALLS:
+        return f"{CALLS[name][0]} (function)\n\n{CALLS[name][1]}"
+    return f"{name}\n\n{PLAIN[name]}" if name in PLAIN else None
+
+
+def _meant_unit(name: str) -> str:
+    """The unit that is written in another way here: `did you mean `MPa`?`."""
+    try:
+        units.parse(name)
+    except units.UnitError as error:
+        meant = re.search(r"write (`\S+`)", error.remedy)
+        return f"did you mean {meant[1]}?" if meant else ""
+    return ""
+
+
+def _unit(name: str) -> str | None:
+    """The lines of a unit or a product of units: what it measures, and its size in SI."""
+    try:
+        measure = units.parse(name)
+    except units.UnitError:
+        return None
+    if name == "1":
+        return None
+    si = units.si(measure.dimension)
+    size = f"; 1 {name} is {measure.factor:.12g} {si}".removesuffix(" 1") if name != si else ", and is a unit of SI"
+    takes = units.UNITS.get(name, (1.0, units.NONE, False))[2]
+    prefixes = f"\nIt takes the prefixes {' '.join(units.PREFIXES)}, as in `k{name}`." if takes else ""
+    kind = units.named(measure.dimension)
+    what = f"measures {kind}" if measure.dimension in units.NAMES else "measures what has no name of its own"
+    what = "stands for a plain number" if measure.dimension == units.NONE else what
+    return f"{name} (unit)\n\nIt {what}{size}.{prefixes}\nA unit stands right after its number, as in `5 {name}`."
+
+
+def page(name: str) -> str | None:
+    """The explanation of a name, or None."""
+    if CODE.match(name):
+        from softmark.interpreter.cli.codes import pages
+
+        known = pages().get(name.upper())
+        return known.text if known else None
+    if found := schema.find(name):
+        return "\n\n".join(_constructor(c) for c in found)
+    if name in schema.tables():
+        rows = [schema.constructor(name, n) for n in schema.tables()[name]]
+        lines = "\n".join(f"  {c.name:<24}{c.summary}" for c in rows if c)
+        fields = _field_page(name)
+        return f"{name}: declared as `{name} NAME = CONSTRUCTOR(...)`\n\n{lines}" + (f"\n\n{fields}" if fields else "")
+    if word := _word(name):
+        return word
+    if name in schema.words():
+        return f"{name} (element)\n\n{inspect.getdoc(schema.words()[name])}"
+    if used := _field_page(name) or _choice_page(name):
+        return used
+    meant = schema.WORDS.get(name) or schema.SYNONYMS.get(name) or schema.CHOICES.get(name)
+    if name.lower() not in ABSENT and meant and not _unit(name):
+        said = f"`{name}` is not a word of this language; what is meant is called `{meant}` here."
+        return f"{said}\n\n{page(meant) or _field_page(meant)}"
+    return _unit(name)
+
+
+def _field_page(name: str) -> str:
+    """Where a field of this name occurs."""
+    owners = [(c, f) for c in _constructors() if (f := c.field(name))]
+    return "\n".join(f"field of `{c.name}`: {f.doc}{_facts(f)}" for c, f in owners)
+
+
+def _choice_page(name: str) -> str:
+    """Which fields have this choice."""
+    owners = [(c, f) for c in _constructors() for f in c.fields if name in f.options]
+    return "\n".join(f"choice for `{f.name}` of `{c.name}`: {f.doc}{_facts(f)}" for c, f in owners)
+
+
+def _constructors() -> list[Constructor]:
+    made = (schema.constructor(kind, n) for kind, table in schema.tables().items() for n in table)
+    return [c for c in made if c is not None]
+
+
+def _constructor(c: Constructor) -> str:
+    lines = [f"{c.name} ({c.kind})", "", inspect.getdoc(c.cls) or "", "", "Fields, in this order:"]
+    width = max((len(f.name) for f in c.fields), default=0)
+    lines += [f"  {f.name:<{width}}  {f.doc}{_facts(f)}" for f in c.fields]
+    if not c.fields:
+        lines.append("  none")
+    lines += ["", f"Example: {c.kind} NAME = {_example(c)}"]
+    if source := getattr(c.cls, "source", None):
+        lines += ["", f"Source: {source}"]
+    if c.kind == "model" and (measured := ranges.lines(c.name)):
+        lines += ["", *measured]
+    return "\n".join(lines)
+
+
+def _facts(f: Field) -> str:
+    """Dimension, range and default of a field."""
+    facts = [f.expected if f.form != "quantity" or f.dimension is None else _dimension(f)]
+    if f.interval is not None and f.form in ("quantity", "vector", "integer"):
+        facts.append(f.interval.words(f.dimension or units.NONE))
+    facts.append("required" if f.required else f"default {_default(f)}")
+    return f" [{'; '.join(facts)}]"
+
+
+def _dimension(f: Field) -> str:
+    named = units.named(f.dimension or units.NONE)
+    return f"{named}, in {units.usual(f.dimension or units.NONE)}" if f.dimension != units.NONE else named
+
+
+def _default(f: Field) -> str:
+    if f.default is None:
+        return "the only one" if f.form == "name" and f.kind == "body" else "none"
+    if f.form == "flag":
+        return "yes" if f.default else "no"
+    if f.form == "quantity" and f.dimension is not None:
+        return units.show(f.default, f.dimension)
+    if f.form == "components":
+        return "(" + ", ".join("xyz"[i] for i in f.default) + ")"
+    if f.form == "direction":
+        axes = {"+": 1.0, "-": -1.0}.items()
+        named = (sign + "xyz"[i] for sign, one in axes for i in range(3) if f.default[i] == one)
+        return next(named, str(f.default))
+    if f.form == "vector":
+        return "(" + ", ".join(f"{v:g}" for v in f.default) + f") {units.si(f.dimension or units.NONE)}"
+    return str(f.default) or "none"
+
+
+_QUANTITIES = {
+    units.PRESSURE: "60 kPa", units.LENGTH: "20 mm", (-3, 1, 0, 0, 0): "1070 kg/m^3", units.NONE: "0.3",
+    (1, 0, -2, 0, 0): "9.81 m/s^2",
+}  # fmt: skip
+_VALUES = {
+    "element": "tet4", "shape": "cylinder(length = 178 mm, radius = 19 mm)", "stiffness": "from_material()",
+}  # fmt: skip
+_SAMPLES = {
+    "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "direction": "-z", "condition": "x <= 0 mm",
+    "components": "(x, y)", "names": "[NAME_OF_MODEL, NAME_OF_MODEL]", "list": "[10, 5, 2.5] mm",
+    "target": "NAME_OF_PARAMETER", "targets": "[NAME_OF_PARAMETER]",
+    "variants": "[10, 5, 2.5] mm",
+}  # fmt: skip
+
+
+def _example(c: Constructor) -> str:
+    arguments = [f"{f.name} = {_sample(f)}" for f in c.fields if f.required]
+    return f"{c.name}({', '.join(arguments)})"
+
+
+def _sample(f: Field) -> str:
+    if f.form == "quantity":
+        dimension = f.dimension or units.NONE
+        return _QUANTITIES.get(dimension, f"1 {units.si(dimension)}")
+    if f.form == "vector":
+        return f"(1, 1, 1) {units.si(f.dimension or units.NONE)}"
+    if f.form == "choice":
+        return f.options[0]
+    if f.form == "value":
+        return _VALUES.get(f.kind, f"NAME_OF_{f.kind.upper()}")
+    return _SAMPLES.get(f.form, f"NAME_OF_{f.kind.upper()}")

@@ -1,0 +1,105 @@
+"""`dsl list`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+
+from softmark.grammar.diagnostic import visible
+from softmark.grammar.suggest import nearest
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """[WHAT]"""
+    parser.add_argument("what", nargs="?",
+                        help="models, materials, references, metrics, shapes, scenes, data, codes, units, ...")
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Names with one line each."""
+    topics = _topics()
+    what = parsed.what
+    if what is None:
+        print("dsl list WHAT, with WHAT one of: " + ", ".join(topics))
+        return 0
+    what = what if what in topics else f"{what}s"
+    if what not in topics:
+        close = nearest(parsed.what, topics)
+        hint = f"did you mean `{close}`?" if close else "lists: " + ", ".join(topics)
+        print(visible(f"error: there is no list of `{parsed.what}`; {hint}"), file=sys.stderr)
+        return 2
+    rows = topics[what]()
+    width = max(len(name) for name, _ in rows)
+    for name, text in rows:
+        print(f"{name:<{width}}  {text}".rstrip())
+    return 0
+
+
+Rows = list[tuple[str, str]]
+
+
+def _topics() -> dict[str, Callable[[], Rows]]:
+    from softmark.interpreter.language import schema
+
+    plural = {"body": "bodies", "analysis": "analyses", "published": "published", "study": "studies",
+              "stiffness": "stiffnesses"}
+    found: dict[str, Callable[[], Rows]] = {
+        plural.get(kind, kind + "s"): (lambda kind=kind: _constructors(kind))  # type: ignore[misc]
+        for kind in schema.tables()
+    }
+    own: dict[str, Callable[[], Rows]] = {"elements": _elements, "scenes": _scenes, "codes": _codes,
+                                       "data": _data}
+    return found | own | {"units": _units, "functions": _functions}
+
+
+def _constructors(kind: str) -> Rows:
+    from softmark.interpreter.language import schema
+
+    found = (schema.constructor(kind, name) for name in schema.tables()[kind])
+    return [(c.name, c.summary) for c in found if c is not None]
+
+
+def _elements() -> Rows:
+    from softmark.interpreter.language import schema
+
+    return [(name, (cls.__doc__ or "").split("\n")[0]) for name, cls in schema.words().items()]
+
+
+def _scenes() -> Rows:
+    from softmark.grammar.diagnostic import Source
+    from softmark.grammar.parse import parse
+    from softmark.grammar.tree import Title
+    from softmark.interpreter.language.sources import standard_scenes
+
+    rows = []
+    for name, path in standard_scenes().items():
+        tree = parse(Source(name, path.read_text(encoding="utf-8")))[0]
+        rows.append((name, next((d.text for d in tree.declarations if isinstance(d, Title)), "")))
+    return rows
+
+
+def _data() -> Rows:
+    from softmark.references.data import PREFIX, TABLE
+
+    return [(f"{PREFIX}{name}", f"{entry.what}; {entry.licence}") for name, entry in TABLE.items()]
+
+
+def _codes() -> Rows:
+    from softmark.interpreter.cli.codes import pages
+
+    return [(code, page.title) for code, page in pages().items()]
+
+
+def _units() -> Rows:
+    from softmark.interpreter.language import units
+
+    rows = [(name, units.named(d) + (", takes prefixes" if prefixed else ""))
+            for name, (_, d, prefixed) in units.UNITS.items() if name != "1"]
+    return [*rows, ("prefixes", " ".join(units.PREFIXES))]
+
+
+def _functions() -> Rows:
+    from softmark.interpreter.cli.commands.explain import CALLS, PLAIN
+
+    return [*CALLS.values(), *((name, text) for name, text in PLAIN.items())]

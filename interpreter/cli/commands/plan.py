@@ -1,0 +1,43 @@
+"""`dsl plan`."""
+
+from __future__ import annotations
+
+import argparse
+
+from softmark.grammar.diagnostic import visible
+from softmark.interpreter.cli.commands.options import scene_options
+from softmark.interpreter.cli.commands.scenes import errors, load, show
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """FILE [-p NAME=VALUE]... [--model NAME]..."""
+    scene_options(parser)
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Print the task graph; nothing is built."""
+    scene, found = load(parsed.file, parsed.overrides, parsed.model)
+    show(errors(found))
+    if scene is None:
+        return 2
+    from softmark.interpreter.front.requests import unknown_models
+    from softmark.interpreter.plan.plan import plan_of
+
+    if problems := unknown_models(scene, tuple(parsed.model)):
+        show(problems)
+        return 2
+    plan = plan_of(scene, tuple(parsed.model))
+    rows = [(t.kind, t.name, visible(t.detail), f"line {t.asked.span.line}") for t in plan.tasks]
+    widths = [max((len(r[i]) for r in rows), default=0) for i in range(2)]
+    print(visible(scene.title))
+    for kind, name, detail, line in rows:
+        print(f"  {kind:<{widths[0]}}  {name:<{widths[1]}}  {detail}   <- {line}")
+    studies = scene.of_kind("study")
+    stability = [n for n, d in studies.items() if d.constructor.name == "stability"]
+    if compared := [n for n in studies if n not in stability]:
+        print(f"  left to `dsl compare`: {', '.join(compared)}")
+    if stability:
+        print(f"  left to `dsl stress`: {', '.join(stability)}")
+    if plan.idle:
+        print(f"  not built, since nothing asks for it: {', '.join(plan.idle)}")
+    return 0

@@ -1,0 +1,105 @@
+"""`dsl run`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING
+
+from softmark.interpreter.cli.commands.options import folder, scene_options
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from softmark.grammar.diagnostic import Diagnostic
+    from softmark.interpreter.cli.commands.progress import Progress
+    from softmark.interpreter.language.scene import Scene
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--junit FILE] [--vtu] [--stated]"""
+    scene_options(parser)
+    parser.add_argument(
+        "--out", type=folder, metavar="DIR", help="folder for report.html and report.json (default: NAME-report)"
+    )
+    parser.add_argument("--json", metavar="FILE", help="write the JSON report to FILE; - is standard output")
+    parser.add_argument("--junit", metavar="FILE", help="write models and expectations as a JUnit file")
+    parser.add_argument("--vtu", action="store_true", help="write meshes and surfaces for ParaView as well")
+    stated = "say what error each model states itself, from a finer space over its cells and its own state"
+    parser.add_argument("--stated", action="store_true", help=stated)
+    parser.add_argument("--repeat", type=_count, default=1, metavar="N", help="time each solution N times")
+
+
+def _count(text: str) -> int:
+    if not text.isdigit() or not 1 <= int(text) <= 1000:
+        raise argparse.ArgumentTypeError(f"`{text}` is not a number from 1 to 1000")
+    return int(text)
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Run the scene; the exit status is that of its report."""
+    from softmark.interpreter.cli.commands.progress import Progress
+
+    progress = Progress(sys.stderr)
+    progress.say("start", f"running {parsed.file}")  # before anything is imported or read
+    from softmark.interpreter.cli.commands.scenes import load, show
+    from softmark.interpreter.front.requests import concerning, unknown_models
+
+    only = tuple(parsed.model)
+    scene, found = load(parsed.file, parsed.overrides, only)
+    found = concerning(scene, only, found)
+    progress.clear()
+    show(found)
+    if scene is None:
+        return 2
+    if problems := unknown_models(scene, only):
+        show(problems)
+        return 2
+    try:
+        return _run(scene, found, parsed, progress)
+    finally:
+        progress.clear()
+
+
+def _run(scene: Scene, found: list[Diagnostic], parsed: argparse.Namespace, progress: Progress) -> int:
+    from softmark.grammar.diagnostic import visible
+    from softmark.interpreter.cli import leaving
+    from softmark.interpreter.cli.commands.scenes import show
+    from softmark.interpreter.cli.commands.shelf import Shelf
+    from softmark.interpreter.language.scene import SceneError
+    from softmark.interpreter.report.run import terminal
+    from softmark.interpreter.run import pipeline as runner
+
+    def warn(later: Sequence[Diagnostic]) -> None:
+        progress.clear()
+        show(later)
+
+    shelf = Shelf(parsed, scene)
+    leaving.saying(shelf.rescue)
+    if problem := shelf.unusable():
+        progress.clear()
+        print(problem, file=sys.stderr)
+        return 2
+    stated = () if parsed.stated else None
+    options = runner.Options(tuple(parsed.model), parsed.repeat, progress.say, shelf.keep, warn, stated=stated,
+                             free=True)  # fmt: skip
+    try:
+        report = runner.run(scene, found, options)
+    except SceneError as error:
+        progress.clear()
+        show(error.diagnostics)
+        return 2
+    except KeyboardInterrupt:
+        progress.clear()
+        print(f"interrupted; {shelf.rescue()}", file=sys.stderr)
+        return 130
+    except BaseException:
+        shelf.rescue()
+        raise
+    progress.clear()
+    written = shelf.finish(report)
+    if parsed.json != "-":
+        print(terminal.table(report, sys.stdout.isatty()))
+        if written:
+            print(f"\nreport: {visible(written)}")
+    return 3 if shelf.failed else report.exit_status

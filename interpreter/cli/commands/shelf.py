@@ -1,0 +1,168 @@
+"""Where a run's report goes: tried before anything is computed, and kept while models are computed.
+
+What a person reads is made once, at the end or where a run breaks off; until then the numbers are on disk, written
+again when that takes little of the time since, so that many small models are not spent on keeping them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import visible
+from softmark.interpreter.cli.commands.collisions import collision, folded, read_by
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.scene import Scene
+    from softmark.interpreter.results.report import Report
+
+
+SPARE = 10.0  # times as long as keeping took last time must have passed until it is done again
+
+
+class Shelf:
+    """The folder of `--out` and the files of `--json` and `--junit`; nothing is lost when a later model fails."""
+
+    def __init__(self, parsed: argparse.Namespace, scene: Scene) -> None:
+        name = Path(scene.path).stem if scene.path else "scene"
+        default = None if parsed.json is not None and not parsed.vtu else f"{name}-report"
+        out = default if parsed.out is None else parsed.out
+        self.folder = None if out is None else Path(out)
+        self.files = {
+            o: f for o, f in (("--json", parsed.json), ("--junit", parsed.junit)) if f not in (None, "-")
+        }
+        self.scene = scene
+        self.printed = parsed.json == "-"
+        self.vtu = parsed.vtu
+        self.failed = False
+        self.count = 0
+        self.pending: Report | None = None  # finished since, or on disk without a page
+        self._again = 0.0
+
+    def unusable(self) -> str:
+        """Why the report could not be written where it is asked for, or nothing."""
+        written = folded("--out", self.folder, ("report.json", "report.html"))
+        read, outputs = read_by(self.scene), [*written, *((o, Path(f)) for o, f in self.files.items())]
+        if self.vtu and self.folder is not None:
+            below = (self.folder / "vtu").resolve()
+            outputs += [("--out, with --vtu", p) for _, p in read if p.resolve().is_relative_to(below)]
+        places = [("--out", str(self.folder))] if self.folder is not None else []
+        return collision(outputs, read) or unusable((*places, *self.files.items()), [p for _, p in written])
+
+    @property
+    def kept(self) -> str:
+        """What an interrupted run leaves."""
+        places = (
+            [str(self.folder / "report.json")]
+            if self.folder
+            else [f for o, f in self.files.items() if o == "--json"]
+        )
+        if self.count == 0 or self.failed or not places:
+            return "nothing was finished"
+        return f"{self.count} finished model{'s' if self.count != 1 else ''} in {places[0]}"
+
+    def keep(self, report: Report) -> None:
+        """Write an unfinished report, unless it was kept a moment ago."""
+        self.pending = report
+        begin = time.perf_counter()
+        if begin < self._again:
+            return
+        self._write(report, page=False)
+        end = time.perf_counter()
+        self._again = end + SPARE * (end - begin)
+
+    def rescue(self) -> str:
+        """Write what was finished where a run breaks off, its page too; the value is what there is then."""
+        report, self.pending = self.pending, None
+        if report is not None:
+            try:
+                self._write(report)
+            except Exception:  # in the midst of whatever was interrupted: what was kept before is there
+                return self.kept
+        return self.kept
+
+    def finish(self, report: Report) -> str:
+        """Write the finished report; the value is where a person finds it."""
+        self.pending = None
+        self._write(report)
+        if self.vtu and self.folder is not None:
+            folder = self.folder
+            self._attempt("--out", str(folder), lambda: self._paraview(report, folder))
+        if self.printed:
+            sys.stdout.write(report.dumps())
+        return str(self.folder / "report.html") if self.folder and not self.failed else ""
+
+    def _write(self, report: Report, page: bool = True) -> None:
+        from softmark.interpreter.report.files import junit
+        from softmark.interpreter.report.files.files import replace, write
+
+        if self.folder is not None:
+            folder = self.folder
+            self._attempt("--out", str(folder), lambda: write(report, folder, page))
+        for option, place in self.files.items():
+            text = report.dumps() if option == "--json" else junit.render(report)
+            self._attempt(option, place, lambda place=place, text=text: replace(Path(place), text))  # type: ignore[misc]
+        self.count = len(report.models)
+
+    @staticmethod
+    def _paraview(report: Report, folder: Path) -> None:
+        from softmark.interpreter.report.files.files import write_vtu
+
+        try:
+            write_vtu(report, folder)
+        except ValueError as error:  # what the library that writes them raises
+            raise OSError(None, str(error)) from error
+
+    def _attempt(self, option: str, place: str, action: Callable[[], object]) -> None:
+        try:
+            action()
+        except OSError as error:
+            if not self.failed:
+                print(message(place, error, option), file=sys.stderr)
+            self.failed = True
+
+
+def unusable(places: Iterable[tuple[str, str]], written: Iterable[Path] = ()) -> str:
+    """Why one of some places, each given by an option, or of the files `written` into `--out`, cannot be written to."""
+    for option, place in places:
+        if "\0" in place:
+            return message(place, OSError(None, "a name has no NUL in it"), option)
+        try:
+            _try_folder(Path(place) if option == "--out" else _parent(place))
+        except OSError as error:
+            return message(place, error, option)
+    for path in written:
+        if path.is_dir():
+            return message(str(path), OSError(None, "it is a folder"), "--out")
+    return ""
+
+
+def _parent(place: str) -> Path:
+    """The folder of a file that can be written. Raises OSError."""
+    if not place:
+        raise OSError(None, "the name is empty")
+    if Path(place).is_dir():
+        raise OSError(None, "it is a folder")
+    if not Path(place).parent.is_dir():
+        raise OSError(None, "its folder does not exist")
+    if Path(place).exists() and not Path(place).is_file():  # a device or a pipe
+        return Path(tempfile.gettempdir())
+    return Path(place).parent
+
+
+def _try_folder(folder: Path) -> None:
+    """Write to the folder, or to the nearest one above it that exists. Raises OSError."""
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    tempfile.TemporaryFile(dir=folder).close()
+
+
+def message(place: str, error: OSError, option: str) -> str:
+    """What to say of a place that cannot be written to."""
+    reason = error.strerror or str(error)
+    return visible(f"error[E404]: cannot write {place or 'the report'}: {reason}; choose another place with {option}")

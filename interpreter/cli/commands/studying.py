@@ -1,0 +1,127 @@
+"""What the commands share that compute many configurations: their options, how they end, and what they leave."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from softmark.grammar.diagnostic import Diagnostic
+    from softmark.interpreter.cli.commands.progress import Progress
+    from softmark.interpreter.language.scene import Scene
+
+Found = TypeVar("Found")
+
+
+def count(text: str) -> int:
+    """A whole number from 1 to 1000, of the command line."""
+    if not text.isdigit() or not 1 <= int(text) <= 1000:
+        raise argparse.ArgumentTypeError(f"`{text}` is not a number from 1 to 1000")
+    return int(text)
+
+
+def positive(text: str) -> float:
+    """A positive finite number, of the command line."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"`{text}` is not a positive number")
+    return value
+
+
+def again_options(parser: argparse.ArgumentParser) -> None:
+    """`--resume` or `--fresh`."""
+    again = parser.add_mutually_exclusive_group()
+    again.add_argument("--resume", action="store_true", help="go on with what an earlier run finished there")
+    again.add_argument("--fresh", action="store_true", help="forget what an earlier run finished there")
+
+
+def warn(warnings: Sequence[Diagnostic]) -> None:
+    """A line for each code: who studies a scene again and again has read them, and the page has all."""
+    from softmark.grammar.diagnostic import visible
+
+    first: dict[str, list[Diagnostic]] = {}
+    for w in warnings:
+        first.setdefault(w.code, []).append(w)
+    for code, own in first.items():
+        where = f" line {own[0].span.line}" if own[0].span else ""
+        more = f" (and {len(own) - 1} more of the kind)" if len(own) > 1 else ""
+        print(visible(f"{code}{where}: {own[0].message}{more}"), file=sys.stderr)
+
+
+def carried_out(
+    work: Callable[[], Found], folder: Path, parsed: argparse.Namespace, progress: Progress, name: str,
+    scenes: Sequence[Scene],
+) -> Found | int:
+    """What `work` finds, or the exit status where it cannot, after the reason is told; `name` is that of its files."""
+    from softmark.interpreter.cli.commands.collisions import collision, folded, read_by
+    from softmark.interpreter.cli.commands.scenes import show
+    from softmark.interpreter.cli.commands.shelf import message, unusable
+    from softmark.interpreter.language.scene import SceneError
+    from softmark.interpreter.study.expansion.variations import TooMany
+    from softmark.interpreter.study.workers import journal, pool
+
+    places = [("--out", str(folder))] + ([("--json", parsed.json)] if parsed.json not in (None, "-") else [])
+    made = folded("--out", folder, (f"{name}.json", f"{name}.html", "journal.jsonl"))
+    outputs = [*made, *(("--json", Path(place)) for option, place in places if option == "--json")]
+    read = [place for scene in scenes for place in read_by(scene)]
+    if problem := collision(outputs, read) or unusable(places, [path for _, path in made]):
+        return _refused(progress, problem)
+    try:
+        found = work()
+    except SceneError as error:
+        progress.clear()
+        show(error.diagnostics)
+        return 2
+    except (journal.Refused, pool.Unavailable, TooMany) as refused:
+        return _refused(progress, f"error: {refused}")
+    except OSError as error:
+        return _refused(progress, message(str(folder), error, "--out"), 3)
+    except journal.Interrupted as stop:
+        return _refused(progress, f"interrupted; {stop}", 130)
+    progress.clear()
+    return found
+
+
+def _refused(progress: Progress, words: str, status: int = 2) -> int:
+    from softmark.grammar.diagnostic import all_visible
+
+    progress.clear()
+    print(all_visible(words), file=sys.stderr)
+    return status
+
+
+def shelved(files: Mapping[str, Callable[[], str]], text: str, folder: Path, parsed: argparse.Namespace) -> bool:
+    """Write files into the folder, and the JSON result where `--json` says; whether all went well."""
+    from softmark.interpreter.cli.commands.shelf import message
+    from softmark.interpreter.report.files.files import replace
+
+    sound = True
+    try:
+        for name, made in files.items():
+            replace(folder / name, made())
+    except OSError as error:
+        print(message(str(folder), error, "--out"), file=sys.stderr)
+        sound = False
+    return sound if parsed.json is None else written(parsed.json, text) and sound
+
+
+def written(place: str, text: str) -> bool:
+    """Write the JSON result where `--json` says; whether that went well."""
+    from softmark.interpreter.cli.commands.shelf import message
+    from softmark.interpreter.report.files.files import replace
+
+    if place == "-":
+        sys.stdout.write(text)
+        return True
+    try:
+        replace(Path(place), text)
+    except OSError as error:
+        print(message(place, error, "--json"), file=sys.stderr)
+        return False
+    return True

@@ -1,0 +1,139 @@
+"""The command `dsl`: arguments, exit statuses, and nothing imported before it is needed.
+
+Exit statuses: 0 all well, 1 an expectation not met, 2 the command line or a scene in error, 3 a model or reference
+failed or did not converge, or the machine has no more room, memory or files, 70 a defect of softmark itself,
+130 interrupted, 143 terminated.
+"""
+
+from __future__ import annotations
+
+import _signal  # type: ignore[import-not-found]  # built in: `signal` takes milliseconds to import
+import os
+import sys
+
+_OURS = os.path.basename(sys.argv[0]) in ("dsl", "dsl.exe")
+if _OURS and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)  # until `main` says more than a traceback of imports
+
+from collections.abc import Sequence  # noqa: E402
+from contextlib import suppress  # noqa: E402
+
+from softmark.interpreter.cli import leaving  # noqa: E402
+
+COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpreter.cli.commands, summary)
+    "check": ("check", "parse, resolve, check dimensions and applicability; run nothing"),
+    "plan": ("plan", "show what would be built, and which line asks for it"),
+    "run": ("run", "run a scene and write its report"),
+    "compare": ("compare", "compare models and settings: error, time, the Pareto front, a recommendation"),
+    "stress": ("stress", "walk every model to its edges: where it stops being right, and whether it says so"),
+    "explain": ("explain", "explain a word of the language or a diagnostic code"),
+    "list": ("listing", "list models, materials, references, metrics, shapes, scenes, codes, ..."),
+    "new": ("new", "print a commented starter scene"),
+    "fmt": ("fmt", "rewrite scenes in canonical form"),
+    "completion": ("completion", "print the completion script of a shell"),
+}
+COMPUTING = frozenset({"run", "compare", "stress"})  # what loads numpy, scipy and numba
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; the value is the exit status."""
+    if argv is None:  # a process of our own, and not a call from Python
+        leaving.guard()
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    status = _guarded(arguments)
+    leaving.unguard()
+    return status
+
+
+def _guarded(arguments: list[str]) -> int:
+    """The exit status, whatever happens."""
+    try:
+        status = _dispatch(arguments)
+        sys.stdout.flush()
+        return _forgetting_signals(status)
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return _forgetting_signals(130)
+    except BrokenPipeError:  # the reader of a pipe has gone, as in `dsl list | head`
+        _silenced()
+        return 0
+    except Exception as error:
+        if os.environ.get("SOFTMARK_DEBUG"):
+            raise
+        if said := leaving.spent(error):
+            _silenced()
+            print(f"error: {said}", file=sys.stderr)
+            return 3
+        print(
+            f"error: softmark itself failed ({type(error).__name__}: {error})"
+            "\nThis is a defect: please report it with the scene. SOFTMARK_DEBUG=1 shows where it happened.",
+            file=sys.stderr,
+        )
+        return 70
+
+
+def _silenced() -> None:
+    """Standard output leads nowhere from here on: what it still holds cannot be written, and would be tried at exit."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _forgetting_signals(status: int) -> int:
+    """The status, after making Python forget an interrupt that a library's `exec` let through.
+
+    CPython remembers it and would end this process by a signal instead of by our status, although it was handled; it
+    forgets at the next `exec` of a text.
+    """
+    if status == 130:
+        exec("")
+    return status
+
+
+def _dispatch(arguments: list[str]) -> int:
+    if arguments[:1] in (["--version"], ["-V"]):
+        from softmark import __version__
+
+        print(f"softmark {__version__}")
+        return 0
+    name = next((a for a in arguments if not a.startswith("-")), None)
+    if name not in COMMANDS or arguments[0] in ("-h", "--help"):
+        return _help(arguments, name)
+    if name in COMPUTING and (said := leaving.cramped()):
+        print(f"error: {said}", file=sys.stderr)
+        return 3
+    import argparse
+    import importlib
+
+    module = importlib.import_module(f"softmark.interpreter.cli.commands.{COMMANDS[name][0]}")
+    parser = argparse.ArgumentParser(prog=f"dsl {name}", description=COMMANDS[name][1], allow_abbrev=False)
+    module.arguments(parser)
+    parsed = parser.parse_intermixed_args(arguments[arguments.index(name) + 1 :])
+    status: int = module.run(parsed)
+    return status
+
+
+def _help(arguments: list[str], name: str | None) -> int:
+    """The overview; for an unknown command an error with the nearest one."""
+    wanted = not arguments or arguments[0] in ("-h", "--help", "help")
+    if name is not None and not wanted:
+        from softmark.grammar.diagnostic import visible
+        from softmark.grammar.suggest import nearest
+
+        close = nearest(name, COMMANDS)
+        hint = f"did you mean `dsl {close}`?" if close else "`dsl --help` lists the commands"
+        print(visible(f"error: `{name}` is not a command of dsl; {hint}"), file=sys.stderr)
+        return 2
+    if not wanted:
+        print(
+            f"error: `{arguments[0]}` is not an option of dsl; `dsl --help` lists the commands",
+            file=sys.stderr,
+        )
+        return 2
+    from softmark import __version__
+
+    lines = "\n".join(f"  dsl {name:<11}{summary}" for name, (_, summary) in COMMANDS.items())
+    print(
+        f"softmark {__version__}: a scene language for assessing deformable models\n\n{lines}\n\n"
+        "Start with `dsl run silicone-beam`, `dsl new > my.scene`, or `dsl COMMAND --help`."
+    )
+    return 0

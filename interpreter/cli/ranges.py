@@ -1,0 +1,79 @@
+"""Where each kind of model was measured to be right: taken from a stability study, shown by `dsl explain`.
+
+`ranges.json` beside this file is what `python tests/benchmarks/ranges.py` made of `dsl stress beam-at-the-extremes`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+Json = dict[str, Any]
+
+FILE = "ranges.json"
+
+
+def ranges_of(stress: Mapping[str, Any], constructors: Mapping[str, str]) -> Json:
+    """What a `softmark-stress/1` says of where its models are right; `constructors`: of each model by its name."""
+    study = stress["studies"][0]
+    units = {q["name"]: str(q.get("unit") or "1") for q in study["quantities"]}
+    models = [
+        {"constructor": constructors[m], "outline": study["outlines"].get(m, m),
+         "ranges": [_range(study, m, name, units[name]) for name in units if _edges(study, m, name)]}
+        for m in study["models"]
+    ]  # fmt: skip
+    return {
+        "scene": Path(stress["scene"]["file"]).stem, "title": stress["scene"]["title"], "within": study["within"],
+        "softmark": stress["environment"].get("softmark"), "points": stress["summary"]["points"],
+        "silent": stress["summary"]["silent"], "models": models,
+    }  # fmt: skip
+
+
+def _edges(study: Mapping[str, Any], model: str, name: str) -> dict[str, Json]:
+    return {e["direction"]: e for e in study["edges"] if (e["model"], e["quantity"]) == (model, name)}
+
+
+def _range(study: Mapping[str, Any], model: str, name: str, unit: str) -> Json:
+    from softmark.interpreter.report.stability.reach import nowhere
+    from softmark.interpreter.report.stability.view import beyond, reach
+
+    own = _edges(study, model, name)
+    said = {d: words for d, e in own.items() if (words := beyond(e, unit)) is not None}
+    chosen = any(e.get("right") is not None for e in own.values())
+    right = reach(own, unit)
+    found = {"quantity": name, "choice": chosen, "right": right, "beyond": said}
+    return found if right or chosen else {**found, "nowhere": nowhere(own.values())}
+
+
+def lines(constructor: str) -> list[str]:
+    """What `dsl explain` says of a constructor: a line for each quantity of each of its models, if it was measured."""
+    path = files(__package__ or "").joinpath(FILE)
+    measured = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {"models": []}
+    own = [m for m in measured["models"] if m["constructor"] == constructor]
+    if not own:
+        return []
+    head = [
+        f"Measured range: `{measured['title']}`, all else as that scene has it; right means within "
+        f"{100 * measured['within']:g} % of its reference.",
+        f"From {measured['points']} points by `dsl stress {measured['scene']}`, softmark {measured['softmark']}; "
+        "an end of which nothing is said is as far as it was walked:",
+    ]
+    return head + [line for model in own for line in _lines(model)]
+
+
+def _lines(model: Json) -> list[str]:
+    width = max((len(r["quantity"]) for r in model["ranges"]), default=0)
+    return [f"  {model['outline']}"] + [f"    {r['quantity']:<{width}}  {_words(r)}" for r in model["ranges"]]
+
+
+def _words(found: Json) -> str:
+    right, sides = found["right"], {"down": "below: ", "up": "above: "}
+    if found["choice"]:
+        return "; ".join([f"right with {', '.join(right)}" if right else "never right", *found["beyond"].values()])
+    words = " to ".join(right)
+    words = f"right from {words}" if len(right) == 2 else f"right at {words}"
+    words = words if right else str(found.get("nowhere") or "never right")
+    return "; ".join([words, *(sides[d] + said for d, said in found["beyond"].items())])

@@ -1,0 +1,111 @@
+"""The same model on a finer space over its own cells: what is left to do from the state that was found.
+
+Four-node tetrahedra get ten nodes, other cells are cut into eight. No coarser mesh is needed: a mesh from a file has a
+finer space as well. Hexahedra that keep the volume at every point are held, near incompressibility, against such that
+keep its mean: finer ones of their own kind lock too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.evidence.budget import Budget
+from softmark.interpreter.evidence.seen import Field, Floats, Unknown
+from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.shared.prepared import Workshop
+from softmark.interpreter.problem.case import Case
+
+FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes too
+LEAVES = {"tet4": 2.0, "tet10": 2.5, "hex8": 2.5}  # of what the finer space finds: as of first order, or more
+PLAIN = {"cap": None, "linear_cap": None, "start": None, "precision": "double", "linear": "auto",
+         "factorisation": "fresh"}  # fmt: skip
+
+
+def plain(thing: Any, **changes: Any) -> Any:
+    """A model without what it trades for speed."""
+    return replace(thing, **{n: v for n, v in PLAIN.items() if hasattr(thing, n)}, **changes)
+
+
+def found(scene: Scene, declared: Declared, case: Case, solved: Any, below: Callable[[], Any], budget: Budget) -> Field:
+    """The displacements of the finer space near the nodal ones of `solved`, a mesh that is deformed. Raises Unknown.
+
+    `below` gives the assembly of the coarse space and a factor of its tangent there.
+    """
+    from softmark.interpreter.models.fem.build import at_rest, displacement_of
+    from softmark.solvers.linear.factorisations import Singular
+    from softmark.solvers.mesh.refine import Unmatched, finer
+    from softmark.solvers.statics.enriched import Below, Lost, settled
+
+    model: Fem = declared.thing
+    if model.formulation == "mixed":
+        raise Unknown("a finer space with pressures as unknowns costs more than it tells")
+    try:
+        above = finer(solved.mesh, None if model.mesh is not None else case.shape)
+        thing = _freed(model, case, above.mesh.kind)
+        budget.check()
+        static, _ = at_rest(thing, replace(declared, thing=thing), case, Workshop(scene=scene), above.mesh)
+        problem = static.problem
+        x = above.displaced(solved.displacement).ravel()
+        x[problem.fixed] = problem.target
+        coarse = _Once(lambda: Below.of(above.P, below()[0], problem.assembly, below()[1]))
+        state = settled(problem.assembly, x, coarse, budget.check)
+    except (Unmatched, Lost, Singular) as error:
+        raise Unknown(str(error) or "the cells of its mesh do not match across their faces") from error
+    if not problem.sound(state):
+        raise Unknown("cells of the finer space are inside out")
+    return remembered(displacement_of(above.mesh, state.reshape(-1, 3)))
+
+
+def remembered(field: Field) -> Field:
+    """A field that is looked up once at the same points: several metrics look at one probe."""
+    known: dict[bytes, Floats] = {}
+
+    def at(X: Floats) -> Floats:
+        key = X.tobytes()
+        if key not in known:
+            known[key] = field(X)
+        return known[key]
+
+    return at
+
+
+def _freed(model: Fem, case: Case, kind: str) -> Any:
+    """The model on the finer cells, of an element that does not lock where its own would."""
+    from softmark.solvers.materials import mixed_for
+
+    thing = plain(model, element=kind)
+    full = model.integration == "full" and model.formulation == "displacement" and model.rotation == "point"
+    if kind == "hex8" and full and case.material.poisson >= FREED and mixed_for(case.material, model.strain):
+        return replace(thing, formulation="mean_dilatation")
+    return thing
+
+
+class _Once:
+    """A value that is made when it is first asked for."""
+
+    def __init__(self, make: Callable[[], Any]) -> None:
+        self._make, self._made = make, None
+
+    def __call__(self) -> Any:
+        if self._made is None:
+            self._made = self._make()
+        return self._made
+
+
+def alike(scene: Scene, declared: Declared, case: Case, solved: Any, budget: Budget) -> Field:
+    """The displacements of another model on the mesh of `solved`, started from its state. Raises Unknown."""
+    from softmark.interpreter.models.fem.build import at_rest, displacement_of
+    from softmark.solvers.statics.equilibrium import NotConverged, equilibrium
+
+    static, _ = at_rest(declared.thing, declared, case, Workshop(scene=scene), solved.mesh)
+    state = static.unknowns.begun(np.ascontiguousarray(solved.displacement, dtype=np.float64).ravel())
+    try:
+        result = equilibrium(replace(static.problem, start=state, watch=budget.check))
+    except NotConverged as error:
+        raise Unknown(f"the same with its best strain has no solution ({error.reason})") from error
+    return remembered(displacement_of(solved.mesh, static.unknowns.moved(result.x).reshape(-1, 3)))

@@ -1,0 +1,59 @@
+"""What rounding leaves in an answer: from how near to singular the stiffness is, or from forces and coordinates."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.evidence.orders import COARSE
+from softmark.interpreter.evidence.seen import Floats, Seen, Unknown
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.results.report import ModelResult
+
+EPS = float(np.finfo(np.float64).eps)
+USUAL = 1e6 * EPS  # what rounding does at least where the stiffness was not looked at: a condition number of 1e6
+LOST = 1e-6  # of a cell that the rounding of coordinates may take: with more, nobody knows what it does
+
+
+def part(result: ModelResult, case: Case, mesh: Any, cells: int, seen: Seen) -> float:
+    """In the unit of what is seen. Raises Unknown."""
+    facts, (far, cell) = result.solve, _reach(case, mesh, cells, seen)
+    if EPS * far > LOST * cell:
+        raise Unknown(f"it lies so far from the origin that rounding takes {EPS * far / cell:.1g} of a cell")
+    if facts.get("rounding") is not None:
+        return float(facts["rounding"]) * seen.size
+    if facts.get("condition") is not None:
+        return 10.0 * EPS * float(facts["condition"]) * seen.size
+    checks = facts.get("checks") or {}
+    # differences of coordinates along a cell, of which strain is a part
+    strain = float(checks.get("largest_strain") or 0.0)
+    strain = strain or float(np.abs(seen.u).max(initial=0.0)) / _extent(case, mesh, seen)
+    lost = EPS * far / (cell * strain) if strain > 0.0 else math.inf
+    found = 10.0 * (max(USUAL, float(checks.get("rounding") or 0.0)) + lost)
+    if not found <= COARSE:
+        raise Unknown("its strain is so small beside its coordinates that rounding may take all of it")
+    return found * seen.size
+
+
+def _points(mesh: Any, seen: Seen) -> Floats:
+    found = getattr(mesh, "points", None)
+    return seen.X if found is None or not len(found) else np.asarray(found)
+
+
+def _extent(case: Case, mesh: Any, seen: Seen) -> float:
+    """Of the body, m."""
+    bounds = np.ptp(_points(mesh, seen), axis=0).max()
+    return float(bounds) or float(getattr(case.shape, "length", 0.0)) or 1.0
+
+
+def _reach(case: Case, mesh: Any, count: int, seen: Seen) -> tuple[float, float]:
+    """The largest coordinate, before or after deformation, and the shortest side of a cell, m."""
+    points, cells = _points(mesh, seen), getattr(mesh, "cells", None)
+    far = float(np.abs(points).max() + np.abs(seen.u).max())
+    if cells is not None and len(cells) and points is not seen.X:
+        corners = points[np.asarray(cells)]  # (m, a, 3)
+        sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+        return far, float(sides.min()) or math.ulp(0.0)
+    return far, _extent(case, mesh, seen) / count

@@ -1,0 +1,140 @@
+"""What a probe sees of a model, and how far another solution is from that, as a metric has it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.metrics.measure import View, measured_by
+from softmark.interpreter.metrics.seen import Known
+from softmark.interpreter.metrics.seen import Seen as Looked
+from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.models.shared.prepared import History, Solution
+from softmark.interpreter.results.report import ProbeResult
+from softmark.records import dataclass
+
+Floats = NDArray[np.float64]
+Field = Callable[[Floats], Floats]
+
+NO_ERROR = "no error of this metric can be stated"
+LAST = ("Displacement", "TipError")  # metrics that look at the last point of their probe alone
+
+
+class Unknown(Exception):
+    """A part of the error that cannot be told; the text says why."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a probe saw of a model: displacements (n, 3), or with times those of all (t, n, 3).
+
+    `field` are displacements anywhere, at the end; `probe` and `view` what else the metric may look at, `history` what
+    the solution went through.
+    """
+
+    X: Floats
+    u: Floats
+    times: Floats | None = None
+    metric: Any = None
+    field: Field | None = None
+    probe: ProbeResult | None = None
+    view: View | None = None
+    history: History | None = None
+
+    def of(self, solution: Solution) -> Seen:
+        """What the same probe sees of another solution, at the same times. Raises Unknown."""
+        return replace(self, u=self._of(solution), field=solution.displacement, history=solution.history)
+
+    def at(self, field: Field) -> Seen:
+        """What it would see of a static field."""
+        return replace(self, u=np.asarray(field(self.X)), field=field, history=None)
+
+    def moved(self, step: Field) -> Seen:
+        """What it would see if displacements were added, static."""
+        own = self.field
+        field = None if own is None else lambda X: own(X) + step(X)
+        return replace(self, u=self.u + np.asarray(step(self.X)), field=field)
+
+    @property
+    def in_displacements(self) -> bool:
+        """Whether it is about displacements, so that an error of these relative to their size is one of it."""
+        return self.metric is None or self.times is not None or self.unit == "m" or hasattr(self.metric, "value")
+
+    @property
+    def unit(self) -> str:
+        """In which its error is: that of the metric; of a probe relative."""
+        return "1" if self.metric is None else str(self.metric.unit)
+
+    @property
+    def size(self) -> float:
+        """What an error that is relative to the displacements is multiplied by, in its unit."""
+        if self.unit == "m":
+            return float(np.linalg.norm(self.u, axis=-1).max(initial=0.0))
+        return abs(self.value) if self.unit == "s" else 1.0
+
+    @property
+    def value(self) -> float:
+        """That of the metric. Raises Unknown."""
+        return self._measured(self, None)
+
+    def _of(self, solution: Solution) -> Floats:
+        if solution.displacement is None:
+            raise Unknown(solution.message or "there is no solution")
+        if self.times is None or solution.history is None:
+            return np.asarray(solution.displacement(self.X))
+        theirs = np.asarray(solution.history.displacement(self.X))
+        flat = theirs.reshape(len(theirs), -1)
+        columns = [np.interp(self.times, solution.history.times, column) for column in flat.T]
+        return np.array(columns).T.reshape(len(self.times), *theirs.shape[1:])
+
+    def apart(self, other: Seen) -> float:
+        """How far another solution is from this one, taken as right, in the unit of the metric. Raises Unknown."""
+        if not np.all(np.isfinite(other.u)):
+            raise Unknown("another solution is not finite")
+        if self.metric is None or self.times is not None:
+            return self._norm(other)
+        if self.unit == "m":
+            return self._distance(other)
+        if getattr(self.metric, "against", None) is None:
+            return abs(self._measured(other, None) - self.value)
+        if str(getattr(self.metric, "statistic", "")).endswith("sd"):
+            raise Unknown(f"{NO_ERROR}: a spread is no distance of two solutions")
+        return self._measured(other, Known(self.view.name if self.view else "", self.u, self.field))
+
+    def _norm(self, other: Seen) -> float:
+        size = float(np.linalg.norm(self.u))
+        if size == 0.0:
+            raise Unknown("the probe does not move, so nothing is relative to it")
+        return float(np.linalg.norm(other.u - self.u)) / size
+
+    def _distance(self, other: Seen) -> float:
+        """The most that a statistic of distances may change where points move by so much, m (triangle inequality)."""
+        apart = other.u - self.u
+        if type(self.metric).__name__ in LAST:
+            along = getattr(self.metric, "along", None)
+            return abs(float(apart[-1] @ along)) if along is not None else float(np.linalg.norm(apart[-1]))
+        distances = np.linalg.norm(apart, axis=1)
+        match getattr(self.metric, "statistic", "max"):
+            case "mean":
+                return float(distances.mean())
+            case "max":
+                return float(distances.max())
+        return float(np.sqrt(np.mean(distances**2)))
+
+    def _measured(self, other: Seen, known: Known | None) -> float:
+        """The metric of another solution. Raises Unknown."""
+        view, probe = self.view, self.probe
+        if view is None or probe is None:
+            raise Unknown(NO_ERROR)
+        weights = view.weights.get(self.metric.probe)
+        looked = Looked(
+            view.name, view.case, self.X, other.u, probe.triangles, weights, known, other.field, history=other.history
+        )
+        try:
+            return measured_by(self.metric, looked).value
+        except Undefined as undefined:
+            raise Unknown(f"{NO_ERROR}: {undefined}") from undefined

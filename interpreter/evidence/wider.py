@@ -1,0 +1,52 @@
+"""What a mesh makes of selections that its cells do not follow: the shares held, and the error that comes of it.
+
+A support holds the nodes that it selects, and so a little less than was asked; with all nodes of the facets and cells
+that the selection has a part of, a little more. The answer on this mesh with the selection itself lies between the two,
+and how far they are apart is a part of the stated error. Where next to nothing is missed, what is missed is that part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from softmark.interpreter.evidence.error_estimate import Seen, Stated
+    from softmark.interpreter.models.shared.gripping import Grip
+    from softmark.interpreter.problem.case import Case
+
+
+def reactions(case: Case, prepared: Any) -> dict[str, dict[str, float]]:
+    """What a report says of the supports of a model that has a mesh, by name."""
+    found = {}
+    for name, own in _grips(case, prepared).items():
+        found[name] = {"held": own.held} | ({"beyond": own.beyond} if own.beyond else {})
+    return found
+
+
+def selection(whole: Stated) -> dict[str, Callable[[Seen], float]]:
+    """The part of the stated error that comes of selections; none where all that is selected is held, and no more."""
+    grips = _grips(whole.case, whole.prepared)
+    left = max((max(1.0 - own.held, own.beyond) for own in grips.values()), default=0.0)
+    if left == 0.0:
+        return {}
+    if not any(own.missed for own in grips.values()):
+        return {"selection": lambda seen: left * seen.size}
+    return {"selection": lambda seen: _apart(whole, seen)}
+
+
+def _apart(whole: Stated, seen: Seen) -> float:
+    """How far the same is with everything held that supports select a part of."""
+    solution, _ = whole._solved("wide", whole.declared, replace(whole.case, wide=True))
+    return seen.apart(seen.of(solution))
+
+
+def _grips(case: Case, prepared: Any) -> dict[str, Grip]:
+    full: Any = getattr(prepared, "rest", prepared)  # of a reduced model
+    mesh: Any = getattr(getattr(full, "static", full), "mesh", None)
+    if not hasattr(mesh, "facet_cells"):
+        return {}
+    from softmark.interpreter.models.shared.gripping import grips
+
+    return grips(case, mesh)

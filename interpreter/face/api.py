@@ -1,0 +1,218 @@
+"""The interpreter from Python: `softmark.load(...).run(...)`, `softmark.compare(...)` and `softmark.stress(...)`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.interpreter.front.check import check
+from softmark.interpreter.front.requests import needed
+from softmark.interpreter.language.compile import compile_scene, recompiled
+from softmark.interpreter.language.scene import Scene, SceneError
+from softmark.interpreter.language.sources import Missing, locate, read
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.overrides import Override
+    from softmark.interpreter.results.report import Report
+    from softmark.interpreter.study.compare import Comparison
+    from softmark.interpreter.study.stability.queue import Stress
+
+
+@dataclass(frozen=True)
+class LoadedScene:
+    """A scene without errors, ready to run; `warnings` are doubts about it."""
+
+    scene: Scene
+    warnings: tuple[Diagnostic, ...]
+
+    @property
+    def title(self) -> str:
+        """The scene's title."""
+        return self.scene.title
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Names of its models."""
+        return tuple(self.scene.of_kind("model"))
+
+    def run(self, models: str | Sequence[str] | None = None, repeat: int = 1) -> Report:
+        """Solve and judge; `models` restricts to some, `repeat` times each solution so often.
+
+        Models that do not converge are in the report with their status: look at it before their numbers.
+        Raises SceneError if the scene cannot be built or a name in `models` is unknown, BadArgument, which is one, for
+        an argument of another type or size.
+        """
+        from softmark.interpreter.face import arguments
+        from softmark.interpreter.front.requests import unknown_models
+
+        only = () if models is None else arguments.models(models)
+        if models is not None and not only:
+            raise arguments.BadArgument("`models` is empty; leave it out to run all models")
+        arguments.count("repeat", repeat)
+        from softmark.interpreter.run.pipeline import Options, run
+
+        if problems := unknown_models(self.scene, only):
+            raise SceneError(problems)
+        return run(self.scene, list(self.warnings), Options(only=only, repeat=int(repeat), free=True))
+
+
+def load(file: str | Path, /, **parameters: str | float) -> LoadedScene:
+    """The scene of a file, or of the standard library by name: `load("beam.scene", L="120 mm")`.
+
+    `parameters` replace those of the scene: texts, or numbers where they have no unit. Raises SceneError with every
+    diagnostic if something is wrong, BadArgument for a value of another type, FileNotFoundError if there is no such
+    scene.
+    """
+    from softmark.interpreter.face.arguments import place
+
+    place("file", file, "the file of a scene or the name of a standard one")
+    try:
+        path = locate(str(file))
+        source = read(path)
+    except Missing as missing:
+        raise FileNotFoundError(f"{missing.reason}. {missing.remedy}") from missing
+    return _loaded(source, path.parent, path, parameters)
+
+
+def loads(text: str, /, **parameters: str | float) -> LoadedScene:
+    """The scene of a text; files that it names are looked for in the working directory. Raises SceneError."""
+    from softmark.interpreter.face import arguments
+
+    arguments.text("text", text, "the text of a scene")
+    return _loaded(Source("<text>", text), Path(), None, parameters)
+
+
+def _loaded(source: Source, folder: Path, file: Path | None, parameters: Mapping[str, object]) -> LoadedScene:
+    from softmark.interpreter.face.arguments import override
+
+    overrides = [override(name, value) for name, value in parameters.items()]
+    scene, diagnostics = checked(source, folder, file, overrides)
+    if any(d.severity == "error" for d in diagnostics) or scene is None:
+        raise SceneError([d for d in diagnostics if d.severity == "error"])
+    return LoadedScene(scene, tuple(diagnostics))
+
+
+def checked(
+    source: Source, folder: Path, file: Path | None, overrides: Sequence[str] = (), only: Sequence[str] = ()
+) -> tuple[Scene | None, list[Diagnostic]]:
+    """The scene, None if it has errors, and all diagnostics about it; `only` are the models that are asked for.
+
+    What other models cannot do is no error then, but for those that these are made from.
+    """
+    scene, diagnostics = compile_scene(source, folder, file, overrides)
+    scene = replace(scene, chosen=needed(scene, only))
+    complete = not any(d.severity == "error" for d in diagnostics)
+    diagnostics += check(scene, complete)
+    if scene.of_kind("study") and not any(d.severity == "error" for d in diagnostics):
+        from softmark.interpreter.language import sweeps
+
+        diagnostics += dict.fromkeys(sweeps.check(scene))
+    return (None if any(d.severity == "error" for d in diagnostics) else scene), diagnostics
+
+
+def compare(
+    *scenes: str | Path | LoadedScene,
+    vary: Mapping[str, Sequence[str | float] | str | float] | None = None,
+    models: str | Sequence[str] = (),
+    study: str | None = None,
+    folder: str | Path | None = None,
+    jobs: int = 1,
+    cluster: str | None = None,
+    timeout: float | None = None,
+    repeats: int = 5,
+    resume: bool = False,
+    fresh: bool = False,
+    allow_contaminated: bool = False,
+) -> Comparison:
+    """Every model of some scenes under every setting of their studies: errors, times, and what they tell.
+
+    `vary={"h": ["10 mm", "5 mm"]}` takes the place of the studies. `folder` keeps the journal that `resume` goes on
+    with; without it nothing is kept. `timeout` is in s for each configuration; `repeats=0` leaves out timing. Raises
+    SceneError, BadArgument, FileNotFoundError, journal.Refused for a folder that is in use or holds results already,
+    and pool.Unavailable where workers or a cluster cannot be had.
+    """
+    import tempfile
+
+    from softmark.interpreter.face import arguments
+
+    if not scenes:
+        raise arguments.BadArgument("`softmark.compare` needs a scene: a file, a standard scene, or what `load` gave")
+    texts, only = arguments.varied(vary), arguments.models(models)
+    jobs, repeats = arguments.count("jobs", jobs), arguments.count("repeats", repeats, least=0)
+    timeout = None if timeout is None else arguments.positive("timeout", timeout, "seconds", or_none=True)
+    resume, fresh = arguments.once(resume, fresh)
+    arguments.flag("allow_contaminated", allow_contaminated)
+    for name, value in (("study", study), ("cluster", cluster)):
+        if value is not None:
+            arguments.text(name, value, "a text or None")
+    if folder is not None:
+        arguments.place("folder", folder, "a folder")
+
+    from softmark.interpreter.study.compare import Request
+    from softmark.interpreter.study.compare import compare as carry_out
+    from softmark.interpreter.study.expansion.variations import Subject, subject_of
+
+    subjects: list[Subject] = []
+    for one in scenes:
+        scene = one.scene if isinstance(one, LoadedScene) else load(one).scene
+        subjects.append(subject_of(scene, [s.name for s in subjects]))
+    with tempfile.TemporaryDirectory() as scratch:
+        request = Request(
+            Path(folder or scratch), texts, only, study, jobs, cluster, timeout, repeats, resume, fresh,
+            allow_contaminated, "softmark.compare",
+        )  # fmt: skip
+        return carry_out(subjects, request)
+
+
+def stress(
+    scene: str | Path | LoadedScene,
+    models: str | Sequence[str] = (),
+    study: str | None = None,
+    folder: str | Path | None = None,
+    jobs: int = 1,
+    timeout: float = 60.0,
+    memory: float = 4.0,
+    resume: bool = False,
+    fresh: bool = False,
+) -> Stress:
+    """Every model of a scene walked to its edges, by its stability studies, or along every number where it has none.
+
+    `silent` of the result are the points that look right and are wrong. `folder` keeps the journal that `resume` goes
+    on with; without it nothing is kept. `timeout` is in CPU seconds for each point, `memory` in GiB for each process.
+    Raises SceneError, BadArgument, FileNotFoundError, journal.Refused for a folder that is in use or holds results
+    already, and pool.Unavailable where workers cannot be had.
+    """
+    import tempfile
+
+    from softmark.interpreter.face import arguments
+
+    only, jobs = arguments.models(models), arguments.count("jobs", jobs)
+    timeout = arguments.positive("timeout", timeout, "seconds")
+    memory = arguments.positive("memory", memory, "GiB")
+    resume, fresh = arguments.once(resume, fresh)
+    if study is not None:
+        arguments.text("study", study, "the name of a study or None")
+    if folder is not None:
+        arguments.place("folder", folder, "a folder")
+
+    from softmark.interpreter.study.expansion.variations import subject_of
+    from softmark.interpreter.study.stability.queue import Request
+    from softmark.interpreter.study.stability.queue import stress as carry_out
+
+    loaded = scene if isinstance(scene, LoadedScene) else load(scene)
+    with tempfile.TemporaryDirectory() as scratch:
+        request = Request(
+            Path(folder or scratch), only, study, jobs, timeout, memory, resume, fresh, "softmark.stress"
+        )
+        return carry_out(subject_of(loaded.scene), request)
+
+
+def varied(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
+    """A sound scene with further overrides, and all diagnostics about it; its studies are left out of account."""
+    other, diagnostics = recompiled(scene, more)
+    complete = not any(d.severity == "error" for d in diagnostics)
+    return other, diagnostics + check(other, complete)

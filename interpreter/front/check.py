@@ -1,0 +1,324 @@
+"""What cannot be in a compiled scene, as far as that is known without building anything; lints.py has doubts.
+
+To add a check: a function that yields diagnostics, a line in LOCAL, or in WHOLE if it needs all declarations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.front import given, lints
+from softmark.interpreter.front.comparisons import comparisons
+from softmark.interpreter.front.resolving import unresolved
+from softmark.interpreter.language import units
+from softmark.interpreter.language.bounded import shortened
+from softmark.interpreter.language.conditions import Point
+from softmark.interpreter.language.scene import Declared, Location, Scene
+from softmark.interpreter.models.shared.disturbing import doubts as disturbed
+from softmark.interpreter.plan.refinements import doubts as doubts_of_refined
+from softmark.interpreter.problem.beam_theory import cantilever_of
+from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, reach
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.loads import PointForce
+from softmark.interpreter.vocabulary.probes import Nodes
+from softmark.interpreter.vocabulary.supports import Displaced, Follows
+from softmark.solvers.mesh.shapes import contains
+
+
+def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
+    """All errors and warnings about a scene; of one that is not `complete`, what its sound parts tell."""
+    found: list[Diagnostic] = []
+    for test in LOCAL + (WHOLE if complete else ()):
+        found += test(scene, found)
+    return shortened(list(dict.fromkeys(found)))
+
+
+Found = list[Diagnostic]  # by the checks before
+
+
+def _diagnostic(code: str, at: Location, message: str, label: str, help: str) -> Diagnostic:
+    return Diagnostic(code, message, at.source, at.span, label, help)
+
+
+def _blamed(declared: Declared, found: Found) -> bool:
+    """Whether a declaration is in error already, so that what follows from it is not worth saying."""
+    return any(d.severity == "error" and _inside(d, declared) for d in found)
+
+
+def _inside(diagnostic: Diagnostic, declared: Declared) -> bool:
+    """Whether a diagnostic points into a declaration, or into an override of one of its fields."""
+    span, source = diagnostic.span, diagnostic.source
+    if span is None:
+        return False
+    places = (declared.location, *declared.fields.values())
+    return any(at.source is source and at.span.start <= span.start < at.span.end for at in places)
+
+
+# ------------------------------------------------------------------ declarations one by one
+
+
+def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    for extra in list(scene.of_kind("analysis").values())[1:]:
+        yield _diagnostic("E222", extra.at(), "a scene has one analysis, this is another",
+                          "the second analysis",
+                          "keep one, and write another scene for the other")  # fmt: skip
+
+
+def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Conditions that select nothing, and supports that leave nothing free, as far as bounds tell."""
+    everywhere: dict[str, list[Declared]] = {}
+    for declared in (*scene.of_kind("support").values(), *scene.of_kind("load").values()):
+        condition = getattr(declared.thing, "where", None)
+        body = scene.declared.get(getattr(declared.thing, "body", ""))
+        if condition is None or body is None or not hasattr(body.thing.shape, "bounds"):
+            continue
+        low, high = body.thing.shape.bounds
+        false, true = condition.over(low, high)
+        if not true:
+            yield _diagnostic("E302", declared.at("where"),
+                              f"`{declared.name}` selects no part of `{body.name}`", "selects nothing",
+                              f"the body spans {reach(low, high)}")  # fmt: skip
+        elif not false and declared.kind == "support":
+            everywhere.setdefault(body.name, []).append(declared)
+    for name, supports in everywhere.items():
+        if len({c for support in supports for c in support.thing.components}) == 3:
+            last = supports[-1]
+            help = "nothing would be left to deform: select a part of the body, or leave components free"
+            problem = f"`{last.name}` selects all of `{name}`"
+            yield _diagnostic("E303", last.at("where"), problem, "selects everything", help)
+
+
+def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Probes and point forces outside their body."""
+    for declared in (*scene.of_kind("probe").values(), *scene.of_kind("load").values()):
+        for field, point in _points(declared):
+            body = scene.declared[declared.thing.body]
+            if not hasattr(body.thing.shape, "section") or contains(body.thing.shape, point):
+                continue
+            does = "acts at" if declared.kind == "load" else "looks at"
+            where = units.show_all(point, units.LENGTH)
+            spans = reach(*body.thing.shape.bounds)
+            problem = f"`{declared.name}` {does} {where}, outside `{body.name}`"
+            remedy = f"the body spans {spans}"
+            yield _diagnostic("E504", declared.at(field), problem, "not in the body", remedy)
+
+
+def _points(declared: Declared) -> list[tuple[str, Point]]:
+    """The fields that give points, and those of the points that decide for all, since bodies are convex."""
+    if isinstance(declared.thing, PointForce):
+        return [("at", declared.thing.at)]
+    if hasattr(declared.thing, "ends"):
+        return list(zip(("from", "to"), declared.thing.ends, strict=True))
+    return [("at", point) for point in getattr(declared.thing, "stations", ())]
+
+
+def _meshes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Probes of the nodes of a shape that has none."""
+    for probe in scene.of_kind("probe").values():
+        if isinstance(probe.thing, Nodes) and not getattr(probe.thing.mesh, "prebuilt", False):
+            yield _diagnostic("E507", probe.at("mesh"), f"the `mesh` of `{probe.name}` is a shape without cells",
+                              "not a mesh", 'name a file: `mesh = mesh("file.msh", unit = 1 mm)`')  # fmt: skip
+
+
+# ------------------------------------------------------------------ what hangs together
+
+
+def _bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Models and references whose body is not clear."""
+    for declared in _workers(scene):
+        try:
+            body_of(scene, declared)
+        except Fault as unclear:
+            yield unclear.diagnostic
+
+
+def _workers(scene: Scene) -> list[Declared]:
+    return [*scene.asked("model").values(), *scene.of_kind("reference").values()]
+
+
+def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
+    """Models or references with their cases, those without a clear body left out."""
+    for declared in scene.asked(kind).values():
+        try:
+            yield declared, case_for(scene, declared)
+        except Fault:
+            continue
+
+
+def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    cases = [case for _, case in _cases(scene, "model") if not isinstance(case.analysis, Dynamic)]
+    loose = {case.body.name: case for case in cases if not case.supports}
+    for case in loose.values():
+        body = case.body.name
+        remedy = f"hold a part of it: `support wall = fixed({body}, where = x <= 0 mm)`"
+        problem = f"nothing holds `{body}`: it is free to move and turn"
+        yield _diagnostic("E306", case.body.at(), problem, "no support", remedy)
+
+
+def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Bodies that models compute although nothing moves them."""
+    still = {case.body.name: case for _, case in _cases(scene, "model") if not case.loads and not _driven(case)}
+    for case in still.values():
+        body = case.body.name
+        yield _diagnostic("W313", case.body.at(), f"nothing loads `{body}`: it stays at rest", "no load",
+                          "declare one, such as `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
+
+
+def _driven(case: Case) -> bool:
+    moved = any(isinstance(support.thing, Displaced | Follows) for support in case.supports)
+    away = getattr(case.analysis, "disturbed", "none") != "none"
+    return moved or away or isinstance(case.analysis, Dynamic)  # which may start with a velocity
+
+
+def _paths(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Paths of equilibria lead to motions that a reduced model does not know."""
+    for model, case in _cases(scene, "model"):
+        if getattr(case.analysis, "path", "load") == "arc_length" and hasattr(model.thing, "of"):
+            problem = f"`{model.name}` is reduced to motions that it knows, and a path leads to others"
+            yield _diagnostic("E541", model.at(), problem, "not along a path",
+                              f"follow the path of `{model.thing.of}`, or use `path = load`")  # fmt: skip
+
+
+def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Doubts of models; what holds for several is said once."""
+    first: dict[tuple[object, ...], tuple[Diagnostic, list[str]]] = {}
+    for model, case in _cases(scene, "model"):
+        blamed = [d for d in (*case.supports, *case.loads) if _blamed(d, found)]
+        for doubt in (*model.thing.doubts(model, case), *disturbed(scene, model, case), *_in_scene(scene, model, case)):
+            if any(_inside(doubt, d) for d in blamed):
+                continue
+            key = (doubt.code, doubt.source, doubt.span, doubt.label, doubt.help)
+            first.setdefault(key, (doubt, []))[1].append(model.name)
+    for doubt, names in first.values():
+        others = ", ".join(f"`{n}`" for n in names[1:])
+        alone = not others or f"`{names[0]}`" not in doubt.message
+        yield doubt if alone else replace(doubt, notes=(*doubt.notes, f"the same holds for {others}"))
+
+
+def _in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
+    """Doubts of a model that must know the scene: what it is fitted to."""
+    ask = getattr(model.thing, "scene_doubts", None)
+    return ask(scene, model, case) if ask else []
+
+
+def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    for reference, case in _cases(scene, "reference"):
+        if not hasattr(reference.thing, "solve"):  # measured: it says how the body was, whatever holds it
+            continue
+        loose = not case.supports and _blamed(case.body, found)
+        if loose or any(_blamed(d, found) for d in (*case.supports, *case.loads)):
+            continue
+        try:
+            cantilever_of(reference, case)
+        except Fault as refused:
+            yield refused.diagnostic
+
+
+def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """A metric compares its probe with a reference of the same body."""
+    for metric in scene.of_kind("metric").values():
+        against = getattr(metric.thing, "against", None)
+        if against is None:
+            continue
+        looked, known = _looks_at(scene, metric.name), _body(scene, against)
+        if None not in (looked, known) and looked != known:
+            yield _diagnostic("E505", metric.at("against"),
+                              f"`{metric.name}` compares points of `{looked}` with a solution for `{known}`",
+                              "different bodies", "use a probe and a reference of the same body")  # fmt: skip
+
+
+def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """An expectation takes a metric of a model or reference of the same body."""
+    for expectation in scene.expectations:
+        for name, _ in tree.walk(expectation.node):
+            if not isinstance(name, tree.Name) or len(name.parts) != 2 or name.text in scene.parameters:
+                continue
+            owner, metric = name.parts
+            looked, known = _looks_at(scene, metric), _body(scene, owner)
+            if None not in (looked, known) and looked != known:
+                at = Location(expectation.location.source, name.span)
+                problem = f"`{owner}` is about `{known}`, and `{metric}` looks at `{looked}`"
+                remedy = "use a metric whose probe is of the same body"
+                yield _diagnostic("E505", at, problem, "different bodies", remedy)
+
+
+def _published(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """A published column has one value for each model, of the dimension of its metric."""
+    for column in scene.of_kind("published").values():
+        thing, unit = column.thing, scene.declared[column.thing.metric].thing.unit
+        due = units.parse(unit).dimension
+        if len(thing.of) != len(thing.values.values):
+            models, values = _count(len(thing.of), "model"), _count(len(thing.values.values), "value")
+            yield _diagnostic("E506", column.at("values"), f"`{column.name}` has {models} and {values}",
+                              "not one for each", "give as many values as models, in the same order")  # fmt: skip
+        elif thing.values.dimension != due:
+            name, given = units.named(due), units.named(thing.values.dimension)
+            yield _diagnostic("E204", column.at("values"), f"expected {name}, found {given}", given,
+                              f"`{thing.metric}` is {name}; give the values in {units.usual(due)}")  # fmt: skip
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" + ("" if number == 1 else "s")
+
+
+def _comparisons(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    yield from comparisons(scene)
+
+
+def _refined(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    yield from doubts_of_refined(scene)
+
+
+def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """In a dynamic analysis, all supports of a body that move share one course, and steps show every course."""
+    moved: dict[str, Declared] = {}
+    analyses = list(scene.of_kind("analysis").values())
+    for support in scene.of_kind("support").values():
+        if not analyses or not isinstance(analyses[0].thing, Dynamic) or not hasattr(support.thing, "course"):
+            continue
+        first = moved.setdefault(support.thing.body, support)
+        if first.thing.course != support.thing.course:
+            yield _diagnostic("E501", support.at("course"),
+                              f"`{support.name}` and `{first.name}` move by different courses",
+                              "another course", "all supports that move share one course")  # fmt: skip
+    yield from unresolved(scene)
+
+
+def _looks_at(scene: Scene, metric: str) -> str | None:
+    """The body whose points a metric compares."""
+    probe = getattr(scene.declared[metric].thing, "probe", None)
+    return None if probe is None else scene.declared[probe].thing.body
+
+
+def _body(scene: Scene, worker: str) -> str | None:
+    try:
+        return body_of(scene, scene.declared[worker])
+    except Fault:
+        return None
+
+
+def _lints(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    for lint in lints.LINTS:
+        yield from lint(scene)
+
+
+def _given(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    yield from given.faults(scene, found)
+
+
+def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """What nothing asks for; not worth saying while something else is wrong."""
+    if not any(d.severity == "error" for d in found):
+        yield from lints.idle(scene)
+        yield from lints.unused(scene)
+
+
+Check = Callable[[Scene, Found], Iterator[Diagnostic]]
+LOCAL: tuple[Check, ...] = (_one_analysis, _selections, _places, _meshes, _lints)
+WHOLE: tuple[Check, ...] = (
+    _bodies, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses,
+    _published, _expectations, _use,
+)  # fmt: skip

@@ -1,0 +1,159 @@
+"""What a metric, a probe or a support asks of a reference, and whether that kind of reference can tell.
+
+A theory and a model are fields of displacements, known at every point. A measured surface says where the body
+ended, and of no point where it came from. Tracked points are known where they were tracked, and nowhere else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Literal
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.metrics.course_norm import CourseNorm
+from softmark.interpreter.metrics.energy_norm import EnergyNorm
+from softmark.interpreter.metrics.hausdorff import Hausdorff
+from softmark.interpreter.metrics.max_error import MaxError
+from softmark.interpreter.metrics.mean_error import MeanError
+from softmark.interpreter.metrics.period import Period
+from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
+from softmark.interpreter.metrics.surface_distance import SurfaceDistance
+from softmark.interpreter.metrics.tip_error import TipError
+from softmark.interpreter.metrics.volume_change import VolumeChange
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.probes import Markers, Surface, Volume
+from softmark.records import dataclass
+from softmark.references.markers import Markers as TrackedPoints
+
+Known = Literal["field", "surface", "points"]
+
+KNOWN = {"field": "a field of displacements", "surface": "a measured surface", "points": "tracked points"}
+POINTWISE = (EnergyNorm, TipError, MaxError, MeanError)  # errors of material points
+
+
+@dataclass(frozen=True)
+class _Refusal:
+    """Why a metric has no value: where, what, the label and the remedy."""
+
+    field: str
+    message: str
+    label: str
+    help: str
+
+
+def known_of(reference: Declared) -> Known:
+    """What a reference, or a model in its place, knows."""
+    if isinstance(reference.thing, TrackedPoints):
+        return "points"
+    return "surface" if reference.kind == "reference" and hasattr(reference.thing, "load") else "field"
+
+
+def comparisons(scene: Scene) -> Iterator[Diagnostic]:
+    """Metrics that would have no value for anything, and what follows points that nobody tracked."""
+    for declared in (*scene.of_kind("probe").values(), *scene.of_kind("support").values()):
+        yield from _tracked(scene, declared)
+    for metric in scene.of_kind("metric").values():
+        refusal = _probe(scene, metric) or _time(scene, metric) or _reference(scene, metric)
+        if refusal is not None:
+            at = metric.at(refusal.field)
+            yield Diagnostic("E509", refusal.message, at.source, at.span, refusal.label, refusal.help)
+
+
+def _tracked(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
+    """Probes of markers and supports that follow them need a reference of tracked points."""
+    of = getattr(declared.thing, "of", None)
+    if of is None or known_of(scene.declared[of]) == "points":
+        return
+    known, at = known_of(scene.declared[of]), declared.at("of")
+    does = "looks at" if declared.kind == "probe" else "follows"
+    else_ = "; to look at a surface, use `surface(...)`" if declared.kind == "probe" else ""
+    yield Diagnostic("E509", f"`{declared.name}` {does} tracked points, and `{of}` has none", at.source, at.span,
+                     KNOWN[known], f'points that were tracked are `markers("beads.csv", ...)`{else_}')  # fmt: skip
+
+
+# ------------------------------------------------------------------ the probe and the analysis
+
+
+def _probe(scene: Scene, metric: Declared) -> _Refusal | None:
+    """A metric of surfaces needs a surface, one of strains the volume."""
+    name = getattr(metric.thing, "probe", None)
+    if name is None:
+        return None
+    probe, word = scene.declared[name], metric.constructor.name
+    found = f"`{name}` is a probe `{probe.constructor.name}`"
+    body = probe.thing.body
+    if isinstance(metric.thing, StrainEnergyNorm) and not isinstance(probe.thing, Volume):
+        return _Refusal("probe", f"`{word}` integrates over the body, and {found}", "no volume",
+                        f"look at the whole body: `probe inside = volume({body})`")  # fmt: skip
+    if _needs_surface(scene, metric) and not isinstance(probe.thing, Surface):
+        return _Refusal("probe", f"`{metric.name}` needs triangles, and {found}", "no surface",
+                        f"look at the surface: `probe skin = surface({body})`"
+                        + _nearest(metric))  # fmt: skip
+    if isinstance(metric.thing, CourseNorm) and isinstance(probe.thing, Surface):
+        return _Refusal("probe", f"`{word}` follows points in time, and {found}", "keeps no history",
+                        f"follow points: `probe tip = point({body}, at = ...)`")  # fmt: skip
+    return None
+
+
+def _needs_surface(scene: Scene, metric: Declared) -> bool:
+    thing = metric.thing
+    if not isinstance(thing, SurfaceDistance):
+        return isinstance(thing, Hausdorff | VolumeChange)
+    against = scene.declared[thing.against]
+    moved = getattr(against.thing, "register", "none") == "icp"  # onto the triangles of the probe
+    return thing.along == "normal" or moved or known_of(against) == "field"
+
+
+def _nearest(metric: Declared) -> str:
+    return ", or use `along = nearest`" if getattr(metric.thing, "along", "") == "normal" else ""
+
+
+def _time(scene: Scene, metric: Declared) -> _Refusal | None:
+    """What is seen in time needs a dynamic analysis."""
+    analyses = list(scene.of_kind("analysis").values())
+    if not isinstance(metric.thing, Period | CourseNorm):
+        return None
+    if analyses and isinstance(analyses[0].thing, Dynamic):
+        return None
+    return _Refusal("", f"`{metric.name}` is about a motion, and the analysis is static", "nothing moves in time",
+                    "declare one: `analysis fall = dynamic(duration = 1 s, step = 10 ms)`")  # fmt: skip
+
+
+# ------------------------------------------------------------------ the reference
+
+
+def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
+    """A metric needs what its reference knows."""
+    name = getattr(metric.thing, "against", None)
+    if name is None:
+        return None
+    reference, word = scene.declared[name], metric.constructor.name
+    known = known_of(reference)
+    if isinstance(metric.thing, CourseNorm) and reference.kind != "model":
+        return _Refusal("against", f"`{word}` compares motions, and `{name}` knows none", "no history",
+                        "compare with a model of this scene")  # fmt: skip
+    if isinstance(metric.thing, Hausdorff | SurfaceDistance) and known == "points":
+        return _Refusal("against", f"`{word}` needs a surface, and `{name}` is tracked points", "no surface",
+                        "points are compared one by one: `mean_error(...)` or `max_error(...)`")  # fmt: skip
+    if isinstance(metric.thing, StrainEnergyNorm) and known != "field":
+        return _Refusal("against", f"`{word}` needs strains, and `{name}` is {KNOWN[known]}", "no strains",
+                        "compare with a theory or with another model")  # fmt: skip
+    if isinstance(metric.thing, POINTWISE):
+        return _pointwise(scene, metric, name, known)
+    return None
+
+
+def _pointwise(scene: Scene, metric: Declared, name: str, known: Known) -> _Refusal | None:
+    """Displacements of material points: known of none on a measured surface, and of tracked points where they are."""
+    if known == "surface":
+        return _Refusal("against", f"`{metric.constructor.name}` compares displacements, and `{name}` has none",
+                        KNOWN[known], "a surface shows where the body is, and of no point where it was:"
+                        " use `surface_distance(...)`")  # fmt: skip
+    probe = scene.declared[metric.thing.probe]
+    own = isinstance(probe.thing, Markers) and probe.thing.of == name
+    if known == "points" and not own:
+        return _Refusal("probe", f"`{name}` knows the points that were tracked, and `{probe.name}` looks at others",
+                        "not known there",
+                        f"look at them: `probe beads = markers({probe.thing.body}, of = {name})`")  # fmt: skip
+    return None

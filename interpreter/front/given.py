@@ -1,0 +1,120 @@
+"""Files and selections that a run would refuse, found by what can be told without numerics: names, headers, bounds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.conditions import Condition, Point
+from softmark.interpreter.language.scene import Location, Scene
+from softmark.interpreter.problem.case import Fault, case_for, reach
+from softmark.interpreter.vocabulary.loads import Pressure, Traction
+from softmark.solvers.mesh.shapes import contains
+
+CHEAP = 4_000_000  # bytes of a table that is read when a scene is checked
+FINEST = 2e-3  # of the extent of a body: cells so small are not divided
+MOST = 4000  # cells of a body that are looked at
+
+
+def meshes(scene: Scene) -> Iterator[Diagnostic]:
+    """Files that a model would mesh with and that cannot hold a solid."""
+    said = set()
+    for model in scene.asked("model").values():
+        if not hasattr(model.thing, "mesh_key"):
+            continue
+        try:
+            case = case_for(scene, model)
+        except Fault:
+            continue
+        own = getattr(model.thing, "mesh", None)
+        shape, at = (own, model.at("mesh")) if own is not None else (case.shape, case.body.at("shape"))
+        path = str(getattr(shape, "path", "")) if getattr(shape, "prebuilt", False) else ""
+        doubt = _doubt(path) if path and not path.startswith("data:") else None
+        if doubt is not None and at not in said:
+            said.add(at)
+            problem = f"the mesh of `{case.body.name}` cannot be used: {doubt[0]}"
+            yield Diagnostic("E403", problem, at.source, at.span, "no solid mesh", doubt[1])
+
+
+def _doubt(path: str) -> tuple[str, str] | None:
+    from softmark.solvers.mesh.files import formats  # no scene without a mesh file needs to know of formats
+
+    return formats.doubt(path)
+
+
+def tables(scene: Scene) -> Iterator[Diagnostic]:
+    """Tables of tracked points that have not what such a table must have."""
+    for reference in scene.of_kind("reference").values():
+        ask = getattr(reference.thing, "unfit", None)
+        path = Path(str(getattr(reference.thing, "path", "")))
+        if ask is None or str(path).startswith("data:") or not path.is_file() or path.stat().st_size > CHEAP:
+            continue
+        if (unfit := ask()) is not None:
+            at, (reason, remedy) = reference.at("path"), unfit
+            problem = f"the table of `{reference.name}` cannot be used: {reason}"
+            yield Diagnostic("E395", problem, at.source, at.span, "no table of tracked points", remedy)
+
+
+# ------------------------------------------------------------------ loads on surfaces
+
+
+def loads(scene: Scene) -> Iterator[Diagnostic]:
+    """Loads on a surface that select points within the body alone, so that no model can take them."""
+    for load in scene.of_kind("load").values():
+        if not isinstance(load.thing, Traction | Pressure) or load.thing.body not in scene.declared:
+            continue
+        body = scene.declared[load.thing.body]
+        if hasattr(body.thing.shape, "section") and not _meets(load.thing.where, body.thing.shape):
+            at: Location = load.at("where")
+            problem = f"`{load.name}` selects no part of the surface of `{body.name}`"
+            help = f"it acts on the surface, and this lies inside; the body spans {reach(*body.thing.shape.bounds)}"
+            yield Diagnostic("E302", problem, at.source, at.span, "selects nothing", help)
+
+
+def _meets(condition: Condition, shape: Any) -> bool:
+    """Whether a selection may hold somewhere on the surface of a convex body; False only where it is certain not to.
+
+    The body's box is halved again and again; cells in which the condition holds nowhere, and those that lie within the
+    body with all their corners, have no part of such a surface.
+    """
+    low, high = shape.bounds
+    if not condition.over(low, high)[1]:
+        return True  # selects nothing at all, which is said elsewhere
+    extent, cells, looked = math.dist(low, high), [(low, high)], 0
+    while cells:
+        low, high = cells.pop()
+        looked += 1
+        if not condition.over(low, high, extent)[1] or _within(shape, low, high, 1e-6 * extent):
+            continue
+        if looked > MOST or math.dist(low, high) < FINEST * extent:
+            return True
+        cells += _halves(low, high)
+    return False
+
+
+def _within(shape: Any, low: Point, high: Point, margin: float) -> bool:
+    """Whether a cell and a margin around it lie in a convex body: all its corners do."""
+    sides = [(a - margin, b + margin) for a, b in zip(low, high, strict=True)]
+    return all(contains(shape, (x, y, z)) for x, y, z in product(*sides))
+
+
+def _halves(low: Point, high: Point) -> list[tuple[Point, Point]]:
+    """A cell cut across its longest side."""
+    i = max(range(3), key=lambda k: high[k] - low[k])
+    middle = 0.5 * (low[i] + high[i])
+    upper, lower = list(high), list(low)
+    upper[i] = lower[i] = middle
+    return [(low, (upper[0], upper[1], upper[2])), ((lower[0], lower[1], lower[2]), high)]
+
+
+def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
+    """All of these, where nothing is wrong with the declaration already."""
+    blamed = {(d.source, d.span.line) for d in found if d.severity == "error" and d.span is not None}
+    for ask in (meshes, tables, loads):
+        yield from (d for d in ask(scene) if d.span is None or (d.source, d.span.line) not in blamed)
+
+

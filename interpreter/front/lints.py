@@ -1,0 +1,135 @@
+"""Warnings about values that are allowed and doubtful, and about what nothing uses.
+
+To add one: a function that yields diagnostics, a line in LINTS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.scene import Location, Scene
+from softmark.interpreter.plan.plan import plan_of
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.loads import Gravity
+
+LIGHTEST, HEAVIEST = 10.0, 30_000.0  # kg/m^3: a light foam, and more than osmium
+SOFTEST, STIFFEST = 10.0, 2e12  # Pa: a gel that flows out of its mould, and more than diamond
+STRONGEST_PULL = 100.0  # m/s^2
+DENSITY: units.Dimension = (-3, 1, 0, 0, 0)
+
+
+def _warning(code: str, at: Location, message: str, label: str, help: str) -> Diagnostic:
+    return Diagnostic(code, message, at.source, at.span, label, help)
+
+
+def _materials(scene: Scene) -> Iterator[tuple[Any, Callable[[str], Location]]]:
+    """Each material of the scene itself, and where its fields stand: for one inside a body, its field."""
+    declared = {id(d.thing) for d in scene.declared.values() if d.kind == "material"}
+    for material in scene.of_kind("material").values():
+        yield material.thing, material.at
+    for body in scene.of_kind("body").values():
+        if id(body.thing.material) not in declared:
+            yield body.thing.material, lambda field, body=body: body.at("material")  # type: ignore[misc]
+
+
+def _densities(scene: Scene) -> Iterator[Diagnostic]:
+    for material, at in _materials(scene):
+        density = getattr(material, "density", LIGHTEST)
+        if not LIGHTEST <= density <= HEAVIEST:
+            factor = 1000.0 if density < LIGHTEST else 1e-3
+            meant = units.show(density * factor, DENSITY)
+            likely = LIGHTEST <= density * factor <= HEAVIEST
+            help = "water has 1000 kg/m^3, or 1 g/cm^3" + (f"; did you mean {meant}?" if likely else "")
+            yield _warning("W303", at("density"),
+                           f"a density of {units.show(density, DENSITY)} is unlikely for a solid",
+                           "a thousand times off?" if likely else "off by far", help)  # fmt: skip
+
+
+def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
+    for material, at in _materials(scene):
+        young = getattr(material, "young", SOFTEST)
+        if young < SOFTEST:
+            help = "soft gels have some 100 Pa; `mPa` is a thousandth of a pascal, `MPa` a million"
+        elif young > STIFFEST:
+            help = "steel has 210 GPa, diamond 1.1 TPa"
+        else:
+            continue
+        yield _warning("W310", at("young"), f"a Young's modulus of {_pascals(young)} is unlikely for a solid",
+                       "off by far", help)
+
+
+def _pascals(young: float) -> str:
+    return f"{young:.6g} Pa" if young < SOFTEST else units.show(young, units.PRESSURE)
+
+
+def _gravities(scene: Scene) -> Iterator[Diagnostic]:
+    for declared in scene.of_kind("load").values():
+        pull = declared.thing.magnitude if isinstance(declared.thing, Gravity) else 0.0
+        if pull > STRONGEST_PULL:
+            yield _warning("W307", declared.at("magnitude"),
+                           f"gravity of {pull:g} m/s^2 is {pull / 9.81:.0f} times that of Earth",
+                           "very strong", "on Earth it is 9.81 m/s^2")  # fmt: skip
+
+
+def _settled(scene: Scene) -> Iterator[Diagnostic]:
+    """Expectations that are met or not before anything is computed."""
+    for expectation in scene.expectations:
+        # a name with a dot is a metric of a model, be the model in error or not, or a parameter of a used scene
+        names = (n.text for n, _ in tree.walk(expectation.node) if isinstance(n, tree.Name) and n.parts[1:])
+        if all(name in scene.parameters for name in names):
+            yield _warning("W311", expectation.location, "nothing that is computed enters this expectation",
+                           "the same in every run",
+                           "compare a metric of a model or reference, such as `rod.eta`")  # fmt: skip
+
+
+def _registered(scene: Scene) -> Iterator[Diagnostic]:
+    for reference in scene.of_kind("reference").values():
+        if getattr(reference.thing, "register", "none") == "icp":
+            yield _warning("W316", reference.at("register"),
+                           f"`{reference.name}` is moved onto each computed surface before it is compared",
+                           "hides errors",
+                           "errors that look like a motion disappear; `clamp` registers the held face")  # fmt: skip
+
+
+def _courses(scene: Scene) -> Iterator[Diagnostic]:
+    """A state of rest knows no time."""
+    if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()):
+        return
+    for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
+        if getattr(declared.thing, "course", None) is not None:
+            yield _warning("W317", declared.at("course"),
+                           f"the course of `{declared.name}` plays no part in a static analysis",
+                           "a state of rest has no time",
+                           "it acts in full; declare `analysis NAME = dynamic(...)` to follow the motion")  # fmt: skip
+
+
+def idle(scene: Scene) -> Iterator[Diagnostic]:
+    """Models that nothing asks about."""
+    plan = plan_of(scene)
+    for name, model in scene.of_kind("model").items():
+        if name not in plan.models:
+            yield _warning("W308", model.at(), f"nothing asks for `{name}`, so it is not computed",
+                           "not asked for",
+                           "add a probe, a metric or an expectation of its body")  # fmt: skip
+
+
+def unused(scene: Scene) -> Iterator[Diagnostic]:
+    """Names that nothing refers to, in a scene that asks for something; another is a library of names."""
+    if not any(scene.of_kind(kind) for kind in ("model", "reference")):
+        return
+    for name, at in scene.unused.items():
+        kind = "parameter" if name in scene.parameters else "scene"
+        if name in scene.declared:
+            kind = scene.declared[name].kind
+        if kind in ("parameter", "material", "shape", "body", "scene"):
+            remedy = "refer to it, or remove it"
+            yield _warning("W309", at, f"nothing uses the {kind} `{name}`", "not used", remedy)
+
+
+LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (
+    _densities, _stiffnesses, _gravities, _registered, _courses, _settled,
+)  # fmt: skip

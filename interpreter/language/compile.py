@@ -1,0 +1,252 @@
+"""From a syntax tree to a scene: names resolved, dimensions and ranges checked, everything in SI.
+
+Whatever is wrong is collected, and compiling goes on: one pass reports all errors that do not follow from
+another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.suggest import nearest
+from softmark.interpreter.language import overrides, parameters, schema, sources
+from softmark.interpreter.language.bounded import Ledger
+from softmark.interpreter.language.calls import Binder
+from softmark.interpreter.language.expectations import Expectations
+from softmark.interpreter.language.expressions import Bad, Place, describe
+from softmark.interpreter.language.overrides import Override
+from softmark.interpreter.language.scene import Declared, Expectation, Location, Scene, SceneError
+from softmark.interpreter.language.scope import Scope
+from softmark.interpreter.language.sources import Module, Symbol, Table
+
+STATEMENTS = ("param", "use", "expect", "scene")
+DEEPEST = 80  # declarations that refer to one another in a row
+
+
+def compile_scene(
+    source: Source, folder: Path, file: Path | None = None, replacements: Sequence[str] = ()
+) -> tuple[Scene, list[Diagnostic]]:
+    """The scene, and all diagnostics; the scene is complete only if none of them is an error."""
+    diagnostics, given = Ledger(), list[Override]()
+    table = sources.Table()
+    with diagnostics.bounded():
+        sources.load(table, source, folder, file, diagnostics)
+        _unknown_kinds(table)
+        given = overrides.read(replacements, diagnostics)
+    return _compiled(table, str(file) if file else None, given, diagnostics, tuple(replacements))
+
+
+def recompiled(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
+    """The scene with further overrides, and all diagnostics; its text is not parsed again."""
+    if scene.table is None:
+        raise ValueError("the scene does not know its texts")
+    diagnostics = Ledger()
+    table = scene.table.again(diagnostics)
+    added = [replace(o, place=Place(o.place.source, diagnostics)) for o in more]
+    texts = (*scene.overrides, *(o.text for o in more))
+    given = overrides.read(scene.overrides, diagnostics) + added
+    other, found = _compiled(table, scene.path, given, diagnostics, texts)
+    return replace(other, chosen=scene.chosen), found
+
+
+def restored(table: Table, path: str | None, texts: tuple[str, ...], chosen: tuple[str, ...]) -> Scene:
+    """The scene of texts that were parsed before, in another process or for a copy. Raises SceneError."""
+    diagnostics = Ledger()
+    known = table.again(diagnostics)
+    scene, found = _compiled(known, path, overrides.read(texts, diagnostics), diagnostics, texts)
+    if errors := [d for d in found if d.severity == "error"]:  # a file that it names is no longer there
+        raise SceneError(errors)
+    return replace(scene, chosen=chosen)
+
+
+def _compiled(
+    table: Table, path: str | None, given: Sequence[Override], diagnostics: Ledger, texts: tuple[str, ...]
+) -> tuple[Scene, list[Diagnostic]]:
+    scope = Scope(table)
+    compiler = Compiler(scope, {})
+    main = table.modules[0]
+    title = ""
+    with diagnostics.bounded():
+        compiler.replaced = overrides.assigned(given, table)
+        title = _title(main)
+        if not diagnostics.full:
+            parameters.evaluate(scope, compiler.replaced)
+            compiler.run()
+    scene = Scene(
+        title=title,
+        source=main.source,
+        path=path,
+        parameters={n: p for n in table.symbols if (p := scope.parameters.get(n)) is not None},
+        declared={n: d for n in table.symbols if (d := compiler.declared.get(n)) is not None},
+        expectations=tuple(compiler.expectations),
+        overrides=texts,
+        unused=_unused(scope),
+        table=table,
+    )
+    return scene, diagnostics.closed()
+
+
+def _title(module: Module) -> str:
+    titles = [d for d in module.tree.declarations if isinstance(d, tree.Title)]
+    for extra in titles[1:]:
+        module.place.fail("E208", extra.span, "the scene has two titles", "the second title",
+                          "keep one of them")
+    return titles[0].text if titles else (module.file.stem if module.file else "untitled scene")
+
+
+def _unused(scope: Scope) -> dict[str, Location]:
+    """The scene's own names that nothing refers to, and where they are declared."""
+    own = {n: s for n, s in scope.table.symbols.items() if "." not in n and n not in scope.used}
+    found = {n: Location(s.module.source, s.node.name_span) for n, s in own.items()}
+    reached = {n.split(".")[0] for n in scope.used if "." in n}
+    main = scope.table.modules[0]
+    aliases = {n: use for n, use in scope.table.aliases.items() if "." not in n and n not in reached}
+    return found | {n: Location(main.source, use.alias_span) for n, use in aliases.items()}
+
+
+def _unknown_kinds(table: Table) -> None:
+    """Report declarations of a kind that does not exist, and take them out of the table."""
+    for name, symbol in list(table.symbols.items()):
+        node = symbol.node
+        if isinstance(node, tree.Declare) and node.kind not in schema.tables():
+            _unknown_kind(node, symbol.module.place)
+            table.broken.add(name)
+            del table.symbols[name]
+
+
+def _unknown_kind(node: tree.Declare, place: Place) -> None:
+    kinds = (*schema.tables(), *STATEMENTS)
+    meant = schema.WORDS.get(node.kind, node.kind)
+    made = next((c.kind for c in schema.find(meant)), None)
+    close = meant if meant in kinds else nearest(node.kind, kinds)
+    if made:
+        hint = f"`{meant}` makes {schema.article(made)} {made}: write `{made} {node.name} = {meant}(...)`"
+    else:
+        hint = f"did you mean `{close}`?" if close else "kinds of declarations: " + ", ".join(kinds)
+    place.fail("E202", node.kind_span, f"`{node.kind}` is not a kind of declaration", "unknown kind", hint)
+
+
+@dataclass
+class Compiler:
+    """Builds declarations, each after those that it refers to."""
+
+    scope: Scope
+    replaced: Mapping[str, Override]  # by parameter, or by `declared.field`
+    declared: dict[str, Declared | None] = field(default_factory=dict)  # None: in error
+    expectations: list[Expectation] = field(default_factory=list)
+    _open: list[str] = field(default_factory=list)  # names being resolved, to find circles
+
+    @property
+    def table(self) -> Table:
+        """All names and modules."""
+        return self.scope.table
+
+    def run(self) -> None:
+        """Compile every declaration of every module, and the expectations of the scene itself."""
+        for name, symbol in self.table.symbols.items():
+            if isinstance(symbol.node, tree.Declare):
+                try:
+                    self.declaration(name)
+                except Bad:
+                    continue
+        self._expectations()
+
+    # ------------------------------------------------------------------ declarations
+
+    def declaration(self, full: str) -> Declared:
+        """A declaration by its full name, with everything that it refers to. Raises Bad."""
+        if full in self.declared:
+            known = self.declared[full]
+            if known is None:
+                raise Bad
+            return known
+        symbol = self.table.symbols[full]
+        if len(self._open) >= DEEPEST:
+            raise symbol.module.place.fail(
+                "E210", symbol.node.name_span,
+                f"more than {DEEPEST} declarations refer to one another in a row", "too deep",
+                "declare what others refer to before them",
+            )  # fmt: skip
+        self.declared[full] = None
+        self._open.append(full)
+        try:
+            self.declared[full] = made = self._declaration(full, symbol)
+        finally:
+            self._open.pop()
+        return made
+
+    def _declaration(self, full: str, symbol: Symbol) -> Declared:
+        node, module = symbol.node, symbol.module
+        if not isinstance(node, tree.Declare):
+            raise Bad
+        if isinstance(node.value, tree.Name):
+            return self._alias(full, node, node.value, module)
+        if not isinstance(node.value, tree.Call):
+            found = describe(node.value)
+            raise module.place.fail(
+                "E207", node.value.span, f"expected {schema.article(node.kind)} {node.kind}, found {found}",
+                found,
+                f"constructors of {schema.plural(node.kind)}: " + ", ".join(schema.tables()[node.kind]),
+            )  # fmt: skip
+        constructor, thing, places = Binder(self, module, full).call(node.kind, node.value)
+        location, name = Location(module.source, node.span), Location(module.source, node.name_span)
+        return Declared(node.kind, full, constructor, thing, location, places, name)
+
+    def _alias(self, full: str, node: tree.Declare, name: tree.Name, module: Module) -> Declared:
+        """`material soft = tissue.liver`: another name for the same thing."""
+        known = module.prefix + name.text in self.table.symbols
+        known_words = schema.tables()[node.kind]
+        close = name.text if name.text in known_words else nearest(name.text, known_words)
+        if not known and close and not nearest(name.text, self.scope.names(module, [node.kind])):
+            raise module.place.fail(
+                "E207", name.span, f"expected a call, found the name `{name.text}`", "no parentheses",
+                f"write `{close}(...)`, with the fields that it needs; see `dsl explain {close}`",
+            )  # fmt: skip
+        target = self.named(name, node.kind, module, module.place)
+        location, own = Location(module.source, node.span), Location(module.source, node.name_span)
+        return Declared(node.kind, full, target.constructor, target.thing, location, name_at=own)
+
+    def named(
+        self, name: tree.Name, kind: str, module: Module, place: Place, also: tuple[str, ...] = ()
+    ) -> Declared:
+        """The declaration that a name stands for, which must be of a kind, or of those `also` taken. Raises Bad."""
+        symbol = self.scope.resolve(name, module, place, kind)
+        found = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "parameter"
+        if found not in (kind, *also):
+            others = self.scope.names(module, [kind])
+            hint = f"declare one: `{kind} NAME = ...`"
+            if others:
+                hint = f"declared {schema.plural(kind)}: {schema.listed(others)}"
+            raise place.fail(
+                "E213", name.span, f"expected {schema.article(kind)} {kind}, found the {found} `{name.text}`",
+                f"{schema.article(found)} {found}", hint,
+            )  # fmt: skip
+        full = module.prefix + name.text
+        if full in self._open:
+            self._circle(full, name, place)
+        return self.declaration(full)
+
+    def _circle(self, full: str, name: tree.Name, place: Place) -> None:
+        members = self._open[self._open.index(full) :]
+        problem = f"declarations refer to each other in a circle: {' -> '.join([*members, full])}"
+        if len(members) == 1:
+            problem = f"`{full}` refers to itself"
+        place.fail("E210", name.span, problem, "closes the circle", "one of them needs a call of its own")
+
+    # ------------------------------------------------------------------ expectations
+
+    def _expectations(self) -> None:
+        main = self.table.modules[0]
+        checker = Expectations(self, main)
+        for node in main.tree.declarations:
+            if isinstance(node, tree.Expect):
+                location = Location(main.source, node.span)
+                try:
+                    checker.check(node.condition)
+                except Bad:
+                    continue
+                self.expectations.append(Expectation(node.condition, location))

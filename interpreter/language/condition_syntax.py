@@ -1,0 +1,121 @@
+"""Reading conditions on coordinates, such as `x <= 0 mm and z > 1 mm`: from a syntax tree to a Condition."""
+
+from __future__ import annotations
+
+from softmark.grammar import layout, tree
+from softmark.interpreter.language import units
+from softmark.interpreter.language.conditions import Condition, Term
+from softmark.interpreter.language.expressions import COORDINATES, PREDEFINED, Evaluator, Quantity, describe
+from softmark.interpreter.language.units import LENGTH, NONE, Dimension
+
+EXPONENTS = (2.0, 3.0, 4.0)
+HIGHEST = 8  # power of length in a comparison: that of the extent of the farthest body is a number
+
+
+def selection(node: tree.Expression, evaluator: Evaluator) -> Condition:
+    """The condition that an expression states. Raises Bad."""
+    match node:
+        case tree.Unary(operator="not", operand=operand):
+            return Condition.negation(selection(operand, evaluator))
+        case tree.Binary(operator="and" | "or" as op, left=left, right=right):
+            return Condition.junction(op, selection(left, evaluator), selection(right, evaluator))
+        case tree.Compare():
+            return _comparison(node, evaluator)
+    help = "compare a coordinate with a length: `x <= 0 mm`, `x >= L and z > 0 mm`"
+    if isinstance(node, tree.Name) and node.text in COORDINATES:
+        help = f"compare it with a length: `{node.text} <= 0 mm`"
+    found = describe(node)
+    raise evaluator.place.fail("E207", node.span, f"expected a condition on the coordinates, found {found}",
+                               found, help)
+
+
+def said(node: tree.Expression, evaluator: Evaluator) -> str:
+    """The text of a condition, followed by the values of the parameters in it: what makes it this condition."""
+    names = (n for n, _ in tree.walk(node) if isinstance(n, tree.Name) and n.text not in PREDEFINED)
+    values = {name.text: evaluator.lookup(name) for name in names}
+    return "; ".join((layout.flat(node), *(f"{name} = {value!r}" for name, value in values.items())))
+
+
+def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
+    terms = [_term(operand, evaluator) for operand in node.operands]
+    if not any(term.varies for term, _ in terms):
+        raise evaluator.place.fail(
+            "E207", node.span, "the condition does not depend on x, y or z", "the same everywhere",
+            "compare a coordinate: `x <= 0 mm`",
+        )  # fmt: skip
+    steps = []
+    for i, operator in enumerate(node.operators):
+        (a, da), (b, db) = terms[i], terms[i + 1]
+        if da != db:
+            found, due = units.named(db), units.named(da)
+            raise evaluator.place.fail(
+                "E204", node.operands[i + 1].span, f"expected {due}, found {found}", found,
+                f"both sides of `{operator}` have the same dimension: give {due} in {units.usual(da)}",
+            )  # fmt: skip
+        if abs(da[0]) > HIGHEST:
+            raise evaluator.place.fail("E218", node.span, "the powers of lengths in this comparison are too high",
+                                       units.named(da), f"compare powers up to {HIGHEST}")  # fmt: skip
+        steps.append(Condition.comparison(operator, a, b, da[0]))
+    return _all(steps)
+
+
+def _all(steps: list[Condition]) -> Condition:
+    """That all of some conditions hold, in a tree as flat as can be: a comparison may have any number of parts."""
+    half = len(steps) // 2
+    return Condition.junction("and", _all(steps[:half]), _all(steps[half:])) if half else steps[0]
+
+
+def _term(node: tree.Expression, evaluator: Evaluator) -> tuple[Term, Dimension]:
+    """An arithmetic term, in which coordinates may occur."""
+    if not _has_coordinate(node):
+        q = evaluator.quantity(node)
+        return Term.constant(q.value), q.dimension
+    match node:
+        case tree.Name(parts=(axis,)):
+            return Term.coordinate(COORDINATES.index(axis)), LENGTH
+        case tree.Unary(operator="+" | "-" as op, operand=operand):
+            term, dimension = _term(operand, evaluator)
+            return (term.negated() if op == "-" else term), dimension
+        case tree.Binary(operator="+" | "-" | "*" | "/" | "^"):
+            return _combined(node, evaluator)
+        case tree.Call(function=tree.Name(parts=("sqrt" | "abs" as name,)), arguments=(argument,)):
+            term, dimension = _term(argument.value, evaluator)
+            halved = evaluator.halved(dimension, argument.span) if name == "sqrt" else dimension
+            return term.function(name), halved
+        case tree.Call():
+            raise evaluator.place.fail(
+                "E203", node.function.span, f"`{node.function.text}` does not apply to coordinates",
+                "not in a condition",
+                "coordinates take + - * / ^, `sqrt` and `abs`",
+            )  # fmt: skip
+    raise evaluator.place.fail(
+        "E207", node.span, f"expected a length, found {describe(node)}", describe(node),
+        "compare single coordinates, and join comparisons with `and` and `or`",
+    )  # fmt: skip
+
+
+def _combined(node: tree.Binary, evaluator: Evaluator) -> tuple[Term, Dimension]:
+    (a, da), (b, db) = _term(node.left, evaluator), _term(node.right, evaluator)
+    match node.operator:
+        case "^" if db != NONE or b.varies or b.value not in EXPONENTS:
+            raise evaluator.place.fail(
+                "E218", node.right.span, "a coordinate can be raised to the power of 2, 3 or 4 only",
+                "another exponent",
+                "take a root with `sqrt(...)`",
+            )  # fmt: skip
+        case "^":
+            return a.combine("^", b), units.power(da, int(b.value))
+        case "*":
+            return a.combine("*", b), units.times(da, db)
+        case "/" if b.value == 0.0:
+            raise evaluator.place.fail("E219", node.span, "this divides by zero")
+        case "/":
+            return a.combine("/", b), units.times(da, db, -1)
+        case "+" | "-" as op if da == db:
+            return a.combine(op, b), da
+    raise evaluator.unlike(node, Quantity(0.0, da), Quantity(0.0, db))
+
+
+def _has_coordinate(node: tree.Expression | tree.Argument) -> bool:
+    names = (n for n, _ in tree.walk(node) if isinstance(n, tree.Name))
+    return any(n.text in COORDINATES for n in names)

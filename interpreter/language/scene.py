@@ -1,0 +1,141 @@
+"""A compiled scene: typed objects in SI, each with the text it came from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field, fields
+from functools import cached_property
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.tree import Span
+from softmark.interpreter.language.expressions import Value
+from softmark.interpreter.language.schema import Constructor, Interval
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.sources import Table
+
+
+@dataclass(frozen=True)
+class Location:
+    """A span of a source."""
+
+    source: Source
+    span: Span
+
+    @property
+    def text(self) -> str:
+        """What stands there."""
+        return self.source.text[self.span.start : self.span.end]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """`param L = 178 mm`, evaluated; `text` is the expression that gave the value."""
+
+    name: str
+    value: Value
+    text: str
+    location: Location
+    overridden: bool = False
+    interval: Interval | None = None  # the range that the scene declares for it, SI
+
+
+@dataclass(frozen=True)
+class Declared:
+    """`kind name = constructor(...)`, built: `thing` is an instance of the constructor's class."""
+
+    kind: str
+    name: str
+    constructor: Constructor
+    thing: Any
+    location: Location
+    fields: Mapping[str, Location] = field(default_factory=dict)  # where each given field stands
+    name_at: Location | None = None
+
+    def at(self, name: str = "") -> Location:
+        """Where a field is given, or else the name that is declared."""
+        return self.fields.get(name, self.name_at or self.location)
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """`expect rod.eta < 5 %`."""
+
+    node: tree.Expression
+    location: Location
+
+    @property
+    def text(self) -> str:
+        """The condition as written, on one line."""
+        return " ".join(self.location.text.removeprefix("expect").split())
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that a scene declares, in the order of its text; names from `use` have their prefix."""
+
+    title: str
+    source: Source
+    path: str | None  # of the file, None for text
+    parameters: Mapping[str, Parameter]
+    declared: Mapping[str, Declared]
+    expectations: tuple[Expectation, ...]
+    overrides: tuple[str, ...] = ()  # as given: `L=120mm`
+    unused: Mapping[str, Location] = field(default_factory=dict)
+    table: Table | None = field(default=None, repr=False, compare=False)  # what it was compiled from
+    chosen: tuple[str, ...] = ()  # models that are asked for, with what they need; all of them without
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Conditions are functions, which cannot be pickled: the texts can, and are compiled again."""
+        if self.table is None:
+            return Scene, tuple(getattr(self, f.name) for f in fields(self))
+        from softmark.interpreter.language.compile import restored
+
+        return restored, (self.table, self.path, self.overrides, self.chosen)
+
+    def of_kind(self, kind: str) -> dict[str, Declared]:
+        """The scene's own declarations of a kind, without those that come from `use`."""
+        return self._kinds.get(kind, {})
+
+    def asked(self, kind: str) -> dict[str, Declared]:
+        """Those of a kind, without models that were not asked for."""
+        own = self.of_kind(kind)
+        return {n: d for n, d in own.items() if n in self.chosen} if self.chosen and kind == "model" else own
+
+    @cached_property
+    def _kinds(self) -> dict[str, dict[str, Declared]]:
+        found: dict[str, dict[str, Declared]] = {}
+        for name, declared in self.declared.items():
+            if "." not in name:
+                found.setdefault(declared.kind, {})[name] = declared
+        return found
+
+    def acting(self, kind: str, body: str) -> tuple[Declared, ...]:
+        """Supports or loads that act on a body, in the order of the text: its own, and those of no body."""
+        found = self._acting.get((kind, body), []) + self._acting.get((kind, None), [])
+        return tuple(declared for _, declared in sorted(found, key=itemgetter(0)))
+
+    @cached_property
+    def _acting(self) -> dict[tuple[str, str | None], list[tuple[int, Declared]]]:
+        found: dict[tuple[str, str | None], list[tuple[int, Declared]]] = {}
+        for kind in ("support", "load"):
+            for place, declared in enumerate(self.of_kind(kind).values()):
+                found.setdefault((kind, getattr(declared.thing, "body", None)), []).append((place, declared))
+        return found
+
+
+class SceneError(Exception):
+    """A scene, or an override of it, is in error: `diagnostics` says where and how to mend it."""
+
+    def __init__(self, diagnostics: list[Diagnostic]) -> None:
+        from softmark.grammar.diagnostic import render
+
+        self.diagnostics = diagnostics
+        super().__init__("\n" + render(diagnostics, colour=False))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.diagnostics,)

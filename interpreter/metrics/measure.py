@@ -1,0 +1,169 @@
+"""Metrics: every number that a scene asks for, of whoever it can be asked of."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.metrics.seen import Known, Measurement, Seen
+from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.models.shared.prepared import History
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.results.report import MetricResult, ProbeResult, Timing, clean
+from softmark.records import dataclass
+
+Floats = NDArray[np.float64]
+SAMPLES = 5000  # of a metric that a report keeps
+
+
+@dataclass(frozen=True)
+class View:
+    """What is known of a model or a reference once it is solved or read.
+
+    `displacement` is None where there is no field of displacements: nothing was found, or a surface was measured.
+    """
+
+    name: str
+    body: str
+    case: Case
+    message: str | None = None  # why there is nothing
+    displacement: Callable[[Floats], Floats] | None = None
+    probes: Mapping[str, ProbeResult] = field(default_factory=dict)
+    weights: Mapping[str, Floats] = field(default_factory=dict)
+    surface: Any = None  # measured: points, triangles, uncertainty; or how to register it onto a computed one
+    uncertainty: float = 0.0  # m, of a reference
+    clock: Mapping[str, Timing | None] = field(default_factory=dict)
+    history: History | None = None
+    solve: Mapping[str, Any] = field(default_factory=dict)
+
+
+def metrics_of(
+    scene: Scene, view: View, views: Mapping[str, View]
+) -> tuple[dict[str, MetricResult], dict[str, Floats]]:
+    """The metrics of one model or reference, and their errors at the points of their probes (n,), m."""
+    found, errors = {}, {}
+    for metric in scene.of_kind("metric").values():
+        if _concerns(scene, metric, view):
+            result, at_points = _metric(scene, metric, view, views)
+            found[metric.name] = result
+            if at_points is not None:
+                errors[metric.name] = at_points
+    return found, errors
+
+
+def _concerns(scene: Scene, metric: Declared, view: View) -> bool:
+    """Whether a metric looks at the body of a view, and does not compare it with itself."""
+    if getattr(metric.thing, "against", None) == view.name:
+        return False
+    probe, model = getattr(metric.thing, "probe", None), scene.declared[view.name].kind == "model"
+    if probe is None:  # about the computation itself
+        return model
+    if not model and view.message is None and probe not in view.probes:  # measured elsewhere
+        return False
+    return bool(scene.declared[probe].thing.body == view.body)
+
+
+def _metric(
+    scene: Scene, metric: Declared, view: View, views: Mapping[str, View]
+) -> tuple[MetricResult, Floats | None]:
+    thing = metric.thing
+    published = published_of(scene, metric.name, view.name)
+    try:
+        measured = measured_by(thing, _seen(thing, view, views))
+    except Undefined as undefined:
+        return MetricResult(None, thing.unit, str(undefined), published=published), None
+    if not math.isfinite(measured.value):
+        return MetricResult(None, thing.unit, "the value is not a finite number", published=published), None
+    against = views.get(getattr(thing, "against", None) or "")
+    uncertainty = against.uncertainty if against and getattr(thing, "uncertain", False) else 0.0
+    samples = () if measured.samples is None else _some(measured.samples[np.isfinite(measured.samples)])
+    result = MetricResult(
+        measured.value,
+        thing.unit,
+        details=clean(measured.details),
+        samples=samples,
+        uncertainty=uncertainty if uncertainty and math.isfinite(uncertainty) else None,
+        published=published,
+    )
+    at_points = measured.at_points
+    return result, at_points if at_points is None or np.all(np.isfinite(at_points)) else None
+
+
+def _some(samples: Floats) -> tuple[float, ...]:
+    """At most SAMPLES values, every so many of them."""
+    return tuple(samples[:: -(-len(samples) // SAMPLES) or 1].tolist())
+
+
+def measured_by(thing: Any, seen: Seen) -> Measurement:
+    """What a metric makes of what it sees. Raises Undefined."""
+    if hasattr(thing, "measure"):
+        measured: Measurement = thing.measure(seen)
+        return measured
+    if getattr(thing, "against", None) and (seen.known is None or seen.known.u is None):
+        raise Undefined(f"the reference `{thing.against}` has no displacements there")
+    return Measurement(float(thing.value(seen.X, seen.u, seen.known.u if seen.known else None)))
+
+
+def _seen(thing: Any, view: View, views: Mapping[str, View]) -> Seen:
+    """What the metric may look at. Raises Undefined where it is not there."""
+    nothing, name = np.zeros((0, 3)), getattr(thing, "probe", None)
+    own = ProbeResult(nothing, nothing)
+    if name is not None:
+        if name not in view.probes:
+            raise Undefined(view.message or "it has no displacements there")
+        own = view.probes[name]
+    elif view.message is not None:
+        raise Undefined(view.message)
+    against = getattr(thing, "against", None)
+    return Seen(
+        view.name,
+        view.case,
+        own.points,
+        own.displacement,
+        own.triangles,
+        view.weights.get(name or ""),
+        None if against is None else _known(against, views.get(against), name, own),
+        view.displacement,
+        view.clock,
+        view.history,
+        view.solve,
+        own.times,
+        own.course,
+    )
+
+
+def _known(against: str, reference: View | None, probe: str | None, own: ProbeResult) -> Known:
+    if reference is None:
+        raise Undefined(f"`{against}` is not part of this run, or not computed yet")
+    if reference.message is not None:
+        raise Undefined(f"the reference `{reference.name}` has no solution")
+    seen = reference.probes.get(probe or "")
+    surface = reference.surface
+    if callable(surface):  # it is registered onto what is compared with it
+        if own.triangles is None:
+            raise Undefined("registering onto a computed surface needs a probe of a surface")
+        surface = surface(own.position, own.triangles)
+    return Known(
+        reference.name,
+        seen.displacement if seen else None,
+        reference.displacement,
+        surface,
+        reference.uncertainty,
+        seen.times if seen else None,
+        seen.course if seen else None,
+    )
+
+
+def published_of(scene: Scene, metric: str, owner: str) -> float | None:
+    """What the scene says that others found for a model and a metric, in the metric's unit."""
+    for table in scene.of_kind("published").values():
+        if table.thing.metric == metric and owner in table.thing.of:
+            value: float = table.thing.values.values[table.thing.of.index(owner)]
+            return value
+    return None

@@ -1,0 +1,88 @@
+"""Flat sections: strips that bend like a beam where they may curl across their width, and like a plate where not.
+
+Bent lengthwise, a strip curls crosswise by Poisson's ratio times as much (anticlastic curvature), and is as stiff as a
+beam, E I. A clamp keeps it from curling, and so does the bend itself where it is sharp: then it is as stiff as a plate,
+E I / (1 - nu^2). Sources: Lamb (1891), "On the flexure of a flat elastic spring"; Searle (1908), "Experimental
+Elasticity"; Ashwell (1950), "The anticlastic curvature of rectangular beams and plates".
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar.diagnostic import Diagnostic
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.problem.case import Case
+
+FLAT = 4.0  # times as wide as thick: from here on a section is one of a strip
+CLAMPED, STRIP = (
+    1.6,
+    3.2,
+)  # times plate(nu) width / length at each clamp: of square and round sections, of flat ones
+THICK = 0.3  # times (width / length)^2
+SEEN = 0.02  # of the stiffness: what is worth a warning
+
+
+def curling(theta: float) -> float:
+    """The share of anticlastic curvature that is left, 1 in a beam and 0 in a plate.
+
+    2/theta (cosh theta - cos theta) / (sinh theta + sin theta), theta = b (3 (1 - nu^2))^(1/4) sqrt(curvature / t): a
+    strip of width b and thickness t on the elastic foundation that its own curvature makes (Ashwell 1950).
+    """
+    if theta < 0.1:
+        return 1.0 - theta**4 / 180.0
+    if theta > 30.0:
+        return 2.0 / theta
+    return 2.0 / theta * (math.cosh(theta) - math.cos(theta)) / (math.sinh(theta) + math.sin(theta))
+
+
+def extents(section: Any) -> tuple[float, float]:
+    """The wider and the thinner extent of a section, m."""
+    if hasattr(section, "width"):
+        return max(section.width, section.height), min(section.width, section.height)
+    return 2.0 * section.radius, 2.0 * section.radius
+
+
+def stiffening(section: Any, poisson: float, curvature: float) -> float:
+    """How much stiffer than a beam a bent strip is, relative: nu^2 (1 - F) / (1 - nu^2), curvature in 1/m."""
+    wide, thin = extents(section)
+    theta = wide * (3.0 * (1.0 - poisson**2)) ** 0.25 * math.sqrt(curvature / thin)
+    return plate(poisson) * (1.0 - curling(theta))
+
+
+def plate(poisson: float) -> float:
+    """How much stiffer than a beam a plate is, relative: 1 / (1 - nu^2) - 1."""
+    return poisson**2 / (1.0 - poisson**2)
+
+
+def doubt(declared: Declared, case: Case) -> Diagnostic | None:
+    """A warning where a section is flat, and curling matters."""
+    wide, thin = extents(case.shape.section)
+    most = plate(case.material.poisson)
+    if wide < FLAT * thin or most < SEEN:
+        return None
+    at = declared.at()
+    return Diagnostic(
+        "W382",
+        f"a section {wide / thin:.3g} times as wide as thick bends between a beam and a plate",
+        at.source,
+        at.span,
+        f"up to {100 * most:.2g} % stiffer than this model",
+        "clamps and sharp bends keep it from curling across its width; compare with `fem(...)`",
+    )
+
+
+def missing(section: Any, length: float, poisson: float, spans: int, shear: bool) -> float:
+    """What clamps and a thick section do that the theory of beams leaves out, relative, on the safe side.
+
+    A clamp keeps its section from changing over CLAMPED / 4 of the width, where the body is as stiff as a plate; more
+    where it is flat. The rest falls with the square of width over length, over as many parts as there are `spans`.
+    tests/benchmarks/beams.py holds both against solids.
+    """
+    wide, thin = extents(section)
+    reach = CLAMPED + (STRIP - CLAMPED) * min(1.0, (wide / thin - 1.0) / (FLAT - 1.0))
+    thick = (spans * wide / length) ** 2
+    return reach * spans * plate(poisson) * wide / length + (THICK if shear else THICK + 1.0) * thick

@@ -1,0 +1,192 @@
+"""The geometrically exact beam."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.models.beam import ribbon
+from softmark.interpreter.problem.case import borders, coverage, coverages
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
+from softmark.interpreter.vocabulary.supports import Follows
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.models.shared.prepared import Prepared, Workshop
+    from softmark.interpreter.problem.case import Case
+
+
+@dataclass(frozen=True)
+class Beam6Dof:
+    """Geometrically exact beam with six degrees of freedom per node, for straight prismatic bodies.
+
+    Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, rotations
+    are not limited. Two-node elements with one integration point, second order, independent of the path.
+    Shear and axial flexibility are on unless they are switched off. Needs a cylinder or a box that is
+    slender; supports must take whole cross-sections.
+    Source: Simo (1985); Simo and Vu-Quoc (1986); Crisfield and Jelenic (1999).
+    """
+
+    segments: Annotated[int, "1 in [1, 10000]", "elements along the axis"]
+    shear: Annotated[bool, "whether cross-sections may shear against the axis"] = True
+    axial: Annotated[bool, "whether the axis may stretch"] = True
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against a beam model of this case."""
+        at = declared.at()
+        if not hasattr(case.shape, "section"):
+            return [
+                Diagnostic(
+                    "E501",
+                    f"`{declared.name}` needs a straight body with a constant section",
+                    at.source,
+                    at.span,
+                    f"`{case.body.name}` is not a cylinder or a box",
+                    "use `fem(...)` for this body",
+                )
+            ]
+        if isinstance(case.analysis, Dynamic):
+            return [_still(declared)]
+        flat = ribbon.doubt(declared, case)
+        found = [*self._loads(declared, case), *self._supports(declared, case), *self._thick(declared, case)]
+        return found if flat is None else [*found, flat]
+
+    def _loads(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        found = []
+        for load in case.loads:
+            reason = _unfit(load, case)
+            if reason:
+                at = load.at("at" if isinstance(load.thing, PointForce) else "where")
+                found.append(
+                    Diagnostic(
+                        "E501",
+                        f"`{declared.name}` cannot represent the load `{load.name}`",
+                        at.source,
+                        at.span,
+                        reason,
+                        "beams take gravity, traction on an end face, forces on the axis; `fem(...)` takes all",
+                    )
+                )
+        return found
+
+    def _supports(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        found = []
+        for support in case.supports:
+            cover = coverages(support.thing.where, case.shape, self.stations(case))
+            oblique = len(support.thing.components) < 3 and not _aligned(case.shape.axis)
+            reason = (
+                "follows tracked points, which do not move a section rigidly"
+                if isinstance(support.thing, Follows)
+                else "takes only part of a cross-section"
+                if "some" in cover
+                else "selects no cross-section at a node"
+                if cover == {"none"}
+                else "holds single components of an oblique beam"
+                if oblique
+                else ""
+            )
+            if reason:
+                at = support.at("where")
+                found.append(
+                    Diagnostic(
+                        "E501",
+                        f"`{declared.name}` cannot represent the support `{support.name}`",
+                        at.source,
+                        at.span,
+                        reason,
+                        "a beam is held at whole cross-sections, where the condition holds at a node of its axis",
+                    )
+                )
+        return found
+
+    def _thick(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        section = case.shape.section
+        depth = 2 * max(max(abs(u), abs(v)) for u, v in section.samples())
+        if case.shape.length >= 3 * depth:
+            return []
+        at = declared.at()
+        ratio = case.shape.length / depth
+        return [
+            Diagnostic(
+                "W304",
+                f"a beam {ratio:.1f} times as long as deep is not slender",
+                at.source,
+                at.span,
+                "beam theory is crude here",
+                "below about 3 the section warps; compare with `fem(...)`",
+            )
+        ]
+
+    def stations(self, case: Case) -> list[float]:
+        """Nodes along the axis, m from the root: equally spaced, the nearest moved to each end of a support."""
+        found = [case.shape.length * i / self.segments for i in range(self.segments + 1)]
+        for border in sorted(
+            {b for support in case.supports for b in borders(support.thing.where, case.shape)}
+        ):
+            inner = range(1, self.segments)
+            if inner and not any(abs(s - border) <= 1e-6 * case.shape.length for s in found):
+                found[min(inner, key=lambda i: abs(found[i] - border))] = border
+        return sorted(found)
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan."""
+        off = [name for name, on in (("shear", self.shear), ("stretch", self.axial)) if not on]
+        return f"{self.segments} beam segments, no mesh" + (f", without {' and '.join(off)}" if off else "")
+
+    def load(self) -> None:
+        """Import what building needs, so that no clock counts it."""
+        import softmark.interpreter.models.beam.build  # noqa: F401
+
+    def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+        """Nodes, stiffnesses, supports and loads as arrays. Raises Fault."""
+        from softmark.interpreter.models.beam.build import prepare
+
+        return prepare(self, declared, case)
+
+
+def _still(declared: Declared) -> Diagnostic:
+    at = declared.at()
+    return Diagnostic(
+        "E501",
+        f"`{declared.name}` knows no motion, only the state of rest",
+        at.source,
+        at.span,
+        "a static model",
+        "use `fem(...)` or `mass_spring(...)` in a dynamic analysis",
+    )
+
+
+def _aligned(axis: tuple[float, ...]) -> bool:
+    return max(abs(a) for a in axis) > 1 - 1e-12
+
+
+def _unfit(load: Declared, case: Case) -> str:
+    """Why a beam cannot carry a load, or nothing."""
+    match load.thing:
+        case Gravity():
+            return ""
+        case PointForce(at=at):
+            return "" if station(case, at) is not None else "not on the axis of the beam"
+        case Traction(where=where):
+            length = case.shape.length
+            ends = [coverage(where, case.shape, s) for s in (0.0, length)]
+            between = coverages(
+                where, case.shape, [length * (i + 0.001) / 100.1 for i in range(100)] + [0.9999 * length]
+            )
+            return (
+                "" if sorted(ends) == ["all", "none"] and between == {"none"} else "not on one whole end face"
+            )
+    return "not a load of beam theory"
+
+
+def station(case: Case, point: tuple[float, float, float]) -> float | None:
+    """Distance from the root along the axis of a point on the axis, or None if it lies off it."""
+    shape = case.shape
+    offset = [p - r for p, r in zip(point, shape.root, strict=True)]
+    s = float(sum(o * a for o, a in zip(offset, shape.axis, strict=True)))
+    off = sum((o - s * a) ** 2 for o, a in zip(offset, shape.axis, strict=True)) ** 0.5
+    slack = 1e-9 * shape.length
+    return min(max(s, 0.0), shape.length) if off <= slack and -slack <= s <= shape.length + slack else None

@@ -1,0 +1,429 @@
+"""Building and solving a solid finite element model: everything here is arrays."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.fem import formulations, levers
+from softmark.interpreter.models.fem.formulations import Unknowns
+from softmark.interpreter.models.fem.start import Start, start_of
+from softmark.interpreter.models.fem.words import LARGE_ANGLE, Fem
+from softmark.interpreter.models.shared import outcome
+from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_solid
+from softmark.interpreter.models.shared.gripping import held_notes
+from softmark.interpreter.models.shared.holding import solid_supports
+from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
+from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note, with_quality
+from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
+from softmark.interpreter.problem.case import Case, Fault, fault
+from softmark.interpreter.problem.conforming import cuts_of
+from softmark.interpreter.problem.data import located
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.assembly.mixed import MixedPoints, volumetric
+from softmark.solvers.assembly.single import SingleAssembly
+from softmark.solvers.energies import elementwise
+from softmark.solvers.energies.corotational_tets import CorotationalTets
+from softmark.solvers.energies.elastic import Elastic, Together
+from softmark.solvers.energies.elementwise import ElementRotation
+from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
+from softmark.solvers.linear import factorisations, systems
+from softmark.solvers.materials import law_for, parts_for
+from softmark.solvers.materials.corotational import Corotational
+from softmark.solvers.materials.polar import rotations
+from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
+from softmark.solvers.mesh.files.reading import Unreadable
+from softmark.solvers.mesh.interpolation import Integration, centre_rule, integration, locate
+from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.meshable import UnknownElement
+from softmark.solvers.reduced.cells import BY_CELL
+from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
+
+if TYPE_CHECKING:
+    from softmark.solvers.statics.equilibrium import Watch
+
+FLAT = 0.25  # of a length: a corotational state with cells squeezed below it is none to start from
+GIVES_WAY = 3.0**-0.5  # of a length: where stress in uniaxial compression of a St Venant-Kirchhoff solid peaks
+LOST_VOLUME = 0.05  # share of the body's volume that a mesh may miss without a warning
+
+
+@dataclass(frozen=True)
+class PreparedSolid:
+    """A mesh, its elastic energy, and the static problem.
+
+    `elastic` has the law at all points of the element's quadrature: what strains are measured with, whatever energy the
+    problem has.
+    """
+
+    model: Fem
+    declared: Declared
+    shape: Any
+    mesh: Mesh
+    elastic: Elastic
+    problem: Statics
+    size: dict[str, int]
+    notes: tuple[Diagnostic, ...]
+    first: Start | None = None  # the model whose solution is started from
+    disturbance: Disturbance | None = None
+    applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
+
+    def warm(self) -> None:
+        """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
+        twin = self.problem.twin.internal if self.problem.twin else ()
+        for energy in (*self.problem.assembly.internal, *twin):
+            one = _one_cell(energy)
+            nodes = np.unique(one.stencils)
+            rest = np.zeros(self.problem.assembly.dofs, dtype=self.problem.rest.dtype)
+            small = Assembly(len(rest), np.setdiff1d(np.arange(len(rest)), nodes), [one], [])
+            small = small if self.problem.exact is None else SingleAssembly.of(small)
+            small.value(rest, 1.0)
+            small.gradient(rest, 1.0)
+            small.tangent(rest, 1.0)
+        _one_cell(self.elastic).F(np.zeros(self.mesh.points.size))
+        entries = len(self.problem.assembly.pattern.indices)
+        factorisations.warm(entries)
+        if entries >= factorisations.LARGE or self.problem.linear != Linear(modes=self.problem.linear.modes):
+            systems.warm(self.problem.linear, self.problem.rest.dtype)
+        if self.first is not None:
+            self.first.prepared.warm()
+
+    def outside(self, X: Floats) -> float:
+        """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
+        return outside(self.shape, self.mesh, X)
+
+    def solve(self, watch: Watch) -> Solution:
+        """Static equilibrium from rest, or from another model's solution, which is solved first."""
+        remedy = "try a smaller load, a finer mesh or another strain measure"
+        problem = replace(self.problem, watch=watch)
+        if self.first is None:
+            return outcome.solution(lambda: self._found(problem), remedy, self._finish, self._loose)
+        begun = self.first.begin(self.mesh.points, watch)
+        problem = replace(problem, start=self.unknowns.begun(begun.x))
+        found = outcome.solution(lambda: equilibrium(problem), remedy, self._finish, self._loose)
+        notes = begun.notes(self.declared, found)
+        return replace(found, facts=found.facts | {"start": begun.facts(found)}, notes=(*notes, *found.notes))
+
+    @property
+    def unknowns(self) -> Unknowns:
+        """What a state holds."""
+        return Unknowns.of(self.problem.assembly.internal[0], self.mesh)
+
+    def _found(self, problem: Statics) -> Equilibrium:
+        """From rest, or from a disturbed state. Raises NotConverged."""
+        if self.disturbance is None:
+            return equilibrium(problem)
+        return of_solid(self.disturbance, problem, self.mesh.points, self.elastic)
+
+    def _loose(self, d: Floats) -> str:
+        return outcome.unresisted(self.mesh.points, self.unknowns.moved(d).reshape(-1, 3))
+
+    def _finish(self, found: Equilibrium) -> Solution:
+        x = self.unknowns.moved(found.x)
+        u = x.reshape(-1, 3)
+        solution = outcome.found(found, displacement_of(self.mesh, u))
+        notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *outcome.doubts(self.declared, found))
+        facts = solution.facts | mesh_facts(self.mesh)
+        left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
+        return replace(solution, facts=facts, notes=notes, mesh=self._deformed(u, found.x, left))
+
+    def _deformed(self, u: Floats, state: Floats, left: Floats | None) -> Deformed:
+        pressures = self.unknowns.pressed(self.problem.assembly.internal[0], state)
+        return Deformed(self.mesh, u, pressures=pressures, left=left)
+
+    def _beyond_its_law(self, x: Floats) -> tuple[Diagnostic, ...]:
+        """Whether a St Venant-Kirchhoff solid is squeezed to where it gives way."""
+        if not isinstance(self.elastic.law, StVenantKirchhoff) or (least := squeezed(self.elastic.F(x))) > GIVES_WAY:
+            return ()
+        at = self.declared.at("strain")
+        return (
+            Diagnostic(
+                "W381",
+                f"`{self.declared.name}` squeezes a St Venant-Kirchhoff solid to {max(0.0, least):.2g} of its size",
+                at.source,
+                at.span,
+                f"the law gives way below {GIVES_WAY:.3g}",
+                "squeezed more it resists less, and stretched by sqrt(1 + 1 / nu) it is flat; use `neo_hookean`",
+            ),
+        )
+
+    def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
+        if self.model.strain != "small":
+            return ()
+        H = self.elastic.F(x) - np.eye(3)
+        skew = 0.5 * (H - H.transpose(0, 2, 1))
+        angle = float(np.sqrt(0.5 * np.sum(skew**2, axis=(1, 2))).max())
+        if angle < LARGE_ANGLE:
+            return ()
+        at = self.declared.at("strain")
+        return (
+            Diagnostic(
+                "W306",
+                f"`{self.declared.name}` took rotations of up to {units.show(angle, units.ANGLE)} for small ones",
+                at.source,
+                at.span,
+                "outside its range",
+                "its numbers are those of a model that does not apply",
+            ),
+        )
+
+
+def outside(shape: Any, mesh: Mesh, X: Floats) -> float:
+    """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
+    return float(locate(mesh, X).outside.max(initial=0.0)) if getattr(shape, "prebuilt", False) else 0.0
+
+
+def displacement_of(mesh: Mesh, u: Floats) -> Callable[[Floats], Floats]:
+    """Displacements of material points from those of the nodes u (n, 3), m."""
+    return lambda X: locate(mesh, X).interpolate(u)
+
+
+AnyEnergy = TypeVar("AnyEnergy")
+
+
+def _one_cell(energy: AnyEnergy) -> AnyEnergy:
+    """The first cell of an energy over a mesh: what compiles its kernels at no cost."""
+    known: Any = energy  # one of the dataclasses of solvers/energies over cells
+    if hasattr(known, "parts"):
+        whole: AnyEnergy = replace(known, parts=tuple(_one_cell(part) for part in known.parts))
+        return whole
+    over_cells = [f.name for f in fields(known) if f.name in BY_CELL]
+    one: AnyEnergy = replace(known, **{name: getattr(known, name)[:1] for name in over_cells})
+    return one
+
+
+@dataclass(frozen=True)
+class Meshed:
+    """A mesh as files that other programs read want it."""
+
+    mesh: Mesh
+
+    @property
+    def points(self) -> Floats:
+        """Undeformed points (n, 3), m."""
+        return self.mesh.points
+
+    @property
+    def cells(self) -> Any:
+        """Nodes of each cell (m, a)."""
+        return self.mesh.cells
+
+    @property
+    def kind(self) -> str:
+        """The element."""
+        return self.mesh.kind
+
+
+@dataclass(frozen=True)
+class Deformed(Meshed):
+    """A mesh and the displacements of its points."""
+
+    displacement: Floats  # (n, 3) m
+    times: Floats | None = None  # (t,) s
+    frames: Floats | None = None  # (t, n, 3) m: displacements at these times
+    pressures: Floats | None = None  # (m, b) Pa, positive in tension: at four corners of each cell, or one in it
+    left: Floats | None = None  # (n, 3) m: the Newton step that would come next, where it is known
+
+
+def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """Everything that solving needs, for rest or for motion. Raises Fault."""
+    static, parts = at_rest(model, declared, case, workshop)
+    if not isinstance(case.analysis, Dynamic):
+        return levered(static, workshop, disturbance_of(case))
+    from softmark.interpreter.models.shared.motion import in_motion
+
+    mesh, problem = static.mesh, static.problem
+    loads = [*static.applied]
+    mass = mass_of(model, case, mesh, parts)
+    return in_motion(static, declared, case, mesh, mass, problem.assembly.internal, loads, problem)
+
+
+def at_rest(
+    model: Fem, declared: Declared, case: Case, workshop: Workshop, mesh: Mesh | None = None
+) -> tuple[PreparedSolid, Integration]:
+    """The static problem, and the integration over its mesh, or another of the same body. Raises Fault."""
+    mesh = mesh_of(model, declared, case, workshop) if mesh is None else mesh
+    parts = integration(mesh)
+    elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, model.strain))
+    energy, twin = (
+        energies(model, case, mesh, elastic)
+        if model.formulation == "displacement"
+        else formulations.energies(model, case, mesh, parts)
+    )
+    fixed, target = solid_supports(case, mesh, workshop.measured)
+    applied = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
+    unknowns = Unknowns.of(energy, mesh)
+    dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
+    assembly = Assembly(dofs, fixed, [energy], unknowns.loads(together(applied, mesh.points.size)), points)
+    formulations.must_breathe(declared, case, assembly)
+    problem = Statics(
+        assembly,
+        VectorSpace(dofs),
+        np.zeros(dofs),
+        fixed,
+        target,
+        case.analysis.tolerance,
+        case.analysis.max_iterations,
+        None if twin is None else assembly.with_internal([twin]),
+        unknowns.of_displacements(soundness(model, elastic)),
+        unknowns.of_displacements(lambda x: squeezed(elastic.F(x)) > FLAT),
+        convex=model.strain == "small" and assembly.conservative,
+        extent=mesh.extent,
+        path=getattr(case.analysis, "path", "load"),
+    )
+    size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
+    shape = model.mesh or case.shape
+    notes = (
+        *volume_note(declared, case, mesh),
+        *sliver_note(declared, shape, mesh),
+        *held_notes(declared, case, mesh),
+    )
+    return PreparedSolid(model, declared, shape, mesh, elastic, problem, size, notes, applied=(*applied,)), parts
+
+
+def levered(
+    static: PreparedSolid, workshop: Workshop, disturbance: Disturbance | None = None
+) -> PreparedSolid:
+    """With what the model trades for speed: precision, caps, linear solver, start. Raises Fault."""
+    model, problem = static.model, static.problem
+    reuse, modes = model.factorisation == "reused", problem.assembly.modes
+    choice = Linear(model.linear, model.precision, model.linear_cap, reuse, modes)
+    choice = formulations.spared(choice, problem.assembly)
+    problem = replace(problem, cap=model.cap, linear=choice)
+    if model.precision == "single":
+        twin = None if problem.twin is None else SingleAssembly.of(problem.twin)
+        rest: Any = problem.rest.astype(np.float32)
+        exact, assembly = problem.assembly, SingleAssembly.of(problem.assembly)
+        problem = replace(problem, assembly=assembly, twin=twin, rest=rest, exact=exact)
+    first = None if model.start is None else start_of(static.declared, workshop)
+    return replace(static, problem=problem, first=first, disturbance=disturbance)
+
+
+def soundness(model: Fem, elastic: Elastic) -> Callable[[Floats], bool]:
+    """Whether no cell is inside out at any of its integration points; small strains know no such thing."""
+
+    def sound(x: Floats) -> bool:
+        return model.strain == "small" or bool(np.all(np.linalg.det(elastic.F(x)) > 0))
+
+    return sound
+
+
+def squeezed(F: Floats) -> float:
+    """The least principal stretch among deformation gradients (n, 3, 3), negative where one is inside out."""
+    least = np.sqrt(np.maximum(np.linalg.eigvalsh(F.transpose(0, 2, 1) @ F)[:, 0], 0.0))
+    return float((np.sign(np.linalg.det(F)) * least).min(initial=1.0))
+
+
+def energies(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> tuple[Energy, Energy | None]:
+    """The elastic energy that a model asks for, and its corotational twin where its law is one of finite strain."""
+    if model.rotation == "element":
+        return _element_rotation(model, case, mesh, elastic), None
+    energy = _integrated(model, case, mesh, elastic, model.strain)
+    if model.strain != "finite":
+        return energy, None
+    return energy, _integrated(model, case, mesh, elastic, "corotational")
+
+
+def _integrated(model: Fem, case: Case, mesh: Mesh, elastic: Elastic, strain: str) -> Energy:
+    """The energy of a strain measure, as the model integrates it."""
+    first, *others = (
+        _mixed(part, case, strain) for part in _elastic_parts(model, case, mesh, elastic, strain)
+    )
+    if others:
+        return Together((first, *others))
+    if isinstance(first.law, Corotational) and mesh.kind == "tet4":
+        return CorotationalTets(first.cells, first.dNdX, first.w, first.law)
+    return first
+
+
+def _mixed(part: Elastic, case: Case, strain: str) -> Elastic:
+    """The same energy, able to take pressures that a step promises, where its law has a part of the volume alone."""
+    laws = parts_for(case.material, strain) if strain == "finite" else None
+    if laws is None or not volumetric(laws[1]) or part.law == laws[0]:
+        return part
+    return MixedPoints(part.cells, part.dNdX, part.w, part.law, volume=laws[1])
+
+
+def _elastic_parts(model: Fem, case: Case, mesh: Mesh, elastic: Elastic, strain: str) -> tuple[Elastic, ...]:
+    """The law at all points, or shear at all points and volume at the centre."""
+    laws = parts_for(case.material, strain) if model.integration == "selective" else None
+    if laws is None:
+        return (replace(elastic, law=law_for(case.material, strain)),)
+    middle = integration(mesh, rule=centre_rule(mesh.element))
+    return replace(elastic, law=laws[0]), Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])
+
+
+def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> ElementRotation:
+    """One rotation for each cell, and its stiffness at rest, in full or selectively integrated."""
+    G, rest = elementwise.mean(elastic.dNdX, elastic.w), np.eye(3)[None]
+    parts = _elastic_parts(model, case, mesh, elastic, "small")
+    K = np.sum([elementwise.stiffness(e.dNdX, e.w, e.law.dPdF(rest)[0]) for e in parts], axis=0)
+    return ElementRotation(mesh.points, mesh.cells, G, K, rotations)
+
+
+def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
+    """The mass matrix of a model, kg: sparse (3n, 3n) where it is consistent, and else its diagonal (3n,)."""
+    return mass_matrix(mesh, parts, case.material.density, model.mass)
+
+
+def mesh_key(model: Fem, case: Case) -> tuple[Any, ...]:
+    """What models must agree in to share a mesh: body, element, size, and where supports need nodes."""
+    return (case.body.name, *model.mesh_key(), *(() if model.mesh else cuts_of(case)))
+
+
+def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Mesh:
+    """The mesh of a model, made once for all models that want the same. Raises Fault."""
+    key = mesh_key(model, case)
+    if key in workshop.meshes:
+        workshop.borrowed = workshop.seconds.get(key, (0.0, 0.0))
+    else:
+        wall, cpu = time.perf_counter(), time.process_time()
+        at = declared.at("mesh") if model.mesh is not None else case.body.at("shape")
+        shape = located(model.mesh or case.shape, at)
+        cuts = cuts_of(case, shape)
+        try:
+            made = shape.mesh(model.element, model.size, cuts) if cuts else shape.mesh(model.element, model.size)
+            workshop.meshes[key] = with_quality(made, model, declared)
+        except UnknownElement as error:
+            raise Fault(levers.unmeshed(declared, error)) from error
+        except Unreadable as error:
+            raise fault(
+                error.code,
+                at,
+                f"the mesh of `{case.body.name}` cannot be used: {error}",
+                help=error.remedy
+                or "hex8 takes hexahedra; tet4 and tet10 take tetrahedra, or hexahedra that are split",
+            ) from error
+        workshop.seconds[key] = time.perf_counter() - wall, time.process_time() - cpu
+    mesh: Mesh = workshop.meshes[key]
+    return mesh
+
+
+def volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
+    """A warning where a mesh holds much less or more than the body."""
+    if not hasattr(case.shape, "volume"):
+        return ()
+    lost = 1.0 - float(mesh.volumes.sum()) / case.shape.volume
+    if abs(lost) < LOST_VOLUME:
+        return ()
+    given = getattr(declared.thing, "mesh", None) is not None
+    at = declared.at("mesh" if given else "size")
+    return (
+        Diagnostic(
+            "W305",
+            f"the mesh of `{declared.name}` holds {100 * abs(lost):.1f} % {'less' if lost > 0 else 'more'} volume "
+            "than the body",
+            at.source,
+            at.span,
+            "not the same body" if given else "too coarse for the curved surface",
+            "check the file and its unit" if given else "use a smaller size",
+        ),
+    )

@@ -1,0 +1,206 @@
+"""Finite elements that do not lock: which of them a scene may ask for, and how they are built."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.problem.case import fault
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.models.fem.words import Fem
+    from softmark.interpreter.problem.case import Case
+    from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.energies.energy import Energy
+    from softmark.solvers.linear.systems import Linear
+    from softmark.solvers.mesh.interpolation import Integration
+    from softmark.solvers.mesh.mesh import Mesh
+
+    Floats = NDArray[np.float64]
+
+ELEMENTS = {"mixed": ("tet10", "hex8"), "mean_dilatation": ("hex8",)}  # that a formulation is known for
+FREE = (
+    "use tet10 or hex8 with `formulation = mixed`, or hex8 with `integration = selective` or `formulation ="
+    " mean_dilatation`"
+)
+DIRECT = {"linear": ("conjugate_gradients", "multigrid"), "precision": ("single",), "factorisation": ("reused",)}
+
+Clash = tuple[str, str, str, str, str]  # code, field, problem, label, help
+
+
+def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
+    """A formulation that does not fit the element, its law or the analysis; a solid that needs another one."""
+    found = []
+    for code, field, problem, label, help in (*_fits(model, case), *_incompressible(model, declared, case)):
+        at = declared.at(field)
+        found.append(Diagnostic(code, problem, at.source, at.span, label, help))
+    return found
+
+
+def _fits(model: Fem, case: Case) -> Iterator[Clash]:
+    if model.formulation == "displacement":
+        return
+    word = f"formulation = {model.formulation}"
+    if model.element not in ELEMENTS[model.formulation]:
+        yield "E551", "formulation", f"{word} is not one of {model.element}", *_element_words(model)
+    elif model.integration == "selective" or model.rotation == "element":
+        other = "integration = selective" if model.integration == "selective" else "rotation = element"
+        yield (
+            "E551", "formulation", f"{word} and {other} are two ways to keep the volume, or two energies",
+            f"not with {other}", "leave one of the two out",
+        )  # fmt: skip
+    elif model.strain == "finite" and _no_split(case):
+        yield (
+            "E551", "formulation", f"the law of `{case.body.name}` has no part of the volume for a pressure to take",
+            "needs a law that comes apart", "use another material, `strain = corotational`, or leave it out",
+        )  # fmt: skip
+    elif model.formulation == "mixed":
+        yield from _mixed(model, case)
+
+
+def _no_split(case: Case) -> bool:
+    return case.material.finite_law() is not None and case.material.finite_mixed() is None
+
+
+def _element_words(model: Fem) -> tuple[str, str]:
+    if model.formulation == "mixed":
+        return "no stable pressures", "use `tet10`, whose pressures are linear, or `hex8` with one in each cell"
+    return "only with hex8", "use `hex8`, or `tet10` with `formulation = mixed`"
+
+
+def _mixed(model: Fem, case: Case) -> Iterator[Clash]:
+    """What pressures as unknowns exclude."""
+    if isinstance(case.analysis, Dynamic):
+        help = "use `hex8` with `formulation = mean_dilatation` and a Poisson's ratio below 0.5, or a static analysis"
+        problem = "pressures have no mass to move: mixed elements are for statics"
+        yield "E553", "formulation", problem, "not in a dynamic analysis", help
+        return
+    if getattr(case.analysis, "disturbed", "none") != "none":
+        problem = "a disturbed start is followed downhill in energy, and with pressures there is no downhill"
+        help = "use `formulation = mean_dilatation` with hex8, or an analysis that is not disturbed"
+        yield "E554", "formulation", problem, "not with `disturbed`", help
+    for field, values in DIRECT.items():
+        if getattr(model, field) in values:
+            problem = f"{field} = {getattr(model, field)} cannot solve for pressures: their equations are a saddle"
+            help = "leave it out, or use `formulation = mean_dilatation` with hex8"
+            yield "E554", field, problem, "not with formulation = mixed", help
+
+
+def _incompressible(model: Fem, declared: Declared, case: Case) -> Iterator[Clash]:
+    if case.material.incompressible and model.formulation != "mixed":
+        field = "formulation" if model.formulation != "displacement" else "element"
+        where = f"the material of `{case.body.name}`"
+        if model.material is not None:
+            field, where = "material", f"the material that `{declared.name}` takes"
+        problem = f"{where} is incompressible, and this element needs a compressible one"
+        help = "use `tet10` or `hex8` with `formulation = mixed`, or a Poisson's ratio below 0.5 such as 0.4999"
+        yield "E552", field, problem, "infinite bulk modulus", help
+
+
+# ------------------------------------------------------------------ building them
+
+
+def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
+    """The energy of a formulation other than that of displacements, and its corotational twin for finite strain."""
+    energy = _energy(model, case, mesh, parts, model.strain)
+    return energy, _energy(model, case, mesh, parts, "corotational") if model.strain == "finite" else None
+
+
+def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str) -> Energy:
+    from softmark.solvers.assembly.pressured import with_pressures
+    from softmark.solvers.energies.pressures import MeanDilatation
+    from softmark.solvers.materials import mixed_for
+
+    split = mixed_for(case.material, strain)
+    if split is None:  # `doubts` refuses it
+        raise KeyError(strain)
+    if model.formulation == "mixed":
+        return with_pressures(mesh, parts, split, case.material.shear_modulus)
+    body = (mesh.cells, parts.dNdX, parts.w)
+    return MeanDilatation(*body, split.shape, split.constraint, split.modulus)
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """What a state of a solid holds: displacements of nodes, and behind them the pressures of an energy that has some.
+
+    `displacements` of them in the first place, `all` together.
+    """
+
+    displacements: int
+    all: int
+
+    @classmethod
+    def of(cls, energy: Energy, mesh: Mesh) -> Unknowns:
+        """Those of an elastic energy over a mesh."""
+        return cls(mesh.points.size, int(getattr(energy, "dofs", mesh.points.size)))
+
+    @property
+    def pressures(self) -> int:
+        """How many unknowns are pressures."""
+        return self.all - self.displacements
+
+    def loads(self, loads: list[Energy]) -> list[Energy]:
+        """Loads on displacements, as energies of the whole state."""
+        if not self.pressures:
+            return loads
+        from softmark.solvers.energies.pressures import OfDisplacements
+
+        return [OfDisplacements(load, self.displacements) for load in loads]
+
+    def of_displacements(self, of: Callable[[Floats], bool]) -> Callable[[Floats], bool]:
+        """A question about displacements, asked of the whole state."""
+        return lambda x: of(self.moved(x))
+
+    def moved(self, x: Floats) -> Floats:
+        """The displacements of a state."""
+        return x[: self.displacements]
+
+    def pressed(self, energy: Energy, x: Floats) -> Floats | None:
+        """The pressures of a state in each cell (m, b), Pa; None where they are no unknowns."""
+        mixed: Any = energy
+        return mixed.unit * x[mixed.pressures] if self.pressures else None
+
+    def begun(self, u: Floats | None) -> Floats | None:
+        """A state with these displacements; Newton's method finds its pressures at once, since they are linear."""
+        import numpy as np
+
+        return u if u is None or not self.pressures else np.concatenate([u, np.zeros(self.pressures)])
+
+
+def must_breathe(declared: Declared, case: Case, assembly: Assembly) -> None:
+    """Raises Fault where no displacement feels the same pressure everywhere in an incompressible body.
+
+    Supports then hold its surface all around: any change of volume they ask for is impossible, and without one the
+    pressure is anything.
+    """
+    import numpy as np
+
+    energy: Any = assembly.internal[0]
+    if not assembly.saddle or not case.material.incompressible:
+        return
+    pressures = assembly.free >= 3 * energy.nodes
+    B = assembly.tangent(np.zeros(assembly.dofs), 0.0)[~pressures][:, pressures]
+    if B.size and np.abs(B.sum(axis=1)).max() > 1e-9 * abs(B).sum(axis=1).max():
+        return
+    at = case.supports[-1].at()
+    help = "leave a part of the surface free, or take a Poisson's ratio below 0.5 such as 0.4999"
+    raise fault("E555", at, f"the supports hold the incompressible `{case.body.name}` all around, which leaves its"
+                f" pressure in `{declared.name}` open", "nowhere to go", help)  # fmt: skip
+
+
+def spared(choice: Linear, assembly: Assembly) -> Linear:
+    """A choice of linear solvers that can solve for the pressures of an assembly, if it has some."""
+    from dataclasses import replace
+
+    if not assembly.saddle:
+        return choice
+    energy: Any = assembly.internal[0]
+    return replace(choice, spare=energy.spare[assembly.free], modes=None)

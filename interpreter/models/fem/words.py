@@ -1,0 +1,286 @@
+"""Solid finite elements."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.models.fem import formulations
+from softmark.interpreter.models.fem import levers as options
+from softmark.interpreter.problem.small_deflection import bending_angle
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.records import dataclass
+from softmark.solvers.mesh.meshable import UnknownElement, meshable
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.scene import Declared, Scene
+    from softmark.interpreter.models.shared.prepared import Prepared, Workshop
+    from softmark.interpreter.problem.case import Case
+
+LARGE_ANGLE = 0.1  # rad: a rotation that small strains misread by 0.5 % strain (1 - cos)
+FORMULATIONS = {"mixed": "with pressures", "mean_dilatation": "mean dilatation"}  # in an outline
+
+
+@dataclass(frozen=True)
+class Fem:
+    """Finite elements over the volume of a body: a choice of element and of how strain is measured.
+
+    `small`: strain is linear in the displacements; right for rotations of a few degrees, grows the body when
+    it turns. `corotational`: linear elasticity in the frame of the polar rotation of each integration point,
+    with its exact derivatives; right for large rotations and small strains. `finite`: the material's own law,
+    right for both. The first two take the moduli that the material has at rest.
+    `integration = selective` (hex8): what belongs to the modulus lambda is taken at the centre of each cell only, which
+    frees it from volumetric locking. `rotation = element` (corotational): one rotation for each cell, as simulators in
+    real time have it; its forces have no energy. `mass`: how weight is put on nodes. `consistent` integrates the shape
+    functions, `lumped` shares each cell's mass by the diagonal of its mass matrix, `uniform` gives every node of the
+    mesh the same, which is wrong wherever the mesh is graded.
+
+    `formulation` frees elements from locking near incompressibility. `mixed` has pressures as unknowns beside the
+    displacements, and takes every Poisson's ratio up to and including 0.5: linear and continuous in tet10 (Taylor and
+    Hood), the element of choice there, or one in each hex8 (Q1/P0, whose displacements are good while its pressures
+    may alternate from cell to cell). It is for statics. `mean_dilatation` (hex8) takes the mean of the change of
+    volume over each cell: B-bar where strains are small, the consistent form of F-bar where they are finite; the same
+    displacements as mixed hex8, with no other unknowns, for Poisson's ratios below 0.5 and for motion too.
+
+    Levers trade accuracy, or nothing, for speed; `sweep` varies them, and `dsl compare` says what each costs.
+    `cap` stops Newton's method after so many linear systems, at rest from the first, in motion in every step: what
+    programs do that must keep a frame. Such a state is `capped`, is not solved, and never counts as real time; its
+    residual is that of the state, and its metrics say what the cap costs. `linear` names the linear solver, `auto` the
+    one that suits. `conjugate_gradients` has the diagonal as its preconditioner, and `linear_cap` stops it after so
+    many iterations in every Newton step; the state is `capped` where it then is no equilibrium. `precision = single`
+    keeps geometry, state, forces, tangent and factor in 32 bits; the residual that is reported is computed in 64,
+    `converged` then says that rounding is all that is left, and at most 1e-3 of the residual or in the energy norm.
+    `factorisation = reused` keeps a factor as long as conjugate gradients with it cost less than a new one, and solves
+    early Newton steps no better than they deserve (Eisenstat and Walker 1996): the same state to the same tolerance.
+    `quality` moves the nodes of the mesh at random, the same way every time, until its worst cell has this mean ratio
+    (Knupp 2001; 1 is a regular cell, 0 a flat one): for studies of what bad meshes do. The shape of the body is kept:
+    nodes of plane faces move within them, those of straight edges along them, others stay.
+    `start` names another model of the body whose solution Newton's method starts from, on a coarser mesh or with a
+    cheaper strain; what that one takes is part of what this one takes.
+    """
+
+    element: Annotated[str, "element", "the element: tet4, tet10 or hex8"]
+    strain: Annotated[Literal["small", "corotational", "finite"], "how strain is measured"]
+    size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    mesh: Annotated[Any | None, "shape", "a mesh from a file in place of one made of the body's shape"] = None
+    integration: Annotated[Literal["full", "selective"], "at which points of a hexahedron"] = "full"
+    formulation: Annotated[
+        Literal["displacement", "mixed", "mean_dilatation"], "what the volume is kept by: see above"
+    ] = "displacement"
+    rotation: Annotated[Literal["point", "element"], "what turns as one in corotational strain"] = "point"
+    mass: Annotated[Literal["consistent", "lumped", "uniform"], "how nodes share the mass"] = "consistent"
+    cap: Annotated[
+        int | None,
+        "1 in [1, 1000]",
+        "Newton iterations after which a state, or a time step, is accepted, solved or not; none: all are solved",
+    ] = None
+    material: Annotated[
+        Any | None, "material", "another material than the body's, to see what it changes"
+    ] = None
+    precision: Annotated[Literal["double", "single"], "of all numbers, 64 or 32 bits"] = "double"
+    linear: Annotated[
+        Literal["auto", "cholesky", "superlu", "pardiso", "multigrid", "conjugate_gradients"],
+        "what solves linear systems",
+    ] = "auto"
+    linear_cap: Annotated[
+        int | None,
+        "1 in [1, 100000]",
+        "iterations of conjugate gradients in a Newton step; none: until it is solved",
+    ] = None
+    factorisation: Annotated[
+        Literal["fresh", "reused"], "whether a factor serves one Newton step or several"
+    ] = "fresh"
+    start: Annotated[str | None, "model", "the model whose solution is started from; rest without"] = None
+    quality: Annotated[
+        float | None,
+        "1 in [1e-9, 1]",
+        "of the worst cell, to which nodes are moved: a mesh made worse on purpose; none: as it is made",
+    ] = None
+
+    def mesh_key(self) -> tuple[Any, ...]:
+        """What two models of a body must agree in to share a mesh."""
+        moved = () if self.quality is None else (("quality", self.quality),)
+        if self.mesh is None:
+            return self.element, self.size, *moved
+        facts = (getattr(self.mesh, name, None) for name in ("path", "unit", "split"))
+        return self.element, self.size, *facts, *moved
+
+    def _own_mesh(self, case: Case) -> bool:
+        """Whether the mesh comes from a file, of the model or of the body."""
+        return bool(getattr(self.mesh or case.shape, "prebuilt", False))
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against this model of this case."""
+        try:
+            meshable(self.element)
+        except UnknownElement as error:
+            return [options.unmeshed(declared, error)]
+        found = [
+            self.one_mesh(declared, case),
+            *options.sized(self, declared, case),
+            self._finite_law(declared, case),
+            self._locking(declared, case),
+            self._rotation(declared, case),
+        ]
+        found += [*options.doubts(self, declared, case), *formulations.doubts(self, declared, case)]
+        found.append(self.coarse(declared, case))
+        return [d for d in found if d is not None]
+
+    def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against the model that it starts from."""
+        return options.starts(scene, declared, case)
+
+    def one_mesh(self, declared: Declared, case: Case) -> Diagnostic | None:
+        """Exactly one of `size` and `mesh`, but for a body that is a mesh already."""
+        prebuilt = getattr(self.mesh, "prebuilt", self.mesh is None)
+        both = self.size is not None and self.mesh is not None
+        neither = self.size is None and self.mesh is None and not getattr(case.shape, "prebuilt", False)
+        if prebuilt and not both and not neither:
+            return None
+        at = declared.at("mesh" if self.mesh is not None else "element")
+        problem, label, help = (
+            (f"`{declared.name}` has neither a `size` nor a `mesh`", "how fine?",
+             'give `size = 5 mm`, or a mesh: `mesh = mesh("file.msh", unit = 1 mm)`')
+            if neither
+            else (f"`{declared.name}` has both a `size` and a `mesh`", "one of them only",
+                  "a mesh from a file has its own size; leave `size` out")
+            if both
+            else (f"the `mesh` of `{declared.name}` is a shape without cells", "not a mesh",
+                  'name a file: `mesh = mesh("file.msh", unit = 1 mm)`')
+        )  # fmt: skip
+        return Diagnostic("E507", problem, at.source, at.span, label, help)
+
+    def _finite_law(self, declared: Declared, case: Case) -> Diagnostic | None:
+        if self.strain != "finite" or case.material.finite_law() is not None:
+            return None
+        at, body = declared.at("strain"), case.body.name
+        return Diagnostic(
+            "E502",
+            f"the material of `{body}` has no law for finite strain",
+            at.source,
+            at.span,
+            "needs such a law",
+            "declare a `neo_hookean(...)` or `st_venant_kirchhoff(...)`, or use `strain = corotational`",
+        )
+
+    def locks_at(self, poisson: float) -> bool:
+        """Whether the element is visibly too stiff at a Poisson's ratio."""
+        free = self.integration == "selective" or self.formulation != "displacement"
+        return not free and bool(poisson >= element_class(self.element).locks)
+
+    def _locking(self, declared: Declared, case: Case) -> Diagnostic | None:
+        nu = case.material.poisson
+        if not self.locks_at(nu) or case.material.incompressible:
+            return None
+        at = declared.at("element")
+        cells = {"tet4": "linear tetrahedra", "hex8": "linear hexahedra"}.get(self.element, self.element)
+        cure = "use `formulation = mixed`" if self.element == "tet10" else formulations.FREE
+        return Diagnostic(
+            "W301",
+            f"{cells} lock at a Poisson's ratio of {nu:g}",
+            at.source,
+            at.span,
+            "too stiff here",
+            f"it bends too little, the more so the coarser its mesh: {cure}",
+        )
+
+    def _rotation(self, declared: Declared, case: Case) -> Diagnostic | None:
+        angle = bending_angle(case) if self.strain == "small" else None
+        if angle is None or angle < LARGE_ANGLE:
+            return None
+        at = declared.at("strain")
+        return Diagnostic(
+            "W302",
+            "small strains cannot follow the rotation that this load causes",
+            at.source,
+            at.span,
+            f"about {math.degrees(angle):.0f} deg at the tip" if angle < 1.5 else "far beyond its range",
+            "the body will seem to grow as it turns; use `strain = corotational` or `finite`",
+        )
+
+    def coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
+        """A mesh that is too fine for memory, or coarser than the body."""
+        shape = case.shape
+        if self.size is None or self._own_mesh(case):
+            return None
+        low, high = shape.bounds
+        at = declared.at("size")
+        each = 1 if self.element == "hex8" else 5
+        cells = each * shape.volume / self.size**3
+        if cells > (2e7 if self.element == "tet4" else 4e6):
+            size = units.show(self.size, units.LENGTH)
+            extent = units.show(max(b - a for a, b in zip(low, high, strict=True)), units.LENGTH)
+            return Diagnostic(
+                "E304",
+                f"a mesh of about {cells:.0e} {element_class(self.element).family} does not fit in memory",
+                at.source,
+                at.span,
+                f"{size} for a body of {extent}",
+                "use a larger size",
+            )
+        least = min(b - a for a, b in zip(low, high, strict=True))
+        if self.size > 0.5 * least * (1 + 1e-9):
+            return Diagnostic(
+                "W312",
+                f"the mesh of `{declared.name}` is coarser than the body",
+                at.source,
+                at.span,
+                f"the body is {units.show(least, units.LENGTH)} across",
+                "use a size of a fraction of that; bending needs four cells or more across",
+            )
+        return None
+
+    def mesh_words(self, case: Case) -> str:
+        """Its mesh in words: `tet4 of about 7 mm`."""
+        size = "" if self.size is None else f"of about {units.show(self.size, units.LENGTH)}"
+        return f"{self.element} {'of the file' if self._own_mesh(case) else size}"
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan and the report."""
+        options = (
+            ", selectively integrated" if self.integration == "selective" else "",
+            f", {FORMULATIONS[self.formulation]}" if self.formulation != "displacement" else "",
+            ", one rotation for each cell" if self.rotation == "element" else "",
+            _capped(self.cap, case) if self.cap is not None else "",
+            f", nu = {self.material.poisson:g}" if self.material is not None else "",
+            *self._levers(),
+        )
+        return f"{self.mesh_words(case)}, {self.strain} strain{''.join(options)}"
+
+    def _levers(self) -> tuple[str, ...]:
+        return (
+            ", single precision" if self.precision == "single" else "",
+            f", {self.linear}".replace("_", " ") if self.linear != "auto" else "",
+            f" of at most {self.linear_cap} iterations" if self.linear_cap is not None else "",
+            ", factors reused" if self.factorisation == "reused" else "",
+            f", started from {self.start}" if self.start is not None else "",
+            f", worst cell of quality {self.quality:g}" if self.quality is not None else "",
+        )
+
+    def load(self) -> None:
+        """Import what building needs, so that no clock counts it."""
+        import softmark.interpreter.models.fem.build
+        import softmark.solvers.mesh.structured  # noqa: F401
+
+    def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+        """Mesh, elements, supports and loads as arrays. Raises Fault."""
+        from softmark.interpreter.models.fem.build import prepare
+
+        return prepare(self, declared, case, workshop)
+
+
+def _capped(cap: int, case: Case) -> str:
+    each = "a step" if isinstance(case.analysis, Dynamic) else "in all"
+    return f", capped at {cap} iterations {each}"
+
+
+def element_class(name: str) -> Any:
+    """The class of an element by its word. Raises UnknownElement."""
+    from softmark.solvers.elements import ELEMENTS
+
+    if name not in ELEMENTS:
+        raise UnknownElement(f"there is no element `{name}`: elements are {', '.join(ELEMENTS)}")
+    return ELEMENTS[name]

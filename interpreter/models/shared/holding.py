@@ -1,0 +1,195 @@
+"""How supports hold a body: selections, values on degrees of freedom, conflicts, and motions left free."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.language import units
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.beam.rigid import AXES, free_motions, point_rows
+from softmark.interpreter.problem.case import Case, Fault, fault, reach
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.supports import Displaced, Follows
+from softmark.solvers.energies.energy import Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh import Mesh
+
+
+SAME = 1e-12  # relative difference of imposed values that rounding may make
+
+
+def selected(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
+    """Which nodes of a mesh (n,) a support holds: all that it selects, as `case.wide` has it. Raises Fault if none."""
+    from softmark.interpreter.models.shared.gripping import grip  # beams, which know no meshes, come here too
+
+    own = grip(owner.thing.where, case.shape, mesh)
+    if not own.nodes.any():
+        spans = reach(mesh.points.min(axis=0).tolist(), mesh.points.max(axis=0).tolist())
+        raise fault(
+            "E302",
+            owner.at("where"),
+            f"`{owner.name}` selects no point of the mesh of `{case.body.name}`",
+            "selects nothing",
+            f"the mesh spans {spans}, and a thin selection may lie between its points",
+        )
+    return own.wide if case.wide else own.nodes
+
+
+@dataclass
+class Held:
+    """Values that supports impose on degrees of freedom, and what they do to rigid motions about a centre."""
+
+    case: Case
+    extent: float  # m, of the body: makes rotations comparable with displacements
+    centre: Floats = field(default_factory=lambda: np.zeros(3))
+    unknowns: int = -1  # how many degrees of freedom there are, where holding them all is refused
+    values: dict[int, tuple[float, Declared]] = field(default_factory=dict)
+    rows: list[Floats] = field(default_factory=lambda: [np.zeros((0, 6))])
+
+    def impose(self, dof: int, value: float, support: Declared, place: Floats, along: str) -> None:
+        """Hold a degree of freedom of a point. Raises Fault where another support holds it to another value."""
+        known, owner = self.values.setdefault(dof, (value, support))
+        if self.case.wide:  # nodes beyond the selection are the first's that asks
+            return
+        if abs(known - value) > SAME * max(abs(known), abs(value)):
+            raise conflict((owner, known), (support, value), place, along)
+
+    def finished(self) -> tuple[Ints, Floats]:
+        """The degrees of freedom in order, and their values. Raises Fault where a body at rest is free to move."""
+        if len(self.values) == self.unknowns:
+            raise self._rigid()
+        if not isinstance(self.case.analysis, Dynamic):
+            must_be_held(self.case, np.concatenate(self.rows), self.centre, self.extent)
+        fixed = sorted(self.values)
+        return np.array(fixed, dtype=np.int64), np.array([self.values[dof][0] for dof in fixed])
+
+
+    def _rigid(self) -> Fault:
+        """Nothing is left to deform."""
+        last = self.case.supports[-1]
+        return fault(
+            "E303",
+            last.at("where"),
+            f"`{last.name}` leaves no point of the mesh of `{self.case.body.name}` free",
+            "selects everything",
+            "nothing would be left to deform; select a part of the body, leave components free, or use a finer mesh",
+        )
+
+
+def moved_by(support: Declared) -> tuple[float, float, float]:
+    """The displacement that a support imposes, m."""
+    return support.thing.by if isinstance(support.thing, Displaced) else (0.0, 0.0, 0.0)
+
+
+def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple[Ints, Floats]:
+    """Held degrees of freedom of a mesh (c,) and their displacements (c,), m. Raises Fault.
+
+    `measured` has the tracked points that supports may follow, by the name of their reference.
+    """
+    held = Held(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
+    for support in case.supports:
+        nodes = np.nonzero(selected(case, support, mesh))[0]
+        held.rows.append(point_rows(mesh.points[nodes] - held.centre, support.thing.components))
+        moved = displacements(support, mesh.points[nodes], measured)
+        for c in support.thing.components:
+            for node, value in zip(nodes.tolist(), moved[:, c].tolist(), strict=True):
+                held.impose(3 * node + c, value, support, mesh.points[node], AXES[c])
+    return held.finished()
+
+
+def _listed(words: list[str]) -> str:
+    return " and to ".join((", to ".join(words[:-1]), words[-1])) if len(words) > 1 else words[0]
+
+
+def _scaled(rows: Floats, extent: float) -> Floats:
+    """Rows with turns in units of 1 / extent."""
+    scaled: Floats = rows / extent ** np.array([0, 0, 0, 1, 1, 1])
+    return scaled
+
+
+def displacements(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floats:
+    """What a support imposes on points X (n, 3) of the undeformed body (n, 3), m. Raises Fault."""
+    if isinstance(support.thing, Follows):
+        return _followed(support, X, measured)
+    return np.tile(moved_by(support), (len(X), 1))
+
+
+def _followed(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floats:
+    """Displacements (n, 3) of tracked points near the points X, interpolated by thin plate splines."""
+    from scipy.interpolate import RBFInterpolator
+    from scipy.spatial import cKDTree
+
+    thing = support.thing
+    if thing.of not in measured:
+        at, problem = support.at("of"), f"`{support.name}` follows `{thing.of}`, which could not be read"
+        raise fault("E406", at, problem, help="the report of the reference says why")
+    data = measured[thing.of]
+    near = cKDTree(X).query(data.X)[0] <= thing.reach
+    points = data.X[near]
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) if len(points) > 3 else np.zeros(3)
+    if len(points) < 4 or spread[1] < 1e-6 * spread[0]:
+        raise fault(
+            "E302",
+            support.at("reach"),
+            f"`{support.name}` finds {len(points)} tracked points near the part that it moves",
+            "too few to tell how it moves",
+            "use a larger `reach`, or another `where`",
+        )
+    # nearly in one plane, as a layer of beads is, only their place within the plane says anything
+    centre, axes = points.mean(axis=0), np.linalg.svd(points - points.mean(axis=0))[2]
+    flat = spread[2] < 0.1 * spread[1]
+    frame = axes[: 2 if flat else 3].T
+    try:
+        spline = RBFInterpolator((points - centre) @ frame, data.u[near], kernel="thin_plate_spline")
+    except np.linalg.LinAlgError:
+        raise fault(
+            "E302",
+            support.at("reach"),
+            f"`{support.name}` finds tracked points that lie above one another",
+            "no one motion of the part that it moves",
+            "use a smaller `reach`, so that one layer is left",
+        ) from None
+    u: Floats = spline((X - centre) @ frame)
+    return u
+
+
+def conflict(first: tuple[Declared, float], second: tuple[Declared, float], place: Floats, along: str) -> Fault:
+    """Two supports that move one point in one direction by different amounts, m."""
+    (one, known), (other, value) = first, second
+    at = units.show_all(place.tolist(), units.LENGTH) if np.any(place) else "(0, 0, 0) mm"
+    by = [f"{units.show(v, units.LENGTH)} along {along}" if v else f"0 along {along}" for v in (known, value)]
+    found = fault(
+        "E305",
+        other.at("where"),
+        f"`{one.name}` and `{other.name}` hold the same points to different values",
+        "contradicts the other",
+        f"select other points, or leave {along} out of one of them: `components = ({_others(along)})`",
+    )
+    span = one.at("where").span
+    line = f" (line {span.line})" if span is not None else ""
+    note = f"at {at} `{one.name}`{line} wants {by[0]}, `{other.name}` {by[1]}"
+    return Fault(replace(found.diagnostic, notes=(note,)))
+
+
+def _others(along: str) -> str:
+    return ", ".join(axis for axis in AXES if axis != along)
+
+
+def must_be_held(case: Case, rows: Floats, centre: Floats, extent: float) -> None:
+    """Raise a Fault where the supports leave a rigid motion."""
+    motions = free_motions(_scaled(rows, extent), centre, extent)
+    if not motions:
+        return
+    at = case.supports[0].at() if case.supports else case.body.at()
+    raise fault(
+        "E306",
+        at,
+        f"the supports of `{case.body.name}` leave it free to {_listed(motions)}",
+        "not held enough",
+        "hold more components, or more of the body",
+    )

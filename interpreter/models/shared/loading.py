@@ -1,0 +1,114 @@
+"""Loads on solid meshes: from what a scene says to nodal forces and follower pressures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+
+from softmark.interpreter.language import units
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.parts.surface import Loaded, loaded
+from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.loads import DeadForces, FollowerPressure
+from softmark.solvers.mesh.interpolation import Integration, locate
+from softmark.solvers.mesh.mesh import Mesh
+
+Distribution = Literal["consistent", "lumped", "uniform"]
+
+
+def together(applied: Sequence[tuple[Declared, Energy]], dofs: int) -> list[Energy]:
+    """All loads on so many degrees of freedom, dead forces in one."""
+    found = [energy for _, energy in applied]
+    dead = sum((e.f for e in found if isinstance(e, DeadForces)), np.zeros(dofs))
+    return [DeadForces(dead), *(e for e in found if not isinstance(e, DeadForces))]
+
+
+def single_loads(
+    case: Case, mesh: Mesh, parts: Integration, small: bool, mass: Distribution = "consistent"
+) -> list[tuple[Declared, Energy]]:
+    """Each load of a case with its energy at full size. `small`: pressure acts on the undeformed surface. Raises Fault.
+    """
+    return [(load, _load(case, load, mesh, parts, small, mass)) for load in case.loads]
+
+
+def _load(
+    case: Case, load: Declared, mesh: Mesh, parts: Integration, small: bool, mass: Distribution
+) -> Energy:
+    dead = np.zeros((len(mesh.points), 3))
+    match load.thing:
+        case Gravity(magnitude=magnitude, direction=direction):
+            weights = nodal_mass(mesh, parts, case.material.density, mass)
+            dead += weights[:, None] * (magnitude * np.array(direction))
+        case Traction(vector=vector):
+            t = np.array(vector)
+            _surface(case, load, mesh).spread(dead, lambda A: np.linalg.norm(A, axis=-1)[..., None] * t, False)
+        case Pressure(magnitude=p) if small:
+            _surface(case, load, mesh).spread(dead, lambda A: -p * A, True)
+        case Pressure(magnitude=p):
+            facets, of_parts = _surface(case, load, mesh).weighted
+            return FollowerPressure(mesh.points, facets, p, of_parts)
+        case PointForce():
+            _point_force(dead, case, load, mesh)
+        case _:
+            raise fault("E501", load.location, f"no solid model knows the load `{load.name}`")
+    return DeadForces(dead.ravel())
+
+
+def nodal_mass(mesh: Mesh, parts: Integration, density: float, mass: Distribution) -> Floats:
+    """The mass that each node carries (n,), kg: rows of the consistent matrix, or its diagonal, or equal shares."""
+    from softmark.solvers.dynamics.mass import mass_points
+
+    if mass == "uniform":
+        return np.full(len(mesh.points), density * float(parts.w.sum()) / len(mesh.points))
+    if mass == "lumped":
+        lumped: Floats = mass_matrix(mesh, parts, density, mass)[::3]
+        return lumped
+    N, w = mass_points(
+        mesh.points, mesh.cells, mesh.element
+    )  # as the mass matrix has them: g is g at every node
+    carried = np.zeros(len(mesh.points))
+    np.add.at(carried, mesh.cells, density * w @ N)
+    return carried
+
+
+def mass_matrix(mesh: Mesh, parts: Integration, density: float, mass: Distribution) -> Any:
+    """The mass matrix, kg: sparse (3n, 3n) where it is consistent, and else its diagonal (3n,)."""
+    from softmark.solvers.dynamics.mass import consistent_mass, lumped_mass, mass_points
+
+    if mass == "uniform":
+        return np.repeat(nodal_mass(mesh, parts, density, mass), 3)
+    N, w = mass_points(mesh.points, mesh.cells, mesh.element)
+    form = consistent_mass if mass == "consistent" else lumped_mass
+    return form(mesh.cells, N, w, density, len(mesh.points))
+
+
+def _point_force(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
+    place = locate(mesh, np.array([load.thing.at]))
+    if getattr(case.shape, "prebuilt", False) and place.outside[0] > 0:
+        away = units.show(float(place.outside[0]), units.LENGTH)
+        raise fault(
+            "E504",
+            load.at("at"),
+            f"`{load.name}` acts at a point about {away} outside `{case.body.name}`",
+            "not in the body",
+            "give coordinates of the undeformed body",
+        )
+    np.add.at(dead, place.nodes[0], place.N[0][:, None] * np.array(load.thing.vector))
+
+
+def _surface(case: Case, load: Declared, mesh: Mesh) -> Loaded:
+    """The part of the surface that a load acts on. Raises Fault where it has no area."""
+    found = loaded(case.shape, mesh, load.thing.where)
+    if found.empty:
+        raise fault(
+            "E302",
+            load.at("where"),
+            f"`{load.name}` selects no part of the surface of `{case.body.name}`",
+            "selects nothing",
+            "the condition must hold on a part of the surface that has an area",
+        )
+    return found

@@ -1,0 +1,65 @@
+"""What is said of the cells of a mesh: their quality, and how a mesh is made worse on purpose."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.problem.case import fault
+from softmark.solvers.mesh.distort import TooPoor, distorted, qualities, worst
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.models.fem.words import Fem
+    from softmark.solvers.mesh.mesh import Mesh
+
+SLIVER = 1e-3  # quality below which a cell of a file is named
+
+
+def with_quality(mesh: Mesh, model: Fem, declared: Declared) -> Mesh:
+    """The mesh with its nodes moved until its worst cell has the quality that the model asks for. Raises Fault."""
+    if model.quality is None:
+        return mesh
+    try:
+        return distorted(mesh, model.quality)
+    except TooPoor as has:
+        raise fault(
+            "E508",
+            declared.at("quality"),
+            f"the worst cell of the mesh of `{declared.name}` has a quality of {has} already",
+            f"{model.quality:g} is asked for",
+            "nodes are moved to make cells worse, never better: take a smaller number, or leave it out",
+        ) from has
+
+
+def mesh_facts(mesh: Mesh) -> dict[str, Any]:
+    """The `mesh` part of what a report says of a solution."""
+    return {"mesh": {"quality": worst(mesh)[0]}}
+
+
+def sliver_note(declared: Declared, shape: Any, mesh: Mesh) -> tuple[Diagnostic, ...]:
+    """A warning where a file holds cells that are nearly flat."""
+    if not getattr(shape, "prebuilt", False):
+        return ()
+    found = qualities(mesh)
+    count = int((found < SLIVER).sum())
+    if not count:
+        return ()
+    cell = int(np.argmin(found))
+    place = ", ".join(units.show(float(c), units.LENGTH) for c in mesh.points[mesh.cells[cell]].mean(axis=0))
+    given = getattr(declared.thing, "mesh", None) is not None
+    at = declared.at("mesh") if given else declared.at()
+    cells = "1 cell" if count == 1 else f"{count} cells"
+    return (
+        Diagnostic(
+            "W364",
+            f"the mesh of `{declared.name}` has slivers: {cells} with a quality below {SLIVER:g}",
+            at.source,
+            at.span,
+            f"the worst, {found[cell]:.1e}, at ({place})",
+            "nearly flat cells are stiff, cost digits and make explicit steps tiny: repair the mesh where they are",
+        ),
+    )

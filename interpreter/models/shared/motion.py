@@ -1,0 +1,343 @@
+"""Dynamic analyses of solid models: from what a scene says to a march in time, and what it leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.shared.meshing import mesh_facts
+from softmark.interpreter.models.shared.prepared import History, Solution, Status
+from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.results.thinning import picked
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.dynamics import INTEGRATORS, Integrator
+from softmark.solvers.dynamics.balance import LOSS
+from softmark.solvers.dynamics.loading import Constant, Course
+from softmark.solvers.dynamics.march import march
+from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
+from softmark.solvers.dynamics.resolution import WRONG, Resolution, resolution, resolved
+from softmark.solvers.dynamics.scheme import Motion, StepTooLong
+from softmark.solvers.dynamics.trajectory import Diverged, NotConverged, Trajectory
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.mesh.interpolation import locate
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.statics.equilibrium import Statics, Watch
+
+KEPT = 2000  # states of a march; of more steps, every second, third ... is kept
+FRAMES = 40  # of the mesh that are kept for other programs
+MOMENTS = 200  # of the energies that a report keeps
+REMEDY = "try a smaller step, another integrator or more damping"
+
+
+@dataclass(frozen=True)
+class PreparedMotion:
+    """A body in motion; `static` is the same body prepared for rest, which knows its mesh."""
+
+    static: Any
+    declared: Declared
+    analysis: Dynamic
+    problem: Dynamics
+    mesh: Mesh
+
+    @property
+    def size(self) -> dict[str, int]:
+        """nodes, elements, dofs."""
+        size: dict[str, int] = self.static.size
+        return size
+
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """Warnings about what was built."""
+        notes: tuple[Diagnostic, ...] = self.static.notes
+        return notes
+
+    def warm(self) -> None:
+        """Compile what the solution needs: two steps, outside the clock."""
+        self.static.warm()
+        with suppress(NotConverged, StepTooLong):  # it is for the solution to say so
+            march(self.problem, 2 * self.analysis.step, self.analysis.step, lambda motion: None)
+
+    def outside(self, X: Floats) -> float:
+        """How far, in m, the farthest of the points X (n, 3) lies outside the mesh."""
+        return float(self.static.outside(X))
+
+    def solve(self, watch: Watch) -> Solution:
+        """March from the start to the end."""
+        steps = int(np.ceil(self.analysis.duration / self.analysis.step - 1e-9))
+        every = -(-steps // KEPT)
+        keep = _Keeper(every)
+        try:
+            track = march(self.problem, self.analysis.duration, self.analysis.step, keep)
+        except StepTooLong as refused:
+            message = f"{refused}; take a smaller step or an implicit integrator"
+            return Solution("failed", message, {"critical_step_s": refused.critical})
+        except Diverged as gained:
+            return Solution("diverged", f"{gained.reason}; {REMEDY}", _facts(gained.trajectory))
+        except NotConverged as failure:
+            return Solution("not_converged", f"{failure.reason}; {REMEDY}", _facts(failure.trajectory))
+        return self._finish(track, every)
+
+    def _resolution(self) -> Resolution | None:
+        """How the step resolves the slowest vibration, or a spin where it does so worse; explicit steps resolve all."""
+        problem, times = self.problem, (self.analysis.duration, self.analysis.step)
+        if problem.integrator.explicit:
+            return None
+        with np.errstate(all="ignore"):
+            found = resolution(problem, self.mesh.points, *times)
+        spin = float(np.linalg.norm(self.analysis.spin))
+        turn = resolved(problem.integrator, Rayleigh(problem.damping.alpha), spin, *times) if spin else None
+        if turn is not None and (found is None or turn.error > found.error):
+            return replace(turn, motion="turn")
+        return found
+
+    def _finish(self, track: Trajectory, every: int) -> Solution:
+        step, last = self.analysis.step, len(track.observed) - 1
+        kept = [i for i in range(len(track.observed)) if i % every == 0 or i == last]
+        states = np.array([track.observed[i].x for i in kept])  # (t, dofs)
+        nodes = states.reshape(len(states), -1, 3)
+
+        def course(X: Floats) -> Floats:
+            place = locate(self.mesh, X)
+            return np.array([place.interpolate(u) for u in nodes])
+
+        history = History(
+            track.times[kept],
+            course,
+            tuple(_whole(track, track.wall, step).tolist()),
+            tuple(_whole(track, track.cpu, step).tolist()),
+            step,
+            tuple((_whole(track, ~track.solved, step) == 0).tolist()),
+            events=tuple((e.time, e.text) for e in track.events),
+            energies={name: values[kept] for name, values in track.energies.items()},
+        )
+        missed = int((~track.solved).sum())
+        message = f"{missed} of {len(track.solved)} steps were accepted unsolved" if missed else None
+        found = self._resolution()
+        notes = (
+            *_events(self.declared, track),
+            *_unbalanced(self.declared, track),
+            *_unresolved(self.declared, self.analysis, found),
+        )
+        facts = _facts(track) | mesh_facts(self.mesh) | ({} if found is None else {"resolution": found.facts})
+        status: Status = "capped" if missed else "converged"
+        from softmark.interpreter.models.fem.build import Deformed, displacement_of
+
+        some = picked(len(kept), FRAMES)
+        mesh = Deformed(self.mesh, nodes[-1], track.times[kept][some], nodes[some])
+        return Solution(status, message, facts, displacement_of(self.mesh, nodes[-1]), notes, history, mesh)
+
+
+def _whole(track: Trajectory, values: NDArray[Any], step: float) -> Floats:
+    """Sums over each step that the scene asked for: the parts of one that was halved count together."""
+    number = np.floor((track.times[:-1] + 1e-6 * step) / step).astype(int)
+    return np.asarray(np.bincount(number, weights=values), dtype=np.float64)
+
+
+@dataclass
+class _Keeper:
+    """Keeps every so many states, and for the time being the last: rows that are not kept are freed."""
+
+    every: int
+    count: int = 0
+    last: _Row | None = None
+
+    def __call__(self, motion: Motion) -> _Row:
+        row = _Row(motion.x.copy())
+        if self.last is not None and (self.count - 1) % self.every:
+            self.last.x = None
+        self.last, self.count = row, self.count + 1
+        return row
+
+
+@dataclass
+class _Row:
+    """A state that may be freed."""
+
+    x: Floats | None
+
+
+def _facts(track: Trajectory) -> dict[str, Any]:
+    """The `solve` part of a report."""
+    facts: dict[str, Any] = {
+        "iterations": int(track.iterations.sum()),
+        "steps": len(track.steps),
+        "residual": float(track.residuals.max()) if len(track.residuals) else None,
+        "lagged": int(track.lagged.sum()),
+        "fallbacks": int(track.fallbacks),
+        "unsolved": int((~track.solved).sum()),
+        "reached_s": float(track.times[-1]) if len(track.times) else 0.0,
+        "events": [{"time": e.time, "what": e.text} for e in track.events[:200]],
+        "halved": len(track.events),
+    }
+    if len(track.times):
+        some = picked(len(track.times), MOMENTS)
+        facts["times"] = track.times[some].tolist()
+        facts["energies"] = {name: values[some].tolist() for name, values in track.energies.items()}
+        facts["energy"] = track.balance.facts
+        facts["drift_J"] = float(track.energies["drift"][-1])
+    return facts
+
+
+def _unbalanced(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
+    """A warning where energy appears that nothing has brought, or where the integrator has taken most of it."""
+    found, at = track.balance, declared.at()
+    if found.gained:
+        problem = f"{100 * found.gain:.0f} % of the largest came from nowhere"
+        return (
+            Diagnostic(
+                "W318",
+                f"the energies of `{declared.name}` do not balance: {problem}",
+                at.source,
+                at.span,
+                "the step is too long",
+                "try a smaller step, or give loads and supports that act at once a `course`",
+            ),
+        )
+    if found.loss <= LOSS:
+        return ()
+    return (
+        Diagnostic(
+            "W361",
+            f"the integrator has taken {100 * found.loss:.0f} % of the energy of `{declared.name}`",
+            at.source,
+            at.span,
+            "numerical damping",
+            "where it comes to rest is right, how it gets there is not: try a smaller step, or `trapezoidal`",
+        ),
+    )
+
+
+def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None) -> tuple[Diagnostic, ...]:
+    """A warning where the step is too long for the slowest vibration that loads excite."""
+    if found is None or not found.doubtful:
+        return ()
+    at = declared.at()
+    moves = {"vibration": "slowest vibration", "turn": "turning", "return": "way back to rest"}[found.motion]
+    of = "time" if found.motion == "return" else "period"
+    period = units.show(float(f"{found.period:.3g}"), units.TIME)
+    problem = (
+        f"{found.steps:.2g} steps to a {of} of {period}"
+        if found.steps < found.few
+        else f"at the end it is off by {100 * min(found.error, 1.0):.0f} % of its swing ({of} {period})"
+    )
+    return (
+        Diagnostic(
+            "W362",
+            f"the {moves} of `{declared.name}` is not resolved: {problem}",
+            at.source,
+            at.span,
+            f"a step of {units.show(analysis.step, units.TIME)}",
+            f"what has come to rest is right, and what moves is not: try a step of {_better(found, analysis)} or less",
+        ),
+    )
+
+
+def _better(found: Resolution, analysis: Dynamic) -> str:
+    """A step that resolves it, at one or two digits: errors fall with the step, or with its square."""
+    order = 1.0 if analysis.integrator == "implicit_euler" else 0.5
+    step = min(found.period / (2.0 * found.few), analysis.step * (0.5 * WRONG / max(found.error, 1e-9)) ** order)
+    return units.show(float(f"{step:.1g}"), units.TIME)
+
+
+def _events(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
+    """A warning where steps were halved."""
+    if not track.events:
+        return ()
+    at, first = declared.at(), track.events[0]
+    return (
+        Diagnostic(
+            "W315",
+            f"`{declared.name}` had to halve its step {len(track.events)} times",
+            at.source,
+            at.span,
+            f"first at {units.show(first.time, units.TIME)}",
+            first.text,
+        ),
+    )
+
+
+def integrator_of(analysis: Dynamic) -> Integrator:
+    """The integrator that an analysis names, with its own constants."""
+    cls: Any = INTEGRATORS[analysis.integrator]
+    own = "spectral_radius"
+    known = own in getattr(cls, "__dataclass_fields__", {})
+    made: Integrator = cls(**{own: analysis.spectral_radius}) if known else cls()
+    return made
+
+
+def in_motion(
+    static: Any,
+    declared: Declared,
+    case: Case,
+    mesh: Mesh,
+    mass: Any,
+    internal: Sequence[Energy],
+    loads: Sequence[tuple[Declared, Energy]],
+    rest: Statics,
+) -> PreparedMotion:
+    """A body on a mesh, with its mass (kg, matrix or diagonal) and each load by itself. Raises Fault."""
+    analysis = case.analysis
+    if not isinstance(analysis, Dynamic):
+        raise TypeError("the analysis is static")
+    integrator = integrator_of(analysis)
+    if integrator.explicit and mass.ndim == 2:
+        raise fault(
+            "E508",
+            declared.at("mass"),
+            f"`{declared.name}` needs a lumped mass for {analysis.integrator}",
+            "a matrix that would have to be inverted",
+            "add `mass = lumped`, or use an implicit integrator",
+        )
+    dofs = mesh.points.size
+    problem = Dynamics(
+        Assembly(dofs, rest.fixed, internal, [energy for _, energy in loads]),
+        mass,
+        np.zeros(dofs),
+        _velocity(analysis, mesh.points, mass),
+        rest.fixed,
+        rest.target,
+        _support_course(case),
+        tuple(course_of(load) for load, _ in loads),
+        Rayleigh(analysis.damping_mass, analysis.damping_stiffness),
+        integrator,
+        analysis.tolerance,
+        analysis.max_iterations,
+        sound=next((e.sound for e in internal if hasattr(e, "sound")), rest.sound),
+        cap=(cap := getattr(declared.thing, "cap", None)),
+        lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
+    )
+    return PreparedMotion(static, declared, analysis, problem, mesh)
+
+
+def _velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
+    """Initial velocities (3 n,), m/s: of the whole body, and of its spin about the centre of mass."""
+    weights = (mass if mass.ndim == 1 else np.asarray(mass.sum(axis=1)).ravel())[::3]
+    centre = weights @ points / weights.sum()
+    v: Floats = np.array(analysis.velocity) + np.cross(np.array(analysis.spin), points - centre)
+    return v.ravel()
+
+
+def course_of(load: Declared) -> Course:
+    """How a load or support grows in time; in full from the start where the scene does not say."""
+    course: Course | None = getattr(load.thing, "course", None)
+    return course or Constant()
+
+
+def _support_course(case: Case) -> Course:
+    """The one course of all supports that move; scenes in which they differ are refused when they are checked."""
+    moving = (s for s in case.supports if hasattr(s.thing, "course"))
+    first = next(moving, None)
+    return Constant() if first is None else course_of(first)

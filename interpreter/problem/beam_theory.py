@@ -1,0 +1,79 @@
+"""From a scene to the straight clamped beam that the references of beam theory are solved for."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.problem.case import Case, Fault, coverage, coverages, fault
+from softmark.interpreter.vocabulary.loads import Gravity
+from softmark.interpreter.vocabulary.supports import Fixed
+from softmark.references.cantilever import ALIGNMENT, Cantilever, Disc, Rectangle, Refused
+
+
+def cantilever_of(reference: Declared, case: Case) -> Cantilever:
+    """The beam that a reference is about. Raises Fault where an assumption of beam theory is broken."""
+    shape = case.shape
+    if not hasattr(shape, "section"):
+        raise _refused(reference, f"`{case.body.name}` is not a straight body with a constant section",
+                       "beam theory needs a cylinder or a box")  # fmt: skip
+    for load in case.loads:
+        if not isinstance(load.thing, Gravity):
+            raise _refused(reference, f"the load `{load.name}` is not gravity",
+                           "this reference knows a beam under its own weight alone")  # fmt: skip
+    if not any(case.gravity):
+        raise _refused(reference, "there is no gravity, so nothing bends the beam",
+                       "declare a load across the axis: `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
+    root, axis = _clamped_end(reference, case)
+    try:  # the section too may be refused
+        young = getattr(reference.thing, "young", None) or case.material.young
+        return Cantilever(shape.length, _section(case), young, case.material.poisson,
+                          case.material.density, root, axis, case.gravity)  # fmt: skip
+    except Refused as refused:
+        raise _refused(reference, refused.reason, refused.remedy) from refused
+
+
+def _refused(reference: Declared, reason: str, remedy: str) -> Fault:
+    return fault("E503", reference.at(), f"`{reference.name}` does not hold for this scene: {reason}",
+                 help=remedy)
+
+
+def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
+    """Root and axis, away from the clamp; exactly one end must be clamped, and nothing else held."""
+    shape = case.shape
+    clamped = []
+    for support in case.supports:
+        if not isinstance(support.thing, Fixed) or len(support.thing.components) < 3:
+            raise _refused(reference, f"the support `{support.name}` is not a clamp",
+                           "use `fixed(body, where = ...)` with all components")
+        ends = [coverage(support.thing.where, shape, s) for s in (0.0, shape.length)]
+        inside = coverages(support.thing.where, shape, [shape.length * i / 200 for i in range(1, 200)])
+        if sorted(ends) != ["all", "none"] or inside != {"none"}:
+            raise _refused(reference, f"the support `{support.name}` is not the clamp of one end face",
+                           "hold one end and nothing else, as in `where = x <= 0 mm`")  # fmt: skip
+        clamped.append(ends.index("all"))
+    if len(set(clamped)) != 1:
+        count = "no" if not clamped else "more than one"
+        raise _refused(reference, f"{count} end of `{case.body.name}` is clamped",
+                       "clamp one end: `fixed(body, where = x <= 0 mm)`")
+    if clamped[0] == 0:
+        return shape.root, shape.axis
+    far = tuple(r + shape.length * a for r, a in zip(shape.root, shape.axis, strict=True))
+    return far, tuple(-a for a in shape.axis)
+
+
+def _section(case: Case) -> Disc | Rectangle:
+    """The section in the words of the references: a radius, or for a box its own extents, as it was declared.
+
+    Nothing is taken from the section that models compute with, so that a mistake there shows as a difference.
+    """
+    if not hasattr(case.shape, "size"):
+        return Disc(case.shape.radius)
+    first, second = (i for i in range(3) if abs(case.shape.axis[i]) < 0.5)
+    pulls = abs(case.gravity[first]), abs(case.gravity[second])
+    if min(pulls) > ALIGNMENT * math.hypot(*pulls):
+        raise Refused("gravity is oblique to the sides of the section",
+                      "the beam would bend sideways; turn gravity")
+    height, width = (first, second) if pulls[0] > pulls[1] else (second, first)
+    return Rectangle(height=case.shape.size[height], width=case.shape.size[width])

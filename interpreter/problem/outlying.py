@@ -1,0 +1,76 @@
+"""Points that somebody measured, or that another mesh has, beside the body that they are said to be of."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.data import located
+from softmark.solvers.mesh.shapes import Disc, transverse
+
+Floats = NDArray[np.float64]
+
+BESIDE = 0.01  # of the body's diagonal: what marks on a surface, and meshes of it, may lie off it
+
+
+def kept(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np.bool_], tuple[Diagnostic, ...]]:
+    """Which points X (n, 3), m, lie in the body or next to it, and a warning about those that do not.
+
+    A displacement outside the body is extrapolated: next to its surface that is a matter of its curvature and of
+    where the marks are drawn; farther out it is a number about nothing. Raises Fault where none is left.
+    """
+    far, extent = distances(case, X)
+    inside = far <= BESIDE * extent
+    if inside.all():
+        return inside, ()
+    at, count = probe.at("of" if "of" in probe.fields else "mesh"), int((~inside).sum())
+    most, body = units.show(float(far.max()), units.LENGTH), case.body.name
+    help_ = "look at the unit, the origin and the axes of the file; points are those of the body before it deforms"
+    if not inside.any():
+        problem = f"all {count} points of `{probe.name}` lie outside `{body}`, by {most} and less"
+        raise fault("E504", at, problem, "not in the body", help_)
+    first = units.show_all(tuple(float(x) for x in X[int(np.argmax(far))]), units.LENGTH)
+    problem = f"{count} of {len(X)} points of `{probe.name}` lie outside `{body}`, by up to {most}, and are left out"
+    return inside, (Diagnostic("W379", problem, at.source, at.span, f"the farthest is at {first}", help_),)
+
+
+def distances(case: Case, X: Floats) -> tuple[Floats, float]:
+    """How far each point X (n, 3) lies outside a body (n,), and the body's diagonal, both in m."""
+    shape = case.shape
+    if getattr(shape, "prebuilt", False):
+        from softmark.solvers.mesh.files.reading import read
+        from softmark.solvers.mesh.interpolation import locate
+
+        known = located(shape, case.body.at("shape"))
+        mesh = read(known.path, known.unit, known.coincident)
+        return locate(mesh, X).outside, mesh.extent
+    low, high = (np.array(end) for end in shape.bounds)
+    extent = float(np.linalg.norm(high - low))
+    return (_of_prism(shape, X) if hasattr(shape, "section") else _of_box(low, high, X)), extent
+
+
+def _of_box(low: Floats, high: Floats, X: Floats) -> Floats:
+    """Of the bounds of a shape of which nothing else is known: at most what is right."""
+    found: Floats = np.linalg.norm(np.maximum(np.maximum(low - X, X - high), 0.0), axis=1)
+    return found
+
+
+def _of_prism(shape: Any, X: Floats) -> Floats:
+    """Of a cylinder or a box, exactly."""
+    offset, section = X - np.array(shape.root), shape.section
+    first, second = (np.array(t) for t in transverse(shape.axis))
+    s, u, v = (offset @ t for t in (np.array(shape.axis), first, second))
+    along = np.maximum(np.maximum(-s, s - shape.length), 0.0)
+    if isinstance(section, Disc):
+        across = np.maximum(np.hypot(u, v) - section.radius, 0.0)
+    else:
+        sides = np.abs(u) - 0.5 * section.width, np.abs(v) - 0.5 * section.height
+        across = np.hypot(*(np.maximum(side, 0.0) for side in sides))
+    found: Floats = np.hypot(along, across)
+    return found

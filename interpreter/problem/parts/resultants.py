@@ -1,0 +1,152 @@
+"""What every load of a model comes to: force, moment and area, beside what the scene asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.parts.patches import Floats
+from softmark.interpreter.problem.parts.surface import Loaded
+from softmark.interpreter.problem.parts.true import selected
+from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
+from softmark.records import dataclass
+
+SHOWN = 1e-3  # of a load: what may be missing, or undecided, without a word
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Resultant:
+    """Force in N and moment about the origin in N m of one load at full size, undeformed, and the area in m^2.
+
+    `exact_force` is that on the body itself, None where the body is a mesh of a file. `share` is what was taken of what
+    was asked. Of the area, `remainder` may belong to the selection or not, and `leaning` is selected because a facet
+    stands for a curved surface that no file holds (see `deviation`).
+    """
+
+    force: Vector
+    moment: Vector
+    area: float | None = None
+    exact_force: Vector | None = None
+    share: float = 1.0
+    remainder: float = 0.0
+    leaning: float = 0.0
+
+    @property
+    def missing(self) -> float:
+        """How much of the load may be wrong, relative to it."""
+        return abs(1.0 - self.share) + (self.remainder / self.area if self.area else 0.0)
+
+    def to_json(self) -> dict[str, Any]:
+        """The contract's entry of a load."""
+        return {
+            "force": list(self.force), "moment": list(self.moment), "area": self.area,
+            "exact_force": None if self.exact_force is None else list(self.exact_force), "share": self.share,
+            "remainder": self.remainder, "leaning": self.leaning,
+        }  # fmt: skip
+
+
+def resultants(case: Case, prepared: Any) -> dict[str, Resultant]:
+    """Of every load of a model that was built, by name; empty of a model that does not say what it applies."""
+    while not hasattr(prepared, "applied"):
+        inner = getattr(prepared, "static", None) or getattr(prepared, "rest", None)
+        if inner is None:
+            return {}
+        prepared = inner
+    mesh = getattr(prepared, "mesh", None)
+    points = prepared.points if mesh is None else mesh.points
+    return {load.name: _resultant(case, load, mesh, points, energy) for load, energy in prepared.applied}
+
+
+def missing(found: Mapping[str, Resultant]) -> float | None:
+    """The largest part of a load on a surface that may be wrong, relative to it; None where there is no such load."""
+    return max((r.missing for r in found.values() if r.area is not None), default=None)
+
+
+def of_selections(found: Mapping[str, Resultant]) -> dict[str, Callable[[Any], float]]:
+    """What selections add to a stated error, whatever is seen, as a part that has a name."""
+    own = missing(found)
+    return {} if own is None else {"loads": lambda seen: own * seen.size}
+
+
+def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, energy: Any) -> Resultant:
+    f = _forces(energy, points)
+    force, moment = _vector(f.sum(axis=0)), _vector(np.cross(points, f).sum(axis=0))
+    known: Loaded | None = None if mesh is None else mesh.selections.get(getattr(load.thing, "where", None))
+    exact, area = _exact(case, load)
+    if known is None and isinstance(load.thing, Traction) and area:  # on the end of a beam
+        taken = float(np.linalg.norm(force)) / (float(np.linalg.norm(load.thing.vector)) or 1.0)
+        return Resultant(force, moment, taken, exact, taken / area if taken else 1.0)
+    if known is None:
+        return Resultant(force, moment, None, exact, 1.0 if exact is None else _ratio(force, exact))
+    share = known.area / area if area else 1.0
+    return Resultant(force, moment, known.area, exact, share, known.remainder, known.leaning)
+
+
+def _forces(energy: Any, points: Floats) -> Floats:
+    """Nodal forces (n, 3), N, on the undeformed body."""
+    known = getattr(energy, "forces", None)  # of rods
+    if known is not None:
+        return np.asarray(known)
+    g = np.zeros(points.size)
+    energy.add_gradient(np.zeros_like(g), g)
+    return -g.reshape(-1, 3)
+
+
+def _exact(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
+    """The force on the body itself, and the area that it acts on; None where they are not known."""
+    thing, shape = load.thing, case.shape
+    match thing:
+        case PointForce(vector=vector):
+            return _vector(np.array(vector)), None
+        case Gravity(magnitude=magnitude, direction=direction) if hasattr(shape, "volume"):
+            return _vector(case.material.density * shape.volume * magnitude * np.array(direction)), None
+        case Traction() | Pressure():
+            found = selected(shape, thing.where)
+            if found is None:
+                return None, None
+            area, normal = found
+            of = area * np.array(thing.vector) if isinstance(thing, Traction) else -thing.magnitude * normal
+            return _vector(of), area
+    return None, None
+
+
+def _ratio(force: Vector, exact: Vector) -> float:
+    size = float(np.dot(exact, exact))
+    return float(np.dot(force, exact)) / size if size else 1.0
+
+
+def _vector(v: Floats) -> Vector:
+    x, y, z = (float(c) for c in v)
+    return x, y, z
+
+
+def doubts(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tuple[Diagnostic, ...]:
+    """Warnings where a model's mesh carries less or more of a load on its surface than the scene asks for."""
+    notes, at = [], declared.at("size") if "size" in declared.fields else declared.at()
+    for name, r in found.items():
+        if r.area is None:
+            continue
+        if abs(1.0 - r.share) > SHOWN and r.remainder <= SHOWN * r.area:
+            notes.append(Diagnostic(
+                "W371",
+                f"`{name}` acts on {100 * r.share:.4g} % of what it selects of `{case.body.name}` in "
+                f"`{declared.name}`",
+                at.source, at.span, "its facets are not the curved surface",
+                "use a smaller size, or tet10, whose facets are curved; the report has the force and the exact one",
+            ))  # fmt: skip
+        if r.remainder > SHOWN * r.area:
+            notes.append(Diagnostic(
+                "W372",
+                f"of the area that `{name}` acts on in `{declared.name}`, "
+                f"{min(100.0, 100 * r.remainder / r.area):.3g} % may be too much or missing",
+                at.source, at.span, "the border of the selection was not followed everywhere",
+                "a border that runs along the surface does not say where it cuts it: select by another coordinate",
+            ))  # fmt: skip
+    return tuple(notes)

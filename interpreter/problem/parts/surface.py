@@ -1,0 +1,130 @@
+"""The part of a body's surface that a load acts on, on the mesh that stands for the body."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.language.conditions import Condition
+from softmark.interpreter.problem.parts.deviation import deviations, settled
+from softmark.interpreter.problem.parts.patches import Asked, Floats, Ints, Mask, Patches
+from softmark.interpreter.problem.parts.taken import Part, part
+from softmark.records import dataclass
+from softmark.solvers.elements import moments
+from softmark.solvers.elements.facets import FACETS
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh import Mesh
+
+SOME = 1000  # curved facets at a time
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """Facets whole (w, k), and points on parts of others: nodes (p, k), local xi (p, 2), weights (p,) in local area.
+
+    `remainder` is the area, m^2, that may belong to it or not.
+    """
+
+    points: Floats  # (n, 3) of the mesh, m
+    whole: Ints
+    nodes: Ints
+    xi: Floats
+    w: Floats
+    remainder: float
+    leaning: float = 0.0  # m^2 of facets that a border does not cut because they stand for a curved surface
+
+    @property
+    def empty(self) -> bool:
+        """Whether it has no area."""
+        return not (len(self.whole) or np.any(self.w > 0.0))
+
+    def spread(self, dead: Floats, push: Any, linear: bool) -> None:
+        """Add to nodal forces (n, 3), N, those of a load: `push` makes forces of area vectors, linear or not."""
+        nodes = self.whole.shape[1]
+        facet, bent = FACETS[nodes], np.zeros(len(self.whole), dtype=np.bool_)
+        if not linear:  # the area of a curved facet is no polynomial
+            bent = ~Patches(self.points[self.whole], 1.0).affine
+        self._whole(dead, push, self.whole[~bent], facet.quadrature())
+        curved = self.whole[bent]
+        for at in range(0, len(curved), SOME):
+            self._whole(dead, push, curved[at : at + SOME], moments.fine(nodes))
+        t = np.einsum("pkj,pki->jpi", facet.gradient(self.xi), self.points[self.nodes])
+        forces = self.w[:, None] * push(np.cross(t[0], t[1]))
+        np.add.at(dead, self.nodes, facet.shape(self.xi)[:, :, None] * forces[:, None])
+
+    def _whole(self, dead: Floats, push: Any, facets: Ints, rule: tuple[Floats, Floats]) -> None:
+        facet, (xi, weights) = FACETS[facets.shape[1]], rule
+        t = np.einsum("qkj,fki->jfqi", facet.gradient(xi), self.points[facets])
+        forces = push(np.cross(t[0], t[1]))
+        np.add.at(dead, facets, np.einsum("q,qa,fqi->fai", weights, facet.shape(xi), forces, optimize=True))
+
+    def over(self, facets: Ints) -> float:
+        """m^2, of some facets (f, k) alone."""
+        keys = {tuple(row) for row in facets.tolist()}
+        own, cut = (np.array([tuple(r) in keys for r in f.tolist()], dtype=bool) for f in (self.whole, self.nodes))
+        return replace(self, whole=self.whole[own], nodes=self.nodes[cut], xi=self.xi[cut], w=self.w[cut]).area
+
+    @property
+    def area(self) -> float:
+        """m^2, on the mesh."""
+        found = np.zeros_like(self.points)
+        self.spread(found, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array([1.0, 0.0, 0.0]), False)
+        return float(found[:, 0].sum())
+
+    @property
+    def weighted(self) -> tuple[Ints, Floats | None]:
+        """All facets (f, k) that it lies on, and their weights (f, q) at `moments.places`; None if all are whole."""
+        if not len(self.nodes):
+            return self.whole, None
+        k = self.whole.shape[1]
+        faces, which = np.unique(self.nodes, axis=0, return_inverse=True)
+        weights = np.zeros((len(faces), len(moments.places(k))))
+        np.add.at(weights, which.ravel(), self.w[:, None] * moments.basis(k, self.xi))
+        whole = np.tile(moments.whole(k), (len(self.whole), 1))
+        return np.concatenate([self.whole, faces]), np.concatenate([whole, weights])
+
+
+def loaded(shape: Any, mesh: Mesh, condition: Condition) -> Loaded:
+    """The part of a mesh's surface that a condition selects, found once.
+
+    Conditions are about the body: facets of the side of a cylinder are asked where the side is, and those of a mesh of
+    a file with what they may miss of it in mind.
+    """
+    known: Loaded | None = mesh.selections.get(condition)
+    if known is None:
+        known = mesh.selections[condition] = _found(shape, mesh, condition)
+    return known
+
+
+def settled_of(shape: Any, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
+    """What a condition means on facets of a mesh: borders that do not cut them (f, b), and their levels there."""
+    asked = Asked.of(condition, Patches(mesh.points[mesh.facets], mesh.extent))
+    if not hasattr(shape, "side"):
+        crossed = asked.crossed_facets()
+        if len(crossed):
+            asked = settled(asked, crossed, deviations(mesh))
+    return asked.settled, asked.settling
+
+
+def _found(shape: Any, mesh: Mesh, condition: Condition) -> Loaded:
+    facets, corners = mesh.facets, mesh.points[mesh.facets]
+    side = shape.side(corners) if hasattr(shape, "side") else np.zeros(len(facets), dtype=np.bool_)
+    mask, values = settled_of(shape, mesh, condition)
+    found: list[tuple[Ints, Part]] = []
+    for which, out in ((~side, None), (side, getattr(shape, "onto_side", None))):
+        if which.any():
+            asked = Asked(condition, Patches(corners[which], mesh.extent, out), mask[which], values[which])
+            found.append((facets[which], part(asked)))
+    leaning = np.flatnonzero(mask.any(axis=1))
+    whole = Loaded(
+        mesh.points,
+        np.concatenate([own[p.whole] for own, p in found]),
+        np.concatenate([own[p.f] for own, p in found]),
+        np.concatenate([p.xi for _, p in found]),
+        np.concatenate([p.w for _, p in found]),
+        sum(p.remainder for _, p in found),
+    )
+    return replace(whole, leaning=whole.over(facets[leaning])) if len(leaning) else whole

@@ -1,0 +1,91 @@
+"""The surface of a shape itself, no mesh: how much of it a condition selects, and which way that looks."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.language.conditions import Condition, Term
+from softmark.interpreter.problem.parts.patches import Asked, Floats, Patches
+from softmark.interpreter.problem.parts.taken import Part, part
+from softmark.solvers.mesh.shapes import Box, Cylinder, transverse
+
+SIDES = 48  # flat strips that the side of a cylinder is unrolled on
+
+
+def selected(shape: Any, condition: Condition) -> tuple[float, Floats] | None:
+    """Area, m^2, and the integral of the outward normal (3,), m^2, of what is selected; None of shapes from files."""
+    extent = math.dist(*shape.bounds) if hasattr(shape, "bounds") else 0.0
+    if isinstance(shape, Box):
+        return _flat(_faces(shape), condition, extent)
+    if not isinstance(shape, Cylinder):
+        return None
+    inside = Condition.junction("and", condition, _disc(shape))
+    ends, side = _flat(_ends(shape), inside, extent), _side(shape, condition, extent)
+    return ends[0] + side[0], ends[1] + side[1]
+
+
+def _flat(corners: Floats, condition: Condition, extent: float) -> tuple[float, Floats]:
+    """Of flat quadrilaterals (f, 4, 3)."""
+    patches = Patches(corners, extent)
+    found = part(Asked.of(condition, patches))
+    vectors = np.concatenate([
+        4.0 * patches.area(found.whole, np.zeros((len(found.whole), 2))),
+        found.w[:, None] * patches.area(found.f, found.xi),
+    ])  # fmt: skip
+    return float(np.linalg.norm(vectors, axis=1).sum()), vectors.sum(axis=0)
+
+
+def _faces(box: Box) -> Floats:
+    """The six faces (6, 4, 3), counter-clockwise from outside."""
+    low, size, faces = np.array(box.origin), np.diag(box.size), []
+    for axis in range(3):
+        a, b, c = size[axis], size[(axis + 1) % 3], size[(axis + 2) % 3]
+        faces += [[low, low + c, low + c + b, low + b], [low + a, low + a + b, low + a + b + c, low + a + c]]
+    return np.array(faces)
+
+
+def _ends(cylinder: Cylinder) -> Floats:
+    """Squares (2, 4, 3) around both ends, counter-clockwise from outside."""
+    root, a = np.array(cylinder.origin), np.array(cylinder.axis)
+    u, v = (cylinder.radius * np.array(e) for e in transverse(cylinder.axis))
+    turning = [-u - v, u - v, u + v, v - u]
+    top = root + cylinder.length * a
+    return np.array([[root + c for c in reversed(turning)], [top + c for c in turning]])
+
+
+def _disc(cylinder: Cylinder) -> Condition:
+    """Nearer to the axis than the radius."""
+    square = Term.constant(0.0)
+    for e in transverse(cylinder.axis):
+        along = Term.constant(-sum(o * c for o, c in zip(cylinder.origin, e, strict=True)))
+        for axis in range(3):
+            if e[axis]:
+                along = along.combine("+", Term.coordinate(axis).combine("*", Term.constant(e[axis])))
+        square = square.combine("+", along.combine("*", along))
+    return Condition.comparison("<=", square, Term.constant(cylinder.radius**2), 2)
+
+
+def _side(cylinder: Cylinder, condition: Condition, extent: float) -> tuple[float, Floats]:
+    """Of the curved side: strips between the axis and it, of which every point stands for one right outside."""
+    R, root, a = cylinder.radius, np.array(cylinder.origin), np.array(cylinder.axis)
+    u, v = (np.array(e) for e in transverse(cylinder.axis))
+    turns = 2.0 * math.pi * np.arange(SIDES + 1) / SIDES
+    rim = R * (np.cos(turns)[:, None] * u + np.sin(turns)[:, None] * v)
+    top = cylinder.length * a
+    corners = root + np.stack([rim[:-1], rim[1:], rim[1:] + top, rim[:-1] + top], axis=1)
+    patches = Patches(corners, extent, cylinder.onto_side)
+    found: Part = part(Asked.of(condition, patches))
+    half = math.pi / SIDES
+    middle = rim[:-1] + rim[1:]
+    middle /= np.linalg.norm(middle, axis=1, keepdims=True)
+    area = len(found.whole) * 2.0 * half * R * cylinder.length
+    vector = 2.0 * math.sin(half) * R * cylinder.length * middle[found.whole].sum(axis=0)
+    X = patches.at(found.f, found.xi[:, None])[:, 0] - root
+    away = X - (X @ a)[:, None] * a
+    r = np.linalg.norm(away, axis=1)
+    flat = np.linalg.norm(patches.area(found.f, found.xi), axis=1)
+    w = found.w * flat * R * (R * math.cos(half)) / r**2  # of the angle that a chord is seen under
+    return area + float(w.sum()), vector + (w / r) @ away

@@ -1,0 +1,210 @@
+"""Where answers are looked at: the material points of a probe, and the surface of a body that a report draws."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.metrics.measure import View
+from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.data import located
+from softmark.interpreter.problem.outlying import kept
+from softmark.interpreter.problem.prism_surface import skin_of
+from softmark.interpreter.results.report import ProbeResult, Shape
+from softmark.interpreter.results.thinning import picked
+from softmark.interpreter.vocabulary.probes import Markers, Nodes, Surface, Volume
+from softmark.interpreter.vocabulary.supports import Fixed
+from softmark.records import dataclass
+from softmark.solvers.elements.tet4 import Tet4
+from softmark.solvers.elements.tet10 import Tet10
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Field = Callable[[Floats], Floats]
+
+FINENESS = 40  # points along the longest extent of a body, where a scene says nothing
+COARSER = 1.6  # cells of a volume, which have four points each
+FRAMES = 40  # of a history that a report keeps of a surface
+SCANNED = (128, 192)  # points around and along: facets must stay far below a voxel
+DRAWN = 1500  # points of a surface that is drawn only: enough for a smooth picture
+
+
+@dataclass(frozen=True)
+class Place:
+    """Material points X (n, 3) in m, with triangles (k, 3) over them or the volume (n,) that each stands for.
+
+    `notes` are warnings about them.
+    """
+
+    X: Floats
+    triangles: Ints | None = None
+    weights: Floats | None = None
+    notes: tuple[Diagnostic, ...] = ()
+
+
+def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Place:
+    """The points of a probe; `tracked` gives those of a measurement by its name. Raises Fault."""
+    own = getattr(probe.thing, "mesh", None) is not None
+    if not own and not getattr(case.shape, "prebuilt", False):
+        return _place(probe, case, tracked)
+    from softmark.solvers.mesh.files.reading import Unreadable
+
+    try:
+        return _place(probe, case, tracked)
+    except Unreadable as error:
+        at, owner = (probe.at("mesh"), probe) if own else (case.body.at("shape"), case.body)
+        problem = f"the mesh of `{owner.name}` cannot be used: {error}"
+        help_ = error.remedy or "the file must hold cells of positive volume"
+        raise fault(error.code, at, problem, help=help_) from error
+
+
+def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Place:
+    match probe.thing:
+        case Surface():
+            return _surface(probe, case)
+        case Volume(size=size):
+            return _volume(located(case.shape, case.body.at("shape")), size or COARSER * _size(case.shape))
+        case Nodes(mesh=mesh):
+            return _of_body(probe, case, located(mesh, probe.at("mesh")).points())
+        case Markers(of=of):
+            return _of_body(probe, case, tracked(of))
+    return Place(np.array(probe.thing.stations))
+
+
+def _of_body(probe: Declared, case: Case, X: Floats) -> Place:
+    """The points that the probe's condition selects, but for those far outside the body. Raises Fault."""
+    chosen = _part(probe, X)
+    inside, notes = kept(probe, case, chosen)
+    return Place(chosen[inside], notes=notes)
+
+
+def _size(shape: Any) -> float:
+    """An edge length that resolves a shape; of a mesh from a file, which has its own, any."""
+    if not hasattr(shape, "bounds"):
+        return 1.0
+    low, high = shape.bounds
+    return float(max(b - a for a, b in zip(low, high, strict=True)) / FINENESS)
+
+
+def _surface(probe: Declared, case: Case) -> Place:
+    own = probe.thing.mesh is not None
+    shape = located(
+        probe.thing.mesh if own else case.shape, probe.at("mesh") if own else case.body.at("shape")
+    )
+    X, triangles = shape.surface(probe.thing.size or _size(shape))
+    if probe.thing.where is None:
+        return Place(X, triangles)
+    chosen = _chosen(probe, X)
+    kept = triangles[chosen[triangles].all(axis=1)]
+    number = np.cumsum(chosen) - 1
+    return Place(X[chosen], number[kept])
+
+
+def _part(probe: Declared, X: Floats) -> Floats:
+    """The points that the probe's condition selects, all where it has none. Raises Fault."""
+    return X if probe.thing.where is None else X[_chosen(probe, X)]
+
+
+def _chosen(probe: Declared, X: Floats) -> NDArray[np.bool_]:
+    """Which points a probe's condition selects. Raises Fault if none."""
+    extent = float(np.linalg.norm(np.ptp(X, axis=0)))
+    held = np.broadcast_to(probe.thing.where.holds(*X.T, extent), len(X))
+    if not held.any():
+        raise fault(
+            "E302",
+            probe.at("where"),
+            f"`{probe.name}` selects no points",
+            "selects nothing",
+            "the condition is on coordinates before deformation",
+        )
+    return held
+
+
+def _volume(shape: Any, size: float) -> Place:
+    """Four points in every tetrahedron, by which integrals of squares of linear fields are exact: at its centroid alone
+    the strains of linear elements are better than anywhere else, and their error seems less than it is."""
+    mesh = shape.mesh("tet4", size)
+    xi, weights = Tet10.quadrature()
+    X = Tet4.shape(xi) @ mesh.points[mesh.cells]  # (m, 4, 3)
+    return Place(X.reshape(-1, 3), weights=np.outer(mesh.volumes, weights / weights.sum()).ravel())
+
+
+def drawn(case: Case) -> Place:
+    """A surface of the body for pictures."""
+    shape = located(case.shape, case.body.at("shape"))
+    if hasattr(shape, "section"):
+        return Place(*skin_of(shape))
+    size = _size(shape)
+    X, triangles = shape.surface(size)
+    if len(X) > DRAWN and not getattr(shape, "prebuilt", False):
+        X, triangles = shape.surface(size * (len(X) / DRAWN) ** 0.5)
+    return Place(X, triangles)
+
+
+def scanned(case: Case) -> Place:
+    """A surface of the body fine enough to be put through a scanner."""
+    shape = located(case.shape, case.body.at("shape"))
+    return Place(*skin_of(shape, *SCANNED)) if hasattr(shape, "section") else drawn(case)
+
+
+def held_face(case: Case) -> tuple[Floats, Ints] | None:
+    """The part of the undeformed surface that supports hold in place, None where they hold none."""
+    place = drawn(case)
+    if place.triangles is None:
+        return None
+    held = np.zeros(len(place.X), dtype=bool)
+    for support in case.supports:
+        if isinstance(support.thing, Fixed):
+            held |= np.broadcast_to(
+                support.thing.where.holds(*place.X.T, float(np.linalg.norm(np.ptp(place.X, axis=0)))),
+                len(held),
+            )
+    triangles = place.triangles[held[place.triangles].all(axis=1)]
+    return (place.X, triangles) if len(triangles) else None
+
+
+def surface_of(view: View, place: Place, error: Floats | None, measured_from: str | None) -> Shape | None:
+    """The deformed surface, and some frames of it where there is a history."""
+    if view.displacement is None or place.triangles is None:
+        return None
+    times = frames = None
+    if view.history is not None:
+        chosen = picked(len(view.history.times), FRAMES)
+        times, frames = view.history.times[chosen], place.X + view.history.displacement(place.X)[chosen]
+    position = place.X + view.displacement(place.X)
+    if not (np.all(np.isfinite(position)) and (frames is None or np.all(np.isfinite(frames)))):
+        return None
+    if error is not None and not np.all(np.isfinite(error)):
+        error = measured_from = None
+    return Shape(position, place.triangles, times, frames, error, measured_from)
+
+
+def seen_finite(probe: ProbeResult) -> bool:
+    """Whether a probe has seen numbers only."""
+    course = probe.displacement if probe.course is None else probe.course
+    return bool(np.all(np.isfinite(probe.displacement)) and np.all(np.isfinite(course)))
+
+
+def above(u: Floats, error: float) -> Floats:
+    """Displacements (n, 3), zero where they are below the reference's own error: such numbers say nothing."""
+    small: Floats = np.where(np.linalg.norm(u, axis=1, keepdims=True) <= error, 0.0, u)  # what is no number stays none
+    return small
+
+
+def facts_of(data: Any) -> dict[str, Any]:
+    """What a report says of a measurement."""
+    found: dict[str, Any] = {"uncertainty": data.uncertainty, "notes": list(data.notes)}
+    residual = getattr(data, "residual", None)
+    if residual is not None:
+        found["registration"] = {
+            "mean": residual.mean,
+            "rms": residual.rms,
+            "max": residual.max,
+            "points": residual.points,
+        }
+    return found

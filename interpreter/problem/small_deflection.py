@@ -1,0 +1,40 @@
+"""Estimates in one line, for warnings before anything is computed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.vocabulary.loads import PointForce, Traction
+
+
+def bending_angle(case: Case) -> float | None:
+    """Slope (rad) at the free end of a straight beam by small-deflection theory, or None where it is none.
+
+    w L^3 / (6 EI) under a distributed and P L^2 / (2 EI) under an end force; Timoshenko (1955).
+    """
+    shape = case.shape
+    if not hasattr(shape, "section"):
+        return None
+    EI: float = case.material.young * min(shape.section.moments)
+    per_length = case.material.density * shape.section.area
+    along = shape.axis
+    distributed = _across([per_length * g for g in case.gravity], along)
+    ends = [_force(d.thing, shape) for d in case.loads]
+    end = _across([sum(f[i] for f in ends) for i in range(3)], along)
+    length: float = shape.length
+    return (distributed * length**3 / 6 + end * length**2 / 2) / EI
+
+
+def _force(load: Any, shape: Any) -> tuple[float, ...]:
+    if isinstance(load, PointForce):
+        return load.vector
+    if isinstance(load, Traction):  # as if on the end face; an estimate
+        return tuple(t * shape.section.area for t in load.vector)
+    return (0.0, 0.0, 0.0)
+
+
+def _across(vector: list[float], axis: tuple[float, ...]) -> float:
+    """Length of the part of a vector that is perpendicular to the axis."""
+    along = sum(v * a for v, a in zip(vector, axis, strict=True))
+    return float(sum((v - along * a) ** 2 for v, a in zip(vector, axis, strict=True)) ** 0.5)

@@ -1,0 +1,68 @@
+"""One HTML file that needs nothing else: what the page of a run and that of a comparison are made of alike."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from functools import lru_cache
+from importlib.resources import files
+
+from softmark.interpreter.report.page.markup import tag, text
+from softmark.interpreter.report.page.plate import toggles
+
+POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
+FOOTER = "Made by softmark. Colours after Okabe and Ito (2008). All numbers in full, in SI, are in {}."
+
+
+def document(
+    title: str,
+    description: str,
+    header: str,
+    sections: Sequence[tuple[str, str, str]],
+    numbers: str,
+    curves: int,
+    styles: Sequence[str],
+    scripts: Sequence[str],
+) -> str:
+    """A complete HTML5 document of `sections` (id, name, markup), with links to those that are not empty.
+
+    `numbers` is the file that has all numbers, `curves` how many a figure can show and hide at most; `styles` and
+    `scripts` are files of this package that go in.
+    """
+    head = tag(
+        "head",
+        tag("meta", charset="utf-8"),
+        tag("meta", http_equiv="Content-Security-Policy", content=POLICY),
+        tag("meta", name="viewport", content="width=device-width, initial-scale=1"),
+        tag("meta", name="color-scheme", content="light dark"),
+        tag("meta", name="description", content=description),
+        tag("title", text(title)),
+        tag("style", *(_part(name) for name in styles), toggles(curves)),
+    )
+    items = [tag("li", tag("a", text(name), href=f"#{key}")) for key, name, markup in sections if markup]
+    body = tag(
+        "body",
+        tag("a", "Skip to the results", href="#content", class_="skip"),
+        header,
+        tag("nav", tag("ul", *items), aria_label="Sections"),
+        tag("main", *(f"\n{markup}\n" for _, _, markup in sections), id="content"),
+        tag("footer", tag("p", text(FOOTER.format(numbers)))),
+        tag("script", *(_part(name) for name in scripts)),
+    )
+    return "<!DOCTYPE html>\n" + tag("html", head, body, lang="en") + "\n"
+
+
+@lru_cache(maxsize=8)
+def _part(name: str) -> str:
+    """A file of this package."""
+    return files(__package__ or "").joinpath(name).read_text(encoding="utf-8")
+
+
+def moment(written: str) -> str:
+    """A time element in words; the text itself where it is not a date."""
+    try:
+        found = datetime.fromisoformat(written)
+    except ValueError:
+        return text(written)
+    zone = " UTC" if not found.utcoffset() else found.strftime(" UTC%z")
+    return tag("time", f"{found.day} {found.strftime('%B %Y, %H:%M')}{zone}", datetime=written)

@@ -1,0 +1,193 @@
+"""Figure 3 of Marchal et al. (2008) for every line probe: centre lines in the plane in which they bend."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from softmark.interpreter.language.amounts import decimals_of, quantity, scale_of
+from softmark.interpreter.report.charts.axes import linear
+from softmark.interpreter.report.charts.chart import Chart, Curve
+from softmark.interpreter.report.charts.labels import Point
+from softmark.interpreter.report.charts.styles import REST
+from softmark.interpreter.report.page.markup import listed, plain, prose, section, tag
+from softmark.interpreter.report.page.plate import Column, crowded, plate
+from softmark.interpreter.report.page.sheet import Cell, csv_link, short
+from softmark.interpreter.report.run.findings import Findings
+from softmark.interpreter.report.run.tables.points import point_table
+from softmark.interpreter.report.run.tables.probes import (
+    AXES,
+    Floats,
+    arc,
+    drawn_first,
+    lines_of,
+    looks,
+    points_of,
+)
+from softmark.interpreter.report.shapes.camera import upward
+from softmark.records import dataclass
+
+WIDEST, NARROWEST = 640.0, 520.0  # of the plot, pixels
+TALLEST, LOWEST = 470.0, 150.0
+NAMES = 90.0  # pixels kept free to the right of the lines, for their names
+FAR = 4.0  # how many times further than the references a model may reach and still be drawn whole
+REST_NAME = "undeformed"
+EMPTY = "No probe has a result, so there is nothing to draw."
+
+
+def section_of(findings: Findings) -> str:
+    """The figures, and the tables of point probes."""
+    figures = [_Lines(findings, number, probe).plate() for number, probe in enumerate(lines_of(findings))]
+    tables = [point_table(probe, seen) for probe, seen in points_of(findings).items()]
+    if not figures and not tables:
+        seen = any(len(p.points) for who in findings.probes.values() for p in who.values())
+        return "" if seen else section("figure", "Centre lines", tag("p", EMPTY, class_="quiet"))
+    return section("figure", "Centre lines" if figures else "Points", *figures, *tables)
+
+
+@dataclass(frozen=True)
+class _Lines:
+    """The figure of one line probe."""
+
+    findings: Findings
+    number: int
+    probe: str
+
+    @cached_property
+    def undeformed(self) -> Floats:
+        """The line before deformation (n, 3), m."""
+        return max((p.points for p in self.findings.probes[self.probe].values()), key=len)
+
+    @cached_property
+    def lines(self) -> dict[str, Floats]:
+        """What is drawn (n, 3) in m by name: the undeformed line, then references, then models on top."""
+        seen, report = self.findings.probes[self.probe], self.findings.report
+        names = [n for n in (*report.references, *report.models) if n in seen]
+        return {REST_NAME: self.undeformed} | {n: seen[n].position for n in names}
+
+    @cached_property
+    def all_points(self) -> Floats:
+        """Every point that the figure has to hold (m, 3), m."""
+        return np.concatenate([X for n, X in self.lines.items() if n not in self.far])
+
+    @cached_property
+    def plane(self) -> tuple[int, int]:
+        """The two coordinates with the largest spread, gravity along the second; z before y if equal."""
+        spread = np.ptp(self.all_points, axis=0)
+        first, second = sorted((0, 2, 1), key=lambda i: -float(spread[i]))[:2]
+        up = int(np.abs(upward(self.findings)).argmax())
+        if up in (first, second):
+            return (first if second == up else second), up
+        return min(first, second), max(first, second)
+
+    @cached_property
+    def far(self) -> list[str]:
+        """Models that would dwarf the others: they leave the figure."""
+        models, start = self.findings.report.models, self.undeformed[0]
+        reach = {n: float(np.abs(X - start).max()) for n, X in self.lines.items()}
+        usual = max((r for n, r in reach.items() if n not in models), default=0.0)
+        return [n for n, r in reach.items() if n in models and r > FAR * usual]
+
+    @property
+    def axes(self) -> tuple[str, str]:
+        """Names of the plane's axes."""
+        return AXES[self.plane[0]], AXES[self.plane[1]]
+
+    @property
+    def size(self) -> float:
+        """The largest extent, m."""
+        return float(np.ptp(self.all_points, axis=0).max()) or 1.0
+
+    def plate(self) -> str:
+        """Chart, legend, caption, table, CSV."""
+        open_ = drawn_first(self.findings)
+        return plate(
+            self._chart(open_), prose(self._caption(open_)), self._columns(), self._save(), open_=open_
+        )
+
+    def _chart(self, open_: Sequence[str]) -> Chart:
+        across, up, width, height = _frame(self.all_points[:, self.plane])
+        x = linear(*across, self.axes[0], "m", round(width / 75))
+        y = linear(*up, self.axes[1], "m", max(3, round(height / 60)))
+        title = f"Centre lines at probe {self.probe} in the {'–'.join(self.axes)} plane"
+        return Chart(
+            f"lines-{self.number}", title, self._desc(), x, y, width, height, tuple(self._curves(open_))
+        )
+
+    def _curves(self, open_: Sequence[str]) -> Iterator[Curve]:
+        known, models = looks(self.findings.report), self.findings.report.models
+        for i, (name, X) in enumerate(self.lines.items()):
+            points = tuple((float(a), float(b)) for a, b in X[:, self.plane])
+            named = name in open_ or name not in models
+            yield Curve(name, known.get(name, REST), points, 1 + 2 * i, 2, named=named)
+
+    def _desc(self) -> str:
+        """The conclusion, and where each line ends."""
+        ends = "; ".join(f"{name} at {self._place(X[-1])}" for name, X in self.lines.items())
+        return f"{plain(self._conclusion())} The lines end as follows: {ends}."
+
+    def _place(self, point: Floats) -> str:
+        pairs = zip(self.axes, self.plane, strict=True)
+        return ", ".join(f"{axis} {quantity(float(point[i]), 'm', 4)}" for axis, i in pairs)
+
+    def _conclusion(self) -> str:
+        said = "; ".join(self.findings.closest(self.probe))
+        if not said:
+            return (
+                "No model has an error to compare."
+                if any(m.probe == self.probe for m in self.findings.errors)
+                else "No metric compares these lines."
+            )
+        return f"{said[0].upper()}{said[1:]}."
+
+    def _caption(self, open_: Sequence[str]) -> str:
+        plane = f"Probe `{self.probe}` in the {'–'.join(self.axes)} plane, to the same scale along both axes."
+        models = [n for n in self.lines if n in self.findings.report.models]
+        shown = crowded(len(models), len([n for n in models if n in open_]))
+        gone = f" Too far away to draw: {listed([f'`{n}`' for n in self.far])}." if self.far else ""
+        return f"{plane} {self._conclusion()}{gone}{self._depth()}{shown}"
+
+    def _depth(self) -> str:
+        """A sentence where the lines leave the plane of the figure."""
+        third = ({0, 1, 2} - set(self.plane)).pop()
+        depth = float(np.ptp(self.all_points[:, third]))
+        within = quantity(depth, "m", 2)
+        return f" Out of this plane the lines spread over {within}." if depth > 1e-6 * self.size else ""
+
+    def _columns(self) -> list[Column]:
+        """The arc position, and every line in the plane of the figure."""
+        scale = scale_of((self.size,), "m")
+        decimals = decimals_of((self.size,), scale, 6)
+        heading = scale.heading("s")
+        found = [
+            Column(heading, (heading,), [(scale.fixed(float(s), decimals),) for s in arc(self.undeformed)])
+        ]
+        symbols = tuple(scale.heading(axis) for axis in self.axes)
+        for name, X in self.lines.items():
+            cells = [tuple(scale.fixed(float(v), decimals) for v in row) for row in X[:, self.plane]]
+            found.append(Column(name, symbols, cells))
+        return found
+
+    def _save(self) -> str:
+        """All three coordinates, in m."""
+        header = ["s [m]", *(f"{name} {axis} [m]" for name in self.lines for axis in AXES)]
+        rows = [[short(float(s)), *self._record(i)] for i, s in enumerate(arc(self.undeformed))]
+        return csv_link(f"{self.probe}-positions", header, rows)
+
+    def _record(self, index: int) -> Iterator[Cell]:
+        for X in self.lines.values():
+            yield from (short(float(v)) for v in X[index]) if index < len(X) else (None,) * 3
+
+
+def _frame(X: Floats) -> tuple[Point, Point, float, float]:
+    """Ranges of both axes (m) and size of the plot in pixels, to one scale; free to the right for names."""
+    low, high = X.min(axis=0), X.max(axis=0)
+    margin = 0.05 * float((high - low).max()) or 0.5
+    low, high = low - margin, high + margin
+    across, up = (float(v) for v in high - low)
+    per_metre = min((WIDEST - NAMES) / across, TALLEST / up)
+    width, height = max(NARROWEST, across * per_metre + NAMES), max(LOWEST, up * per_metre)
+    middle, half = float(low[1] + high[1]) / 2, height / per_metre / 2
+    return (float(low[0]), float(low[0]) + width / per_metre), (middle - half, middle + half), width, height

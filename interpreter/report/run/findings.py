@@ -1,0 +1,257 @@
+"""What the results come to: which metrics are errors, who is closest to what, and the sentence at the top."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Source
+from softmark.grammar.parse import parse
+from softmark.interpreter.language import schema
+from softmark.interpreter.language.amounts import quantity
+from softmark.interpreter.report.page.markup import count, listed
+from softmark.interpreter.results.report import ModelResult, ProbeResult, ReferenceResult, Report
+from softmark.records import dataclass
+
+Result = ModelResult | ReferenceResult
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A column of the table. `against` is the reference an error is measured from, None for a measurement."""
+
+    name: str
+    unit: str
+    probe: str | None = None
+    against: str | None = None
+    summary: str = ""
+    line: int | None = None
+    model: str | None = None  # that it is a difference from, where that is no reference
+    clock: bool = False  # a share of the time that there is: the verdict matters, not the number
+
+    @property
+    def is_error(self) -> bool:
+        """Whether less is better."""
+        return self.against is not None
+
+    @property
+    def percent(self) -> bool:
+        """Whether plain numbers of this metric are read as percentages."""
+        return self.is_error or self.clock or self.model is not None
+
+
+@dataclass(frozen=True)
+class Findings:
+    """A report, with what its scene's text says about the names in it."""
+
+    report: Report
+
+    @cached_property
+    def _tree(self) -> tree.Tree:
+        """The scene's text; what cannot be read is left out."""
+        return parse(Source("report", str(self.report.scene.get("text", ""))))[0]
+
+    @cached_property
+    def declared(self) -> dict[str, tree.Declare]:
+        """Declarations of the scene's text by name."""
+        return {d.name: d for d in self._tree.declarations if isinstance(d, tree.Declare)}
+
+    @cached_property
+    def expected(self) -> tuple[str, ...]:
+        """Metrics in the order in which expectations ask for them of models."""
+        conditions = (d.condition for d in self._tree.declarations if isinstance(d, tree.Expect))
+        names = (part.parts for c in conditions for part, _ in tree.walk(c) if isinstance(part, tree.Name))
+        models = {n for n, d in self.declared.items() if d.kind == "model"}
+        return tuple(dict.fromkeys(p[1] for p in names if len(p) == 2 and p[0] in models))
+
+    @cached_property
+    def lines(self) -> range:
+        """Numbers of the lines of the scene's text."""
+        return range(1, len(str(self.report.scene.get("text", "")).splitlines()) + 1)
+
+    def line(self, name: str) -> int | None:
+        """Where a name is declared."""
+        known = self.declared.get(name)
+        return known.span.line if known else None
+
+    @cached_property
+    def everyone(self) -> dict[str, Result]:
+        """Models and then references."""
+        return {**self.report.models, **self.report.references}
+
+    @cached_property
+    def metrics(self) -> tuple[Metric, ...]:
+        """The metrics that somebody has, in the order of the scene's text."""
+        found = {name: m.unit for r in self.everyone.values() for name, m in r.metrics.items()}
+        order = {name: i for i, name in enumerate(self.declared)}
+        names = sorted(found, key=lambda name: order.get(name, len(order)))
+        return tuple(self._metric(name, found[name]) for name in names)
+
+    def _metric(self, name: str, unit: str) -> Metric:
+        declared = self.declared.get(name)
+        clock = any("verdict" in r.metrics[name].details for r in self.everyone.values() if name in r.metrics)
+        if declared is None or not isinstance(declared.value, tree.Call):
+            return Metric(name, unit, clock=clock)
+        known = schema.constructor("metric", declared.value.function.text)
+        fields = dict(_names(declared.value, tuple(f.name for f in known.fields) if known else ()))
+        against = fields.get("against")
+        return Metric(
+            name, unit, fields.get("probe"), against if against in self.report.references else None,
+            known.summary if known else "", declared.span.line, against if against in self.report.models else None,
+            clock,
+        )  # fmt: skip
+
+    @cached_property
+    def errors(self) -> tuple[Metric, ...]:
+        """The metrics that measure an error against a reference."""
+        return tuple(m for m in self.metrics if m.is_error)
+
+    @cached_property
+    def telling(self) -> tuple[Metric, ...]:
+        """Error metrics, the most telling first: what the scene's own expectations ask of its models, in their order.
+
+        Whoever wrote an expectation says by it what the scene is for; without any it is the order of the text.
+        """
+        order = {name: i for i, name in enumerate(self.expected)}
+        return tuple(sorted(self.errors, key=lambda m: order.get(m.name, len(order))))
+
+    def best(self, metric: Metric) -> tuple[str, ...]:
+        """The models with the least value of an error metric, and those that the uncertainty leaves undecided."""
+        values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
+        least = min(values.values(), default=0.0)
+        within = least + self.uncertainty(metric)
+        return tuple(n for n, v in values.items() if v <= within) if metric.is_error else ()
+
+    def uncertainty(self, metric: Metric) -> float:
+        """How large differences of a metric have to be to mean something, in its unit; 0 where nothing is known."""
+        found = (m.metrics.get(metric.name) for m in self.report.models.values())
+        return max((m.uncertainty for m in found if m is not None and m.uncertainty), default=0.0)
+
+    def tied(self, metric: Metric) -> bool:
+        """Whether several models are best because the uncertainty cannot tell them apart."""
+        values = {value_of(self.report.models[n], metric.name) for n in self.best(metric)}
+        return len(values) > 1
+
+    @cached_property
+    def probes(self) -> dict[str, dict[str, ProbeResult]]:
+        """Probe -> who has it -> what was seen; the order is that in which probes appear."""
+        found: dict[str, dict[str, ProbeResult]] = {}
+        for name, result in self.everyone.items():
+            for probe, seen in result.probes.items():
+                found.setdefault(probe, {})[name] = seen
+        return found
+
+    @cached_property
+    def unsolved(self) -> dict[str, Result]:
+        """Models and references that were tried and gave no solution."""
+        return {n: r for n, r in self.everyone.items() if r.status not in ("converged", "capped", "skipped")}
+
+    # -------------------------------------------------------------- sentences
+
+    @property
+    def conclusion(self) -> str:
+        """One sentence: how many, who is closest to the first reference, and what became of expectations."""
+        parts = [self._crowd(), *self._fates(), *self._first_closest(), self._expected()]
+        return "; ".join(part for part in parts if part) + "."
+
+    def _crowd(self) -> str:
+        references = count(len(self.report.references), "reference")
+        if not self.report.models:
+            return "No model was run" + (f", beside {references}" if self.report.references else "")
+        models = count(len(self.report.models), "model") + (" so far" if self.report.partial else "")
+        return models + (f" against {references}" if self.report.references else ", no reference")
+
+    def _fates(self) -> Iterator[str]:
+        """`2 of 4 models gave no solution (`a`, `b`)`, and the same for references."""
+        for results, noun in ((self.report.models, "model"), (self.report.references, "reference")):
+            lost = [f"`{n}`" for n in results if n in self.unsolved]
+            if lost:
+                shown = [*lost[:3], f"{len(lost) - 3} more"] if len(lost) > 4 else lost
+                whole = count(len(results), noun)
+                yield f"{len(lost)} of {whole} gave no solution ({listed(shown)})"
+
+    def _first_closest(self) -> Iterator[str]:
+        """Who is closest to the first reference, and to the first that was measured."""
+        said = list(self.closest())
+        known = list(dict.fromkeys(str(m.against) for m in self.telling if self.best(m)))
+        measured = (i for i, n in enumerate(known) if self.report.references[n].kind == "experimental")
+        chosen = dict.fromkeys([0, next(measured, 0)])
+        yield from (said[i] for i in chosen if i < len(said))
+
+    def closest(self, probe: str | None = None) -> list[str]:
+        """By reference, from its most telling metric: `the closest to theory is rod: 5.9 % (eta), the farthest ...`.
+
+        With `probe` only the metrics that look there count.
+        """
+        said: dict[str, str] = {}
+        for metric in self.telling:
+            if probe is not None and metric.probe != probe:
+                continue
+            if metric.against in said or not (best := self.best(metric)):
+                continue
+            amount = self._amount(metric, best)
+            who = ("is " if len(best) == 1 else "are ") + listed([f"`{n}`" for n in best])
+            last = self._farthest(metric, best)
+            said[str(metric.against)] = f"the closest to `{metric.against}` {who}: {amount} (`{metric.name}`){last}"
+        return list(said.values())
+
+    def _farthest(self, metric: Metric, best: tuple[str, ...]) -> str:
+        """`, the farthest is linear_tet: 47 %`: the least error alone tells how good the best is, and nothing else."""
+        values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
+        worst = max(values, key=lambda n: values[n])
+        if worst in best:
+            return ""
+        return f", the farthest is `{worst}`: {quantity(values[worst], metric.unit, digits=2, percent=True)}"
+
+    def _amount(self, metric: Metric, best: tuple[str, ...]) -> str:
+        """The least error, or the bound under which nothing tells several models apart."""
+        if self.tied(metric):
+            return f"no difference above ± {quantity(self.uncertainty(metric), metric.unit, 2, percent=True)}"
+        value = value_of(self.report.models[best[0]], metric.name)
+        return quantity(value or 0.0, metric.unit, digits=2, percent=True)
+
+    def _expected(self) -> str:
+        judged = self.report.expectations
+        if not judged:
+            return "expectations are not judged yet" if self.report.partial else "nothing was expected"
+        met, open_ = sum(e.passed is True for e in judged), sum(e.passed is None for e in judged)
+        rest = f", {open_} not judged" if open_ else ""
+        return f"{met} of {count(len(judged), 'expectation')} met{rest}"
+
+    @property
+    def status(self) -> tuple[str, str]:
+        """good, warn or bad, and a line of words: how the run ended."""
+        if self.report.partial:
+            return "warn", "Unfinished: the run goes on, or it was interrupted"
+        if self.unsolved:
+            return "bad", f"Finished, without a solution for {listed([f'`{n}`' for n in self.unsolved])}"
+        missed = sum(e.passed is False for e in self.report.expectations)
+        if missed:
+            return "bad", f"Finished, {count(missed, 'expectation')} not met"
+        if not self.report.models:
+            return "warn", "Finished, nothing was solved"
+        ran = (
+            "everything that was run"
+            if any(r.status == "skipped" for r in self.everyone.values())
+            else "everything"
+        )
+        return "good", f"Finished, {ran} converged" + (", every expectation met" if self._all_met else "")
+
+    @property
+    def _all_met(self) -> bool:
+        return bool(self.report.expectations) and all(e.passed for e in self.report.expectations)
+
+
+def _names(call: tree.Call, fields: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+    """The arguments of a call that are names, by field; those without a field name count by position."""
+    for position, argument in enumerate(call.arguments):
+        field = argument.name or (fields[position] if position < len(fields) else "")
+        if isinstance(argument.value, tree.Name):
+            yield field, argument.value.text
+
+
+def value_of(result: Result, metric: str) -> float | None:
+    """The value of a metric, None where there is none."""
+    found = result.metrics.get(metric)
+    return None if found is None or found.value is None else float(found.value)

@@ -1,0 +1,104 @@
+"""What belongs to a metric besides its value: spreads, extremes, counts and words, for every model and reference."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from softmark.interpreter.language.amounts import grouped, quantity
+from softmark.interpreter.report.page.markup import prose, tag, text
+from softmark.interpreter.report.page.plate import details
+from softmark.interpreter.report.page.sheet import Cell, csv_link
+from softmark.interpreter.report.run.findings import Findings, Metric
+
+UNITS = {
+    "m": "m",
+    "s": "s",
+    "Hz": "Hz",
+    "J": "J",
+    "Pa": "Pa",
+    "kg": "kg",
+    "N": "N",
+    "m2": "m^2",
+    "m3": "m^3",
+    "rad": "rad",
+}
+SHARES = ("relative", "ratio", "share", "margin", "fraction")
+
+
+def details_of(findings: Findings) -> str:
+    """A table that opens on demand for each metric that has details, and one CSV file with all."""
+    tables = [_table(findings, m) for m in findings.metrics]
+    found = [table for table in tables if table]
+    return tag("div", *found, _csv(findings), class_="metric-details") if found else ""
+
+
+def unit_of(key: str) -> str:
+    """The unit of a detail by the end of its name: `p95_m`, `limit_s`; `1` for shares, "" for what has none."""
+    if any(word in key for word in SHARES) and not key.endswith("_points"):
+        return "1"
+    return UNITS.get(key.rpartition("_")[2], "") if "_" in key else ""
+
+
+def _name(key: str) -> str:
+    """`p95_m` -> p95, `relative_mean` -> relative mean."""
+    head, _, last = key.rpartition("_")
+    return (head if head and last in UNITS else key).replace("_", " ")
+
+
+def _known(findings: Findings, metric: Metric) -> dict[str, Mapping[str, Any]]:
+    """Details by who has them."""
+    found = {n: r.metrics.get(metric.name) for n, r in findings.everyone.items()}
+    return {n: m.details for n, m in found.items() if m is not None and m.details}
+
+
+def _table(findings: Findings, metric: Metric) -> str:
+    known = _known(findings, metric)
+    if not known:
+        return ""
+    keys = list(dict.fromkeys(k for own in known.values() for k in own))
+    head = tag("tr", tag("th", "Name", scope="col"), *(tag("th", text(_name(k)), scope="col") for k in keys))
+    rows = [_row(name, own, keys) for name, own in known.items()]
+    caption = tag("caption", tag("span", prose(f"Details of `{metric.name}`. {metric.summary}")))
+    table = tag("table", caption, tag("thead", head), tag("tbody", *rows))
+    box = tag(
+        "div", table, class_="scroll", tabindex=0, role="region", aria_label=f"Details of {metric.name}"
+    )
+    return details(f"Details of {metric.name}", box)
+
+
+def _row(name: str, own: Mapping[str, Any], keys: list[str]) -> str:
+    cells = [tag("td", text(_cell(key, own.get(key))), class_=_align(own.get(key))) for key in keys]
+    return tag("tr", tag("th", tag("code", text(name)), scope="row"), *cells)
+
+
+def _align(value: Any) -> str | None:
+    return "n" if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+
+
+def _cell(key: str, value: Any) -> str:
+    """A detail in words."""
+    if value is None or value == "":
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return grouped(value)
+    if isinstance(value, float):
+        unit = unit_of(key)
+        return quantity(value, unit or "1", 4, percent=unit == "1")
+    return ", ".join(str(v) for v in value) if isinstance(value, (list, tuple)) else str(value)
+
+
+def _csv(findings: Findings) -> str:
+    rows: list[list[Cell]] = [
+        [name, metric.name, key, _plain(value), unit_of(key) or None]
+        for metric in findings.metrics
+        for name, own in _known(findings, metric).items()
+        for key, value in own.items()
+    ]
+    return csv_link("details", ["name", "metric", "detail", "value", "unit"], rows, "Save all details as CSV")
+
+
+def _plain(value: Any) -> Cell:
+    return value if value is None or isinstance(value, (int, float, str)) else str(value)

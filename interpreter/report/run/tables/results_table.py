@@ -1,0 +1,327 @@
+"""The rows and columns of the comparison: status, metrics, size and effort of models and references."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import groupby
+
+from softmark.interpreter.language.amounts import (
+    Scale,
+    decimals_of,
+    grouped,
+    negligible,
+    quantity,
+    scale_of,
+    signed,
+)
+from softmark.interpreter.report.page.markup import count, listed, prose, tag, text
+from softmark.interpreter.report.run.bodies import Body
+from softmark.interpreter.report.run.findings import Findings, Metric, Result, value_of
+from softmark.interpreter.results.report import ModelResult, ReferenceResult
+
+WIDE = 6  # a table with more metrics is set more tightly
+SYMBOLS = {
+    "converged": ("✓", "good", "converged"),
+    "capped": ("~", "quiet", "capped, steps unsolved"),
+    "skipped": ("–", "quiet", "skipped"),
+    "not_converged": ("✗", "bad", "not converged"),
+    "diverged": ("✗", "bad", "diverged"),
+    "failed": ("✗", "bad", "failed"),
+}
+TIMES = {"solve_s": "Solve", "step_s": "Step"}  # setup stands below the time of the solution
+NO_MESH = "a reference is not discretised: it has no mesh, no iterations and no time"
+CAPTION = (
+    "Times are wall time, the median and [least–largest] of the runs, compilation excluded; "
+    "processor time (CPU) is added where it differs by more than a quarter."
+)
+BEST = " The least error of a column is in bold and marked best."
+TIED = " Errors that differ by less than the uncertainty of the reference are not ranked: they are all marked tied."
+CLOCK = " Shares of the time that there is are marked ✓ for real time and ✗ for none."
+
+
+def caption(findings: Findings) -> str:
+    """What the tables are, in words."""
+    best, tied = (any(ask(m) for m in findings.metrics) for ask in (findings.best, findings.tied))
+    clock = any(m.clock for m in findings.metrics)
+    return text(CAPTION + (BEST if best else "") + (TIED if tied else "") + (CLOCK if clock else ""))
+
+
+def ordered(metrics: Sequence[Metric]) -> list[Metric]:
+    """Errors by reference, differences from models, then measurements, then times."""
+    from_ = [(m.against, m.model) for m in metrics]
+    key = lambda m: (m.clock, m.against is None, m.model is None, from_.index((m.against, m.model)))  # noqa: E731
+    return sorted(metrics, key=key)
+
+
+@dataclass
+class Notes:
+    """Footnotes: one letter for each reason why there is no value."""
+
+    reasons: list[str] = field(default_factory=list)
+    within: dict[str, str] = field(default_factory=dict)  # metric -> the uncertainty, in words
+
+    def dash(self, reason: str) -> str:
+        """An en dash with the letter of its reason."""
+        if reason not in self.reasons:
+            self.reasons.append(reason)
+        mark = letter(self.reasons.index(reason))
+        return "–" + tag("sup", tag("a", text(mark), href=f"#note-{mark}", aria_label=f"note {mark}"))
+
+    def dagger(self, metric: str, uncertainty: str) -> str:
+        """The mark of a value that is no larger than the uncertainty of what it is measured from."""
+        self.within.setdefault(metric, uncertainty)
+        said = "within the uncertainty of the reference"
+        return tag("sup", tag("a", "†", href="#note-within", aria_label=said), class_="within")
+
+    def _uncertain(self) -> str:
+        if not self.within:
+            return ""
+        each = listed([f"± {amount} for `{metric}`" for metric, amount in self.within.items()])
+        said = f"within the uncertainty of the reference ({each}): the value says no more than that the two agree"
+        return tag("li", tag("b", "†"), " ", prose(said), id="note-within")
+
+    def list(self) -> str:
+        """The footnotes themselves."""
+        letters = [letter(i) for i in range(len(self.reasons))]
+        pairs = zip(letters, self.reasons, strict=True)
+        items = [tag("li", tag("b", a), " ", prose(reason), id=f"note-{a}") for a, reason in pairs]
+        items += [own] if (own := self._uncertain()) else []
+        return tag("ul", *items, class_="notes") if items else ""
+
+
+def letter(n: int) -> str:
+    """a, b, …, z, aa, ab, …"""
+    return (letter(n // 26 - 1) if n >= 26 else "") + chr(97 + n % 26)
+
+
+@dataclass
+class ResultsTable:
+    """The results of one body; footnotes gather on the way."""
+
+    findings: Findings
+    body: Body
+    notes: Notes = field(default_factory=Notes)
+
+    @cached_property
+    def groups(self) -> list[tuple[str, list[Metric]]]:
+        """Metrics under headings: errors by reference, measurements, times."""
+        named = groupby(self.columns, key=_heading)
+        return [(heading, list(metrics)) for heading, metrics in named]
+
+    @cached_property
+    def columns(self) -> list[Metric]:
+        """Metrics in the order of the table."""
+        return ordered(self.body.metrics)
+
+    @cached_property
+    def values(self) -> Mapping[str, list[float]]:
+        """What stands in every column."""
+        results = [self.findings.everyone[n] for n in self.body.results]
+        return {m.name: [v for r in results if (v := value_of(r, m.name)) is not None] for m in self.columns}
+
+    @cached_property
+    def scales(self) -> Mapping[str, tuple[Scale, int]]:
+        """Unit and decimals of every column."""
+        found = {}
+        for metric in self.columns:
+            values = self.values[metric.name]
+            scale = scale_of(values, metric.unit, metric.percent)
+            found[metric.name] = scale, decimals_of(values, scale, 4 if metric.is_error else 5)
+        return found
+
+    @cached_property
+    def times(self) -> list[str]:
+        """The kinds of time that somebody has."""
+        return [k for k in TIMES if any(m.time.get(k) for m in self.findings.report.models.values())]
+
+    def html(self) -> str:
+        """The table in its scrolling box."""
+        report, own = self.findings.report, self.body.results
+        models = {n: m for n, m in report.models.items() if n in own}
+        references = {n: r for n, r in report.references.items() if n in own}
+        bodies = [self._rows("Models", models), self._rows("References", references)]
+        label = "Comparison of models and references" + (f" of {self.body.name}" if self.body.name else "")
+        hidden = tag("caption", tag("span", text(label)), class_="hidden")
+        kind = "results wide" if len(self.columns) > WIDE else "results"
+        table = tag("table", hidden, self._head(), *bodies, class_=kind)
+        return tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=label)
+
+    def _head(self) -> str:
+        done = tag("span", "Status", class_="spoken")
+        top = [tag("th", word, rowspan=2, scope="col") for word in ("Name", done)]
+        top += [tag("th", prose(name), colspan=len(own), scope="colgroup") for name, own in self.groups]
+        top += [tag("th", "Size", rowspan=2, scope="col", class_="n")]
+        top += [tag("th", "Effort", colspan=1 + len(self.times), scope="colgroup")]
+        low = [self._metric_head(m) for m in self.columns]
+        low += [tag("th", word, scope="col") for word in ("Iterations", *(TIMES[k] for k in self.times))]
+        return tag("thead", tag("tr", *top), tag("tr", *low))
+
+    def _metric_head(self, metric: Metric) -> str:
+        scale, _ = self.scales[metric.name]
+        name = tag("a", text(metric.name), href=f"#L{metric.line}") if metric.line else text(metric.name)
+        unit = tag("span", text(f" / {scale.unit}"), class_="unit") if scale.unit else ""
+        return tag("th", name, unit, scope="col")
+
+    def _rows(self, heading: str, results: Mapping[str, Result]) -> str:
+        if not results:
+            return ""
+        width = 4 + len(self.columns) + len(self.times)
+        title = tag("tr", tag("th", heading, colspan=width, scope="rowgroup"), class_="group")
+        return tag("tbody", title, *(self._row(n, r) for n, r in results.items()))
+
+    def _row(self, name: str, result: Result) -> str:
+        cells = [self._name(name, result), tag("td", status_of(result))]
+        cells += [tag("td", self._metric(name, result, m), class_="n") for m in self.columns]
+        effort = self._effort(result) if isinstance(result, ModelResult) else self._no_effort()
+        return tag("tr", *cells, *(tag("td", cell, class_="n") for cell in effort))
+
+    def _name(self, name: str, result: Result) -> str:
+        line, own = self.findings.line(name), tag("code", text(name))
+        below = result.outline if isinstance(result, ModelResult) else result.kind
+        return tag("th", tag("a", own, href=f"#L{line}") if line else own, _small(text(below)), scope="row")
+
+    def _metric(self, name: str, result: Result, metric: Metric) -> str:
+        value = value_of(result, metric.name)
+        if value is None:
+            return self.notes.dash(self._reason(name, result, metric))
+        found = result.metrics[metric.name]
+        shown = tag("data", text(self._text(value, metric)), value=repr(value)) + self._stated(result, metric)
+        if metric.clock and "verdict" in found.details:
+            return _verdict(bool(found.details["verdict"])) + shown
+        if not found.meaningful:
+            shown += self.notes.dagger(
+                metric.name, quantity(found.uncertainty or 0.0, metric.unit, 3, percent=True)
+            )
+        if isinstance(result, ModelResult) and name in self.findings.best(metric):
+            word = "tied" if self.findings.tied(metric) else "best"
+            return tag("strong", shown) + tag("small", word, class_="best")
+        return shown
+
+    def _stated(self, result: Result, metric: Metric) -> str:
+        """What a model states of the number, in the unit of the column: `± 0.05`."""
+        error = stated_of(result, metric)
+        if error is None:
+            return ""
+        own = f"\u00a0±\u00a0{signed(f'{error / self.scales[metric.name][0].factor:.2g}')}"
+        return tag("small", tag("data", text(own), value=repr(error)), class_="stated")
+
+    def _text(self, value: float, metric: Metric) -> str:
+        """The number as it stands in its column."""
+        scale, decimals = self.scales[metric.name]
+        if metric.clock:
+            own = value / scale.factor
+            return signed(f"{own:.0f}" if abs(own) >= 100 else f"{own:.3g}")
+        largest = max((abs(v) for v in self.values[metric.name]), default=0.0)
+        return "0" if negligible(value, largest, metric.unit) else scale.text(value, decimals)
+
+    def _reason(self, name: str, result: Result, metric: Metric) -> str:
+        found = result.metrics.get(metric.name)
+        if found is not None:
+            return found.reason or "no reason was given"
+        if name == metric.against:
+            return "the error is measured from this reference itself"
+        if name == metric.model:
+            return "the difference is measured from this model itself"
+        if metric.probe is None and isinstance(result, ReferenceResult):
+            return "only the work of models is measured"
+        if isinstance(result, ReferenceResult) and not result.probes and result.status == "converged":
+            return "what was measured is not known at the points of this metric"
+        if self.findings.report.partial:
+            return "not computed yet: the report is unfinished"
+        return result.message or "this metric looks at another body"
+
+    def _effort(self, model: ModelResult) -> list[str]:
+        rounds = model.solve.get("iterations")
+        none = model.message or "the method does not iterate"
+        iterations = number(rounds) if isinstance(rounds, int) else self.notes.dash(none)
+        return [self._size(model), iterations, *(self._time(model, kind) for kind in self.times)]
+
+    def _no_effort(self) -> list[str]:
+        return [self.notes.dash(NO_MESH)] * (2 + len(self.times))
+
+    def _size(self, model: ModelResult) -> str:
+        if "dofs" not in model.size:
+            return self.notes.dash(model.message or "the size is not known")
+        rest = [number(model.size[k]) + f" {k}" for k in ("nodes", "elements") if k in model.size]
+        return number(model.size["dofs"]) + " dofs" + _small("<br>".join(rest))
+
+    def _time(self, model: ModelResult, kind: str) -> str:
+        timing = model.time.get(kind)
+        if timing is None:
+            return self.notes.dash("a static analysis has no time steps" if kind == "step_s" else "not timed")
+        wall, cpu, below = timing.to_json(), model.time.get(kind.replace("_s", "_cpu_s")), []
+        setup = model.time.get("setup_s") if kind == "solve_s" else None
+        if wall["runs"] > 1:
+            below.append(_range(wall["min"], wall["max"]))
+            below.append(count(int(wall["runs"]), "run" if kind == "solve_s" else "step"))
+        if setup:
+            below.append(f"setup {seconds(setup.to_json()['median'])}")
+        if cpu and _differ(used := cpu.to_json()["median"], wall["median"]):
+            below.append(f"CPU {seconds(used)}")
+        return seconds(wall["median"]) + _small("<br>".join(below))
+
+
+def _differ(cpu: float, wall: float) -> bool:
+    """Whether processor time tells more than wall time: of another program's load, or of several threads."""
+    return abs(cpu - wall) > 0.25 * wall
+
+
+def _range(low: float, high: float) -> str:
+    """`[14.2–15.9 ms]`: the unit once if it is the same."""
+    first, last = quantity(low, "s", 3), quantity(high, "s", 3)
+    if first.split("\u00a0")[1:] == last.split("\u00a0")[1:]:
+        first = first.split("\u00a0")[0]
+    return (
+        "["
+        + tag("data", text(first), value=repr(low))
+        + "–"
+        + tag("data", text(last), value=repr(high))
+        + "]"
+    )
+
+
+def status_of(result: Result) -> str:
+    """A symbol and words."""
+    symbol, mood, words = SYMBOLS.get(result.status, ("?", "quiet", result.status))
+    said = f" {text(words)}"
+    if result.status == "converged":  # the usual: the sign is enough for those who see it
+        said = tag("span", said, class_="spoken")
+    return tag("span", tag("span", symbol, aria_hidden="true"), said, class_=f"status {mood}")
+
+
+def _verdict(good: bool) -> str:
+    """✓ or ✗ before a share of the time that there is."""
+    symbol, mood, words = ("✓", "good", "real time") if good else ("✗", "bad", "not real time")
+    sign, said = tag("span", symbol, aria_hidden="true"), tag("span", f"{words} ", class_="spoken")
+    return tag("span", sign, " ", said, class_=f"status {mood}")
+
+
+def _heading(metric: Metric) -> str:
+    if metric.clock:
+        return "Real time"
+    if metric.model:
+        return f"Difference from `{metric.model}`"
+    return f"Error against `{metric.against}`" if metric.against else "Measured"
+
+
+def number(n: int) -> str:
+    """A whole number, with its value for machines."""
+    return tag("data", grouped(n), value=str(n))
+
+
+def seconds(value: float) -> str:
+    """A time with three digits, with its value for machines."""
+    return tag("data", text(quantity(value, "s", 3)), value=repr(float(value)))
+
+
+def _small(markup: str) -> str:
+    return tag("small", markup) if markup else ""
+
+
+def stated_of(result: Result, metric: Metric) -> float | None:
+    """The error that a model states of a number, SI; None where it states none."""
+    said = result.stated.get(metric.name) if isinstance(result, ModelResult) and not metric.clock else None
+    value = None if said is None else said.get("value")
+    return None if value is None else float(value)

@@ -1,0 +1,91 @@
+"""What models say of their own answers: the errors that they state, and that their forces were found again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from softmark.interpreter.language import units
+from softmark.interpreter.language.amounts import quantity
+from softmark.interpreter.results.report import MetricResult, ModelResult, Report
+
+SEVERAL = 5  # names that a line lists
+
+
+def words(model: ModelResult) -> str | None:
+    """`states an error of at most 3 %`, of its first metric; None where it was not asked and nothing is free."""
+    if not model.stated or unasked(model):
+        return None
+    first = next((n for n in model.metrics if n in model.stated), next(iter(model.stated)))
+    said = model.stated[first]
+    doubts = f" (and doubts it: {', '.join(said['doubts'])})" if said.get("doubts") else ""
+    if said.get("value") is None:
+        return f"states no error of `{first}`: {said.get('reason') or 'no reason was given'}{doubts}"
+    value = amount(float(said["value"]), str(said.get("unit", "1")))
+    return f"states an error of at most {value} in `{first}`{doubts}"
+
+
+def amount(value: float, unit: str = "1") -> str:
+    """An error, at two digits."""
+    shown: str = quantity(max(value, 1e-12), unit, 2, percent=True)
+    return shown
+
+
+def unasked(model: ModelResult) -> bool:
+    """Whether it states nothing because nobody asked it to."""
+    each = model.stated.values()
+    return all(s.get("value") is None and NOT_ASKED in (s.get("reason") or "") for s in each)
+
+
+NOT_ASKED = "`--stated` does"  # in the reason of what would cost something
+
+
+def beside(model: ModelResult, name: str, found: MetricResult) -> str | None:
+    """`± 0.05`: what a model states of a metric, in the unit that its value is shown in, if it does."""
+    value = (model.stated.get(name) or {}).get("value")
+    if value is None or found.value is None:
+        return None
+    dimension = units.parse(found.unit).dimension
+    if dimension == units.NONE:
+        return f"± {_two(100.0 * value)}"
+    unit = units.show(float(f"{found.value:.6g}"), dimension).partition(" ")[2]
+    shown = value / units.parse(unit).factor if unit else 0.0
+    return f"± {_two(shown)}" if LEAST <= shown < MOST else f"± {amount(value, found.unit)}"
+
+
+LEAST, MOST = 1e-3, 1e3  # of a number that stands without a unit of its own behind a value
+
+
+def _two(value: float) -> str:
+    """At two digits, without powers of ten where people use none."""
+    shown = f"{value:.2g}"
+    return f"{float(shown):.0f}" if 1.0 <= value < 1e6 and float(shown) == round(float(shown)) else shown
+
+
+def checked(report: Report) -> str | None:
+    """One quiet line about the forces that were found again; None where there were none."""
+    checks = (m.solve.get("checks") or {} for m in report.models.values())
+    found = [c["residual"] for c in checks if c.get("residual") is not None]
+    if not found:
+        return None
+    return (
+        f"Forces of {len(found)} solution{'s' if len(found) > 1 else ''} were found again by other formulas than those "
+        f"that solved: at most {max(found):.0e} of the loads is left over."
+    )
+
+
+def silent(report: Report) -> str | None:
+    """`no error is stated for a, b: ...`: who was not asked; None where everyone was, or has nothing to say."""
+    names = [f"`{n}`" for n, m in report.models.items() if m.stated and unasked(m)]
+    if not names:
+        return None
+    who = ", ".join(names) if len(names) <= SEVERAL else f"{len(names)} models"
+    return f"no error is stated for {who}: that of the mesh costs about as much as the solution; `--stated` asks for it"
+
+
+def lines(report: Report) -> Iterator[str]:
+    """What each model states."""
+    for name, model in report.models.items():
+        if (said := words(model)) is not None:
+            yield f"{name} {said}"
+    if (quiet := silent(report)) is not None:
+        yield quiet

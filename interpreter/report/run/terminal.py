@@ -1,0 +1,228 @@
+"""The report as a table in the terminal."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from softmark.grammar.diagnostic import all_visible
+from softmark.interpreter.language import units
+from softmark.interpreter.language.amounts import negligible
+from softmark.interpreter.report.run.bodies import Body, bodies
+from softmark.interpreter.report.run.findings import Findings, Metric, Result, value_of
+from softmark.interpreter.report.run.tables import vouching
+from softmark.interpreter.report.run.tables.results_table import ordered
+from softmark.interpreter.results.report import ExpectationResult, MetricResult, ModelResult, Report
+from softmark.records import dataclass
+
+SEVERAL = 5  # names that a line lists
+
+STATUS = {
+    "converged": "ok",
+    "capped": "capped",
+    "not_converged": "did not converge",
+    "diverged": "diverged",
+    "failed": "failed",
+    "skipped": "skipped",
+}
+
+
+WIDE = 110  # characters of a line where nobody says how wide the window is
+
+
+def table(report: Report, terminal: bool, width: int | None = None) -> str:
+    """Title, a row per model and reference, expectations, and what went wrong.
+
+    Each body has a table of its own; one that is wider than `width` goes on below itself.
+    """
+    report = _shown(report)
+    paint = _Paint(terminal and not os.environ.get("NO_COLOR"))
+    room = width or (max(80, shutil.get_terminal_size((WIDE, 24)).columns) if terminal else WIDE)
+    findings = Findings(report)
+    parts = [paint.bold(str(report.scene["title"])), ""]
+    for number, body in enumerate(bodies(findings)):
+        parts += [""] if number else []
+        parts += [paint.bold(body.name)] if body.name else []
+        parts.append(_Rows(findings, body, paint).text(room))
+    if notes := [*_uncertain(report), *_reasons(report), *vouching.lines(report)]:
+        parts += ["", *notes]
+    if report.expectations:
+        parts += ["", *(_expectation(e, paint) for e in report.expectations)]
+    return "\n".join(parts)
+
+
+def _shown(report: Report) -> Report:
+    """The report with all texts that scenes and files brought as a terminal can show them; the scene's text stays."""
+    scene = {n: v if n == "text" else all_visible(v) for n, v in report.scene.items()}
+    models, references = ({n: _plain(r) for n, r in known.items()} for known in (report.models, report.references))
+    judged = tuple(replace(e, text=all_visible(e.text), reason=all_visible(e.reason)) for e in report.expectations)
+    return replace(report, scene=scene, models=models, references=references, expectations=judged)
+
+
+def _plain(result: Any) -> Any:
+    metrics = {n: replace(m, reason=all_visible(m.reason)) for n, m in result.metrics.items()}
+    stated = {"stated": all_visible(dict(result.stated))} if isinstance(result, ModelResult) else {}
+    return replace(result, message=all_visible(result.message), metrics=metrics, **stated)
+
+
+class _Paint:
+    def __init__(self, on: bool) -> None:
+        self.on = on
+
+    def _wrap(self, text: str, code: str) -> str:
+        return f"\x1b[{code}m{text}\x1b[0m" if self.on else text
+
+    def bold(self, text: str) -> str:
+        return self._wrap(text, "1")
+
+    def good(self, text: str) -> str:
+        return self._wrap(text, "32")
+
+    def bad(self, text: str) -> str:
+        return self._wrap(text, "31")
+
+
+EFFORT = ("unknowns", "newton", "time", "")
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """The table of one body."""
+
+    findings: Findings
+    body: Body
+    paint: _Paint
+
+    @property
+    def metrics(self) -> list[Metric]:
+        """Columns: errors by reference, measurements, times, as on the page."""
+        return ordered(self.body.metrics)
+
+    def text(self, room: int) -> str:
+        """The lines; columns that do not fit stand below, with the names again."""
+        head = ["", *(m.name for m in self.metrics), *EFFORT]
+        rows = [self._row(n, self.findings.everyone[n]) for n in self.body.results]
+        widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
+        blocks = _blocks(widths, room, len(EFFORT))
+        return "\n\n".join(self._block(head, rows, widths, block) for block in blocks)
+
+    def _block(
+        self, head: Sequence[str], rows: Sequence[Sequence[str]], widths: Sequence[int], chosen: Sequence[int]
+    ) -> str:
+        own = [widths[i] for i in chosen]
+        last = chosen[-1] == len(widths) - 1  # how it ended has no heading, and is not set to the right
+        lines = [_line([head[i] for i in chosen], own, last), "  ".join("-" * w for w in own).rstrip()]
+        for row in rows:
+            line = _line([row[i] for i in chosen], own, last)
+            lines.append(line if row[-1] in ("ok", "reference") else self.paint.bad(line))
+        return "\n".join(lines)
+
+    def _row(self, name: str, result: Result) -> list[str]:
+        values = [self._value(result, m) for m in self.metrics]
+        if isinstance(result, ModelResult):
+            return [name, *values, *_effort(result)]
+        end = "reference" if result.status == "converged" else result.status
+        return [f"({name})", *values, "", "", "", end]
+
+    def _value(self, result: Result, metric: Metric) -> str:
+        found = result.metrics.get(metric.name)
+        if found is None:
+            return ""
+        if found.value is None:
+            return "-"
+        if metric.clock and "verdict" in found.details:
+            return _verdict(found)
+        everyone = (self.findings.everyone[n] for n in self.body.results)
+        largest = max(abs(v) for r in everyone if (v := value_of(r, metric.name)) is not None)
+        if negligible(found.value, largest, metric.unit):
+            return "0"
+        own = vouching.beside(result, metric.name, found) if isinstance(result, ModelResult) else None
+        error = f" {own}" if own and not metric.clock else ""
+        return _amount(found.value, found.unit) + error + ("" if found.meaningful else " †")
+
+
+def _blocks(widths: Sequence[int], room: int, effort: int) -> list[list[int]]:
+    """Places of columns, line by line: the name in front of each; what it took stays together."""
+    last = list(range(len(widths) - effort, len(widths)))
+    blocks: list[list[int]] = [[0]]
+    for group in [*([i] for i in range(1, last[0])), last]:
+        wide = sum(widths[i] + 2 for i in (*blocks[-1], *group)) - 2
+        if wide > room and len(blocks[-1]) > 1:
+            blocks.append([0])
+        blocks[-1] += group
+    return blocks
+
+
+def _line(cells: Sequence[str], widths: Sequence[int], ends: bool) -> str:
+    shown = [f"{c:>{w}}" for c, w in zip(cells, widths, strict=True)]
+    shown[0] = f"{cells[0]:<{widths[0]}}"
+    if ends:
+        shown[-1] = cells[-1]
+    return "  ".join(shown).rstrip()
+
+
+def _effort(m: ModelResult) -> list[str]:
+    timing = m.time.get("solve_s")
+    clock = units.show(timing.to_json()["median"], units.TIME) if timing and m.status == "converged" else "-"
+    iterations, unknowns = str(m.solve.get("iterations", "-")), str(m.size.get("dofs", "-"))
+    return [unknowns, iterations, _short(clock), STATUS[m.status]]
+
+
+def _short(clock: str) -> str:
+    number, _, unit = clock.partition(" ")
+    return f"{float(number):.3g} {unit}" if unit else clock
+
+
+def _verdict(found: MetricResult) -> str:
+    """`yes, 46 % left`, `NO, 3.8 x`; where the step is longer than a frame, no time would be short enough."""
+    margin = float(found.details.get("margin", 0.0))
+    if found.details["verdict"]:
+        return f"yes, {100 * margin:.0f} % left"
+    return f"NO, {1 - margin:.3g} x" if margin < 0 else "NO, step too long"
+
+
+def _amount(value: float, unit_text: str) -> str:
+    dimension = units.parse(unit_text).dimension
+    if dimension == units.NONE:
+        return f"{100 * value:.3g} %"
+    number, _, unit = units.show(value, dimension).partition(" ")
+    return f"{float(number):.6g} {unit}"
+
+
+def _uncertain(report: Report) -> list[str]:
+    """The footnote of values that are no larger than the uncertainty of what they are measured from."""
+    found = {
+        name: _amount(metric.uncertainty, metric.unit)
+        for part in report.outcomes
+        for name, metric in part.metrics.items()
+        if metric.uncertainty is not None and not metric.meaningful
+    }
+    each = ", ".join(f"± {amount} for {name}" for name, amount in found.items())
+    return [f"† within the uncertainty of the reference ({each})"] if found else []
+
+
+def _reasons(report: Report) -> list[str]:
+    """What went wrong, each thing once: who has no solution, and which metrics of whom have no value."""
+    lines = [f"{m.name}: {m.message}" for m in report.outcomes if m.message]
+    same: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
+    for part in report.outcomes:
+        for name, metric in part.metrics.items():
+            if metric.value is None and not part.message:
+                metrics, owners = same.setdefault(metric.reason or "no value", ({}, {}))
+                metrics[name] = owners[part.name] = None
+    for reason, (metrics, owners) in same.items():
+        who = ", ".join(owners) if len(owners) <= SEVERAL else f"{len(owners)} models and references"
+        lines.append(f"no {', '.join(metrics)} for {who}: {reason}")
+    return lines
+
+
+def _expectation(e: ExpectationResult, paint: _Paint) -> str:
+    if e.passed is None:
+        return f"  not judged  line {e.line}: {e.text} ({e.reason})"
+    if e.passed:
+        return paint.good(f"  met         line {e.line}: {e.text}")
+    found = "" if e.value is None else f"  (found {_amount(e.value, e.unit)})"
+    return paint.bad(f"  NOT MET     line {e.line}: {e.text}{found}")

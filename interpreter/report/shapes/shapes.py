@@ -1,0 +1,304 @@
+"""Figure 2 of Marchal et al. (2008): every deformed shape under one camera, with its error as colour."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+
+import numpy as np
+
+from softmark.interpreter.language.amounts import grouped, quantity, scale_of, signed
+from softmark.interpreter.report.charts.chart import sample
+from softmark.interpreter.report.page.markup import count, listed, plain, prose, section, tag, text
+from softmark.interpreter.report.page.plate import Column, data_table, details
+from softmark.interpreter.report.page.sheet import Cell, csv_link, short
+from softmark.interpreter.report.run.bodies import bodies
+from softmark.interpreter.report.run.findings import Findings, Result
+from softmark.interpreter.report.run.tables.probes import looks
+from softmark.interpreter.report.shapes.camera import letters, view_of
+from softmark.interpreter.report.shapes.still import View, seen_box, still
+from softmark.interpreter.report.shapes.surfaces import (
+    Floats,
+    Small,
+    fit,
+    notes_of,
+    packed,
+    packed_triangles,
+    step_of,
+)
+from softmark.interpreter.report.shapes.toolbar import DECADES, Kind, colour_bar, time_bar, toolbar
+from softmark.interpreter.results.report import Shape
+from softmark.records import dataclass
+
+PANELS = 24  # more shapes than this are overlaid at first
+CLIP = 95.0  # percentile of the points of one shape
+FAR = 3.0  # a shape with errors so many times the usual ones does not set the colours
+STAGE = "Shapes of all models. Arrow keys turn them, plus and minus zoom, 0 starts again, space plays."
+STATISTICS = ("mean", "median", "95 %", "largest")
+
+
+def section_of(findings: Findings) -> str:
+    """The figure; empty where nothing has a shape."""
+    given = {n: r.shape for n, r in _ordered(findings) if r.shape is not None and _drawable(r.shape)}
+    if not given:
+        return ""
+    kept, figures = fit(given).shapes, []
+    for number, body in enumerate(bodies(findings)):
+        own = {n: shape for n, shape in kept.items() if n in body.results}
+        if own:
+            small = Small(own, tuple(notes_of({n: given[n] for n in own}, own)))
+            figures.append(_Shapes(findings, small, f"-{number}" if number else "", body.name).figure())
+    return section("shapes", "Shapes", *figures)
+
+
+def _ordered(findings: Findings) -> Iterator[tuple[str, Result]]:
+    """References first, as in the paper, then models."""
+    yield from findings.report.references.items()
+    yield from findings.report.models.items()
+
+
+def _drawable(shape: Shape) -> bool:
+    """Whether a surface has triangles and only finite positions."""
+    known = bool(np.isfinite(shape.position).all())
+    return (
+        known and len(shape.triangles) > 0 and (shape.frames is None or bool(np.isfinite(shape.frames).all()))
+    )
+
+
+@dataclass(frozen=True)
+class _Shapes:
+    """The figure of all surfaces."""
+
+    findings: Findings
+    small: Small
+    key: str = ""  # the end of its ids
+    body: str = ""
+
+    @property
+    def shapes(self) -> Mapping[str, Shape]:
+        """Who has a surface, as it is drawn."""
+        return self.small.shapes
+
+    @cached_property
+    def errors(self) -> dict[str, Floats]:
+        """Errors (n,) in m at all points, before thinning."""
+        shapes = ((n, self.findings.everyone[n].shape) for n in self.shapes)
+        return {n: s.error for n, s in shapes if s is not None and s.error is not None and len(s.error)}
+
+    @cached_property
+    def most(self) -> float:
+        """The largest error, m."""
+        return max((float(e.max()) for e in self.errors.values()), default=0.0)
+
+    @cached_property
+    def high(self) -> dict[str, float]:
+        """The error that CLIP per cent of the points do not exceed, m, by shape."""
+        return {n: float(np.percentile(e, CLIP)) for n, e in self.errors.items()}
+
+    @cached_property
+    def clipped(self) -> float:
+        """Where the scale of the usual errors ends, m: shapes that are FAR off do not count."""
+        usual = FAR * float(np.median(list(self.high.values()))) if self.high else 0.0
+        return max((h for h in self.high.values() if h <= usual), default=self.most)
+
+    @cached_property
+    def beyond(self) -> list[str]:
+        """The shapes that go far beyond the usual errors."""
+        return [n for n, h in self.high.items() if h > FAR / 2 * self.clipped]
+
+    @cached_property
+    def view(self) -> View:
+        """From where it is seen at first."""
+        return view_of(self.findings, self.shapes.values())
+
+    @cached_property
+    def against(self) -> str:
+        """What errors are measured from, in words."""
+        names = list(dict.fromkeys(s.measured_from for s in self.shapes.values() if s.measured_from))
+        return f"`{names[0]}`" if len(names) == 1 else "what each is compared with"
+
+    @cached_property
+    def dynamic(self) -> bool:
+        """Whether something moves."""
+        return any(s.frames is not None for s in self.shapes.values())
+
+    def figure(self) -> str:
+        """Controls, pictures, colour bar, caption, numbers."""
+        bar = (
+            colour_bar(self.most, self.clipped, f"distance from {plain(self.against)}") if self.errors else ""
+        )
+        unknown = tag(
+            "p",
+            "Errors are known at the end only: until then, colours tell models apart.",
+            class_="unknown quiet",
+            hidden=True,
+        )
+        numbers = details(
+            "Data of this figure", data_table("Data: errors of the shapes", self._columns()), self._save()
+        )
+        caption = tag("figcaption", tag("p", prose(self._caption())), numbers)
+        kind = Kind(self.key, bool(self.beyond), letters(self.view))
+        controls = toolbar(self._names(), bool(self.errors), len(self.shapes) <= PANELS, self._ghosts(), kind)
+        time = time_bar() if self.dynamic else ""
+        spoken = tag("div", class_="spoken", aria_live="polite")
+        heading = tag("h3", prose(f"`{self.body}`")) if self.body else ""
+        return heading + tag(
+            "figure", controls, self._stage(), self._still(), time, bar, unknown, spoken, caption, self._data(),
+            class_="shapes", id=f"figure-shapes{self.key}",
+        )  # fmt: skip
+
+    def _names(self) -> list[tuple[str, str, str, bool]]:
+        """(name, sample of its colour, classes, whether it is shown) of each shape."""
+        known, first = looks(self.findings.report), len(self.shapes) <= PANELS
+        references = self.findings.report.references
+        return [(n, sample(known[n]), known[n].classes, first or n not in references) for n in self.shapes]
+
+    def _ghosts(self) -> list[tuple[int, str, bool]]:
+        """(place, name, whether it is behind the others at first) of the references."""
+        references = self.findings.report.references
+        found = [(i, n) for i, n in enumerate(self.shapes) if n in references]
+        usual = next((n for _, n in found if f"`{n}`" == self.against), found[0][1] if found else "")
+        return [(i, n, n == usual) for i, n in found]
+
+    # -------------------------------------------------------------- pictures
+
+    def _stage(self) -> str:
+        low, high = seen_box(self.shapes, self.view)
+        width, height = (float(v) + 0.04 * float((high - low).max()) for v in high - low)
+        aspect = min(2.2, max(0.8, width / height if height > 0 else 2.2))
+        panels = tag("div", *(self._panel(*known) for known in self._names()), class_="panels")
+        everyone = tag(
+            "canvas",
+            class_="all",
+            role="img",
+            aria_label=plain(f"All shapes, one over the other. {self._ranking()}"),
+        )
+        return tag(
+            "div", panels, everyone, class_="stage", tabindex=0, role="group", aria_label=STAGE,
+            style=f"--aspect:{aspect:.3f};--columns:{_columns_of(len(self.shapes))}",
+        )  # fmt: skip
+
+    def _panel(self, name: str, drawn: str, classes: str, shown: bool) -> str:
+        said = self._said(name)
+        canvas = tag("canvas", role="img", aria_label=plain(f"{name}: {said or 'the shape'}"))
+        label = tag("p", drawn, tag("b", text(name)), tag("small", text(said)) if said else "")
+        return tag("div", canvas, label, class_=f"panel {classes}", data_shown="yes" if shown else "no")
+
+    def _said(self, name: str) -> str:
+        """Mean and largest error in words."""
+        error = self.errors.get(name)
+        if error is None:
+            reference = self.findings.report.references.get(name)
+            return reference.kind if reference else ""
+        return f"mean {quantity(float(error.mean()), 'm', 3)}, largest {quantity(float(error.max()), 'm', 3)}"
+
+    def _still(self) -> str:
+        words = "Shapes after deformation", f"{self._ranking()} {self._each()}"
+        top = self.clipped if self.beyond else self.most
+        return tag("noscript", still(self.shapes, self.view, top, words, f"shapes{self.key}"))
+
+    def _data(self) -> str:
+        """What `shapes.js` draws from."""
+        meshes: dict[bytes, int] = {}
+        packs, triangles = [], []
+        for name, shape in self.shapes.items():
+            key = shape.triangles.tobytes()
+            if key not in meshes:
+                meshes[key] = len(meshes)
+                triangles.append(packed_triangles(shape.triangles))
+            packs.append(packed(name, shape, meshes[key]))
+        data = {
+            "view": (self.view.turn, self.view.tilt),
+            "frame": self.view.frame.tolist(),
+            "most": self.most,
+            "clipped": self.clipped,
+            "decades": DECADES,
+            "meshes": triangles,
+            "shapes": packs,
+        }
+        return tag("script", json.dumps(data).replace("<", "\\u003c"), type="application/json")
+
+    # -------------------------------------------------------------- words
+
+    def _each(self) -> str:
+        return "; ".join(f"{n}: {said}" for n in self.shapes if (said := self._said(n))) + "."
+
+    def _ranking(self) -> str:
+        """Who stays closest, and who departs most."""
+        means = {n: float(e.mean()) for n, e in self.errors.items() if n in self.findings.report.models}
+        if not means:
+            return f"{count(len(self.shapes), 'shape')}, without errors."
+        least, most = min(means, key=lambda n: means[n]), max(means, key=lambda n: means[n])
+        said = f"On average `{least}` is {quantity(means[least], 'm', 3)} from {self._from(least)}"
+        rest = f", `{most}` {quantity(means[most], 'm', 3)}" if most != least else ""
+        return f"{said}{rest}."
+
+    def _from(self, name: str) -> str:
+        return f"`{against}`" if (against := self.shapes[name].measured_from) else "its reference"
+
+    def _caption(self) -> str:
+        seen = "All shapes are seen by one camera and drawn to one scale; drag to turn them."
+        colour = ""
+        if self.errors:
+            colour = f" Colour is the distance from {self.against}, one scale for all.{self._cut()}"
+        models = self.findings.report.models if self.errors else ()
+        bare = [f"`{n}`" for n in self.shapes if n not in self.errors and n in models]
+        plainly = f" {listed(bare)} {'has' if len(bare) == 1 else 'have'} no error to show." if bare else ""
+        step = quantity(step_of(self.shapes), "m", 2)
+        notes = " ".join(["", *self.small.notes])
+        return (
+            f"{self._ranking()} {seen}{colour}{plainly} In this page positions are rounded to {step}.{notes}"
+        )
+
+    def _cut(self) -> str:
+        """Who goes beyond the scale of usual errors."""
+        if not self.beyond:
+            return ""
+        names, clip = listed([f"`{n}`" for n in self.beyond]), quantity(self.clipped, "m", 3)
+        verb = "goes" if len(self.beyond) == 1 else "go"
+        return (
+            f" It ends at {clip} at first, so that the usual errors can be told apart; {names} {verb} beyond."
+        )
+
+    # -------------------------------------------------------------- numbers
+
+    def _columns(self) -> list[Column]:
+        scale = scale_of((self.most,), "m")
+        names = [(n,) for n in self.shapes]
+        sizes = [(grouped(len(s.position)), grouped(len(s.triangles))) for s in self._given]
+        cells = []
+        for n in self.shapes:
+            found = _statistics(self.errors[n]) if n in self.errors else ()
+            cells.append(tuple(signed(f"{v / scale.factor:.4g}") for v in found) or ("–",) * len(STATISTICS))
+        heads = tuple(scale.heading(s) for s in STATISTICS)
+        return [
+            Column("shape", ("shape",), names),
+            Column("size", ("points", "triangles"), sizes),
+            Column("error", heads, cells),
+        ]
+
+    @property
+    def _given(self) -> list[Shape]:
+        return [s for n in self.shapes if (s := self.findings.everyone[n].shape) is not None]
+
+    def _save(self) -> str:
+        header = ["name", "points", "triangles", "measured from", *(f"{s} error [m]" for s in STATISTICS)]
+        rows: list[list[Cell]] = []
+        for name, shape in zip(self.shapes, self._given, strict=True):
+            found: list[Cell] = [None] * len(STATISTICS)
+            if name in self.errors:
+                found = [short(v) for v in _statistics(self.errors[name])]
+            rows.append([name, len(shape.position), len(shape.triangles), shape.measured_from, *found])
+        button = tag("button", "CSV of all points, as drawn now", type="button", class_="points live")
+        return csv_link(f"shapes-errors{self.key}", header, rows) + button
+
+
+def _columns_of(panels: int) -> int:
+    """Columns that leave few gaps in the last row."""
+    return panels if panels <= 4 else 3 if panels in (5, 6, 9) else 5 if panels > 16 else 4
+
+
+def _statistics(error: Floats) -> tuple[float, ...]:
+    """Mean, median, 95th percentile and largest, m."""
+    return float(error.mean()), float(np.median(error)), float(np.percentile(error, 95.0)), float(error.max())

@@ -1,0 +1,172 @@
+"""Surfaces made small enough to travel inside the page: thinned, with few frames, and in 16-bit numbers."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.report.page.markup import listed
+from softmark.interpreter.results.report import Shape
+from softmark.interpreter.results.thinning import picked
+from softmark.records import dataclass
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+POINTS = 4000  # of one surface, at most
+FRAMES = 40
+ROOM = 1_900_000  # bytes of base64 for all surfaces of a page
+FINEST = 65535
+
+
+@dataclass(frozen=True)
+class Small:
+    """Surfaces as the page has them, and what was left out to make room."""
+
+    shapes: Mapping[str, Shape]
+    notes: tuple[str, ...]
+
+
+def fit(shapes: Mapping[str, Shape]) -> Small:
+    """Thin surfaces to POINTS, then keep as many frames as there is room for, then thin further."""
+    limit = POINTS
+    while True:
+        thin = {name: thinned(shape, limit) for name, shape in shapes.items()}
+        frames = _affordable(thin)
+        if frames >= 12 or limit <= 500 or not any(s.frames is not None for s in thin.values()):
+            break
+        limit //= 2
+    kept = {name: _sampled(shape, max(frames, 2)) for name, shape in thin.items()}
+    return Small(kept, tuple(notes_of(shapes, kept)))
+
+
+def _affordable(shapes: Mapping[str, Shape]) -> int:
+    """How many frames of every surface that has some fit into the room."""
+    fixed = sum(
+        8 * s.position.size / 3 + 3 * len(s.position) + 8 * s.triangles.size / 3 for s in shapes.values()
+    )
+    each = sum(8 * s.position.size / 3 for s in shapes.values() if s.frames is not None)
+    return min(FRAMES, int((ROOM - fixed) / each)) if each else FRAMES
+
+
+def _sampled(shape: Shape, most: int) -> Shape:
+    """The first and the last frame, and others evenly between them."""
+    if shape.frames is None or shape.times is None or len(shape.times) <= most:
+        return shape
+    chosen = picked(len(shape.times), most)
+    return replace(shape, times=shape.times[chosen], frames=shape.frames[chosen])
+
+
+def notes_of(given: Mapping[str, Shape], kept: Mapping[str, Shape]) -> list[str]:
+    """Sentences about what is coarser in the page than in the results."""
+    coarse: dict[str, list[str]] = {}
+    for name, shape in given.items():
+        own = kept[name]
+        if len(own.position) < len(shape.position):
+            said = f"with {len(own.position)} of {len(shape.position)} points"
+            coarse.setdefault(said, []).append(f"`{name}`")
+        if shape.times is not None and own.times is not None and len(own.times) < len(shape.times):
+            said = f"at {len(own.times)} of {len(shape.times)} moments"
+            coarse.setdefault(said, []).append(f"`{name}`")
+    return [
+        f"{listed(names)} {'is' if len(names) == 1 else 'are'} drawn {said}."
+        for said, names in coarse.items()
+    ]
+
+
+def thinned(shape: Shape, limit: int, triangles: bool = False) -> Shape:
+    """A surface with at most so many points (or triangles): those in one cell of a grid become their mean.
+
+    Rossignac and Borrel (1993), vertex clustering. All frames and errors are averaged alike.
+    """
+    size = len(shape.triangles) if triangles else len(shape.position)
+    if size <= limit:
+        return shape
+    extent = np.ptp(shape.position, axis=0)
+    cell = float(np.linalg.norm(extent)) / (limit**0.5 * 2.0) or 1.0
+    for _ in range(60):
+        small = _clustered(shape, cell)
+        if (len(small.triangles) if triangles else len(small.position)) <= limit:
+            return small
+        cell *= 1.12
+    return small
+
+
+def _clustered(shape: Shape, cell: float) -> Shape:
+    """The surface with the points of each cubic cell (edge in m) put together."""
+    rest = shape.position if shape.frames is None else shape.frames[0]
+    keys = np.floor((rest - rest.min(axis=0)) / cell).astype(np.int64)
+    _, group = np.unique(keys, axis=0, return_inverse=True)
+    group = group.ravel()
+    number = np.bincount(group).astype(float)
+
+    def mean(values: Floats) -> Floats:
+        columns = values.reshape(len(values), -1)
+        sums = np.stack([np.bincount(group, c) for c in columns.T], axis=1)
+        result: Floats = (sums / number[:, None]).reshape(len(number), *values.shape[1:])
+        return result
+
+    corners = group[shape.triangles]
+    kept = (corners != np.roll(corners, 1, axis=1)).all(axis=1)
+    _, first = np.unique(np.sort(corners[kept], axis=1), axis=0, return_index=True)
+    frames = None if shape.frames is None else mean(shape.frames.transpose(1, 0, 2)).transpose(1, 0, 2)
+    error = None if shape.error is None else mean(shape.error)
+    triangles = corners[kept][np.sort(first)]
+    return replace(shape, position=mean(shape.position), triangles=triangles, frames=frames, error=error)
+
+
+def bounds(shape: Shape) -> tuple[Floats, Floats]:
+    """The corners of the box that holds a surface at all times, m."""
+    every = [shape.position] if shape.frames is None else [shape.position, shape.frames.reshape(-1, 3)]
+    low = np.min([X.min(axis=0) for X in every], axis=0)
+    high = np.max([X.max(axis=0) for X in every], axis=0)
+    return low, high
+
+
+def packed(name: str, shape: Shape, mesh: int) -> dict[str, Any]:
+    """A surface as `shapes.js` reads it: positions in 1/65535 of the box, errors in 1/65535 of the largest."""
+    low, high = bounds(shape)
+    span = np.where(high > low, high - low, 1.0)
+    found: dict[str, Any] = {
+        "name": name,
+        "points": len(shape.position),
+        "mesh": mesh,
+        "low": low.tolist(),
+        "high": (low + span * (high > low)).tolist(),
+        "position": _shorts((shape.position - low) / span),
+    }
+    if shape.frames is not None and shape.times is not None:
+        found |= {"times": shape.times.tolist(), "frames": _shorts((shape.frames - low) / span)}
+    if shape.error is not None:
+        most = float(shape.error.max(initial=0.0))
+        found |= {
+            "error": _shorts(shape.error / (most or 1.0)),
+            "most": most,
+            "against": shape.measured_from or "",
+        }
+    return found
+
+
+def packed_triangles(triangles: Ints) -> dict[str, Any]:
+    """Indices of points, in 16 bits where they fit."""
+    wide = int(triangles.max(initial=0)) > FINEST
+    return {"wide": wide, "triangles": _base64(triangles.astype("<u4" if wide else "<u2"))}
+
+
+def _shorts(shares: Floats) -> str:
+    """Numbers between 0 and 1 in 16 bits each."""
+    return _base64(np.clip((shares * FINEST).round(), 0, FINEST).astype("<u2"))
+
+
+def _base64(array: NDArray[Any]) -> str:
+    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
+
+
+def step_of(shapes: Mapping[str, Shape]) -> float:
+    """The largest step between two positions that the page can tell apart, m."""
+    return max((float(np.ptp(bounds(s), axis=0).max()) / FINEST for s in shapes.values()), default=0.0)

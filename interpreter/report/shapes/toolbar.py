@@ -1,0 +1,120 @@
+"""Buttons and boxes of the figure of shapes: what to lay out how, in which colours, from where, and when."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from softmark.interpreter.language.amounts import quantity
+from softmark.interpreter.report.charts.axes import Axis, linear
+from softmark.interpreter.report.charts.colours import gradient
+from softmark.interpreter.report.page.markup import tag, text
+from softmark.records import dataclass
+
+DECADES = 3  # of the logarithmic scale
+MORE = " (the lightest colour stands for all that is more)"
+LESS = " (the darkest colour stands for all that is less)"
+VIEWS = (
+    (0, 2, "0 0"),
+    (1, 2, "90 0"),
+    (0, 1, "0 90"),
+)  # places in the frame, to the right and upwards; turn and tilt
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What sets one figure of a page apart: the end of its names, whether few shapes dwarf others, its axes."""
+
+    key: str
+    clipped: bool
+    axes: str  # letters of the level directions and of the upward one
+
+
+def toolbar(
+    names: Sequence[tuple[str, str, str, bool]],
+    errors: bool,
+    beside: bool,
+    ghosts: Sequence[tuple[int, str, bool]],
+    kind: Kind,
+) -> str:
+    """What readers choose by; hidden where no script runs."""
+    key, first = kind.key, 0 if beside else 1
+    groups = [
+        _choice("Layout", f"layout{key}", (("beside", "Side by side"), ("overlaid", "Overlaid")), first)
+    ]
+    if errors:
+        groups.append(_choice("Colour", f"colour{key}", (("error", "Error"), ("own", "By model")), first))
+        scales = (("full", "Largest"), ("clipped", "Usual"), ("log", "Log"))
+        groups.append(_choice("Scale", f"range{key}", scales, 1 if kind.clipped else 0))
+    groups.append(_behind(ghosts) if ghosts else "")
+    groups.append(_view(kind.axes))
+    who = tag("fieldset", tag("legend", "Shown"), *(_who(*known) for known in names), class_="who legend")
+    return tag("div", *groups, who, class_="toolbar live")
+
+
+def _choice(legend: str, name: str, options: Sequence[tuple[str, str]], first: int) -> str:
+    boxes = [
+        tag(
+            "label",
+            tag("input", type="radio", name=name, value=value, checked=i == first),
+            tag("span", words),
+        )
+        for i, (value, words) in enumerate(options)
+    ]
+    return tag("fieldset", tag("legend", legend), tag("div", *boxes, class_="segments"))
+
+
+def _behind(ghosts: Sequence[tuple[int, str, bool]]) -> str:
+    """The reference that is drawn in grey behind each shape."""
+    options = [tag("option", "nothing", value="")]
+    options += [tag("option", text(name), value=str(i), selected=first) for i, name, first in ghosts]
+    label = tag("label", tag("span", "Grey, behind"), tag("select", *options))
+    return tag("div", label, class_="behind")
+
+
+def _view(axes: str) -> str:
+    zooms = (("out", "−", "Zoom out"), ("in", "+", "Zoom in"), ("home", "Reset", None))
+    planes = [(f"{axes[a]}–{axes[b]}", angles) for a, b, angles in VIEWS]
+    buttons = [
+        tag("button", name, type="button", data_view=angles, aria_label=f"View of {name}")
+        for name, angles in planes
+    ]
+    buttons += [
+        tag("button", sign, type="button", data_zoom=act, aria_label=words) for act, sign, words in zooms
+    ]
+    return tag("fieldset", tag("legend", "View"), tag("div", *buttons, class_="segments"))
+
+
+def _who(name: str, drawn: str, classes: str, shown: bool) -> str:
+    box = tag("input", type="checkbox", value=name, checked=shown)
+    return tag("label", box, drawn, tag("span", text(name)), class_=classes.split()[0])
+
+
+def time_bar() -> str:
+    """The slider of time and its button."""
+    play = tag("button", "Play", type="button", class_="play")
+    slider = tag("input", type="range", min=0, max=1000, value=1000, step=1)
+    label = tag("label", tag("span", "Time"), slider)
+    return tag("div", play, label, tag("output", "end"), class_="time live")
+
+
+def colour_bar(most: float, clipped: float, name: str) -> str:
+    """The colours with their errors, once for each range; the style sheet shows the one that is chosen."""
+    bar = tag("div", class_="colours", style=f"background:{gradient()}", aria_hidden="true")
+    top, cut = most or 1e-9, clipped or most or 1e-9
+    scales = _scale(linear(0.0, top, name, "m", 6), "full", "")
+    scales += _scale(linear(0.0, cut, name, "m", 6), "clipped", MORE)
+    low = top * 10.0**-DECADES
+    whole = range(math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(top) + 1e-9) + 1)
+    decades = tuple((10.0**k, quantity(10.0**k, "m", 3)) for k in whole)
+    scales += _scale(Axis(low, top, f"{name}, logarithmic", decades, log=True), "log", LESS)
+    return tag("div", bar, scales, class_="colour-bar")
+
+
+def _scale(axis: Axis, kind: str, ends: str) -> str:
+    ticks = [
+        tag("span", text(label), style=f"left:{100 * axis.at(value):.2f}%") for value, label in axis.ticks
+    ]
+    return tag(
+        "div", tag("div", *ticks, class_="marks"), tag("p", text(axis.label + ends)), class_=f"scale {kind}"
+    )

@@ -1,0 +1,158 @@
+"""What the page of `dsl stress` shows, from a `softmark-stress/1`: classes in words, and where values stand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from softmark.interpreter.language.amounts import quantity, signed
+from softmark.interpreter.report.stability.reach import chosen, ends
+from softmark.records import dataclass
+
+Json = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Class:
+    """How a class of points is said and drawn: a letter, a glyph and a tint, so that no one of them is needed."""
+
+    words: str
+    sign: str
+    meaning: str
+
+
+CLASSES: Mapping[str, Class] = {
+    "right": Class("right", "✓", "as near to the reference as is asked"),
+    "inaccurate": Class("inaccurate as stated", "▲", "further off, and the model says that it may be"),
+    "silent": Class("wrong without a word", "!", "converged, and further off than the model states"),
+    "not_converged": Class("not converged", "×", "no equilibrium was found, and the model says so"),
+    "diverged": Class("diverged", "⤫", "the motion grew without bound, and the model says so"),
+    "refused": Class("refused", "–", "not run: the scene is not one for this model"),
+    "failed": Class("failed", "✗", "the solver stopped with an error, which is told"),
+    "timed_out": Class("out of time", "…", "no answer within the time that a point has"),
+    "unjudged": Class("not judged", "?", "what is right there is not known, or not well enough"),
+}
+
+
+def class_of(name: object) -> Class:
+    """The look of a class; one that is not known here is said as it is called."""
+    return CLASSES.get(str(name)) or Class(str(name).replace("_", " "), "?", "")
+
+
+@dataclass(frozen=True)
+class Ruler:
+    """Where the values of a quantity stand, from 0 to 1: by decades, by decades of the gap to a limit, or in turn."""
+
+    name: str
+    unit: str
+    kind: str  # "log" | "gap" | "linear" | "turn"
+    marks: tuple[Any, ...]  # values in order
+    ends: tuple[float, float]
+
+    def at(self, value: Any) -> float:
+        """0 at the lowest value, 1 at the highest."""
+        low, high = self.ends
+        return (self._place(value) - low) / (high - low) if high > low else 0.5
+
+    def _place(self, value: Any) -> float:
+        return place(self.kind, value, self.marks)
+
+    def said(self, value: Any) -> str:
+        """A value in the unit that fits it."""
+        return shown(value, self.unit)
+
+
+DIGITS = 4  # edges are bisected to no more than two
+GAP_LIMIT, LEAST_GAP = 0.5, 1e-10  # of Poisson's ratio, the one quantity that is walked by its gap
+
+
+def place(kind: str, value: Any, marks: Sequence[Any]) -> float:
+    """The coordinate of a value on a scale of a kind."""
+    if kind == "turn":
+        return float(list(marks).index(value)) if value in marks else 0.0
+    if kind == "gap":
+        return -math.log10(max(GAP_LIMIT - float(value), LEAST_GAP))
+    return math.log10(float(value)) if kind == "log" else float(value)
+
+
+def ruler(asked: Json, values: Sequence[Any]) -> Ruler:
+    """The scale on which the values of a quantity stand apart."""
+    numbers = all(isinstance(v, int | float) for v in values)
+    marks = tuple(sorted(set(values)) if numbers else dict.fromkeys(values))
+    kind = "turn"
+    if numbers and asked.get("kind") == "gap" and all(v <= GAP_LIMIT for v in marks):
+        kind = "gap"
+    elif numbers and marks:
+        wide = marks[0] > 0 and marks[-1] > 8 * marks[0]
+        mixed = marks[0] <= 0 and len(marks) > 2 and marks[-1] > 100 * min(v for v in marks if v > marks[0])
+        kind = "log" if wide else "turn" if mixed else "linear"
+    places = [place(kind, v, marks) for v in marks]
+    return Ruler(str(asked["name"]), str(asked.get("unit") or "1"), kind, marks, (min(places), max(places)))
+
+
+def shown(value: Any, unit: str) -> str:
+    """A value of a quantity in four digits; Poisson's ratios keep all their nines."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return str(value)
+    if unit not in ("1", ""):
+        return quantity(float(value), unit, DIGITS)
+    return signed(f"{value:.10g}" if 0.0 < GAP_LIMIT - value < 0.01 else f"{value:.{DIGITS}g}")
+
+
+def reach(own: Mapping[str, Json], unit: str) -> list[str]:
+    """Both ends of where a model was found right, by its edges in each direction, or the choices with which it is."""
+    right = next((e["right"] for e in own.values() if e.get("right") is not None), None)
+    if right is not None:
+        return [str(c) for c in right]
+    return ends(own.values(), lambda value: shown(value, unit))
+
+
+def beyond(edge: Json, unit: str) -> str | None:
+    """What a model is beyond an edge, and from where; None where it is right as far as it was walked."""
+    if edge.get("class") is None:
+        return None
+    words = class_of(edge["class"]).words
+    if edge.get("right") is not None:
+        others = [(word, own) for word, own in chosen(edge) if word != "right"]
+        return "; ".join(f"{class_of(word).words} with {', '.join(own)}" for word, own in others)
+    met = edge.get("first_unjudged") if edge["class"] == "unjudged" else edge.get("first_wrong")
+    at_once = edge["class"] == "unjudged" and edge.get("last_right") is None
+    return words if met is None or at_once else f"{words} from {shown(met, unit)}"
+
+
+def varied(point: Json, study: Json) -> dict[str, Any]:
+    """The quantities of a point that are not at their nominal values."""
+    nominal = {q["name"]: q.get("nominal") for q in study["quantities"]}
+    return {name: v for name, v in point["values"].items() if v != nominal.get(name)}
+
+
+def walked(study: Json, model: str, name: str) -> list[tuple[Any, Json]]:
+    """The points of a model along one quantity, all others nominal; in no order."""
+    own = []
+    asked = next(q for q in study["quantities"] if q["name"] == name)
+    here = asked.get("text") if asked.get("kind") == "choice" else asked.get("nominal")
+    for point in study["points"]:
+        others = varied(point, study)
+        if point["model"] == model and set(others) <= {name}:
+            value = others.get(name, here)
+            if value is not None:
+                own.append((value, point))
+    return own
+
+
+def told(point: Json) -> str:
+    """What a pointer over a point shows: `rubber.poisson = 0.4999: right, error 0.3 %, states 2 %`."""
+    where = ", ".join(f"{n} = {t}" for n, t in (point.get("texts") or point["values"]).items()) or "as the scene has it"
+    stated = (point.get("stated") or {}).get("value")
+    pieces = [class_of(point["class"]).words]
+    pieces += [f"error {percent(point['error'])}"] if point.get("error") is not None else []
+    pieces += [f"states {percent(stated)}"] if stated is not None else []
+    pieces += [str(point["code"])] if point.get("code") else []
+    message = f"; {point['message']}" if point.get("message") else ""
+    return f"{where}: {', '.join(pieces)}{message}"
+
+
+def percent(value: float) -> str:
+    """`0.32 %`, `250 %`, `> 1000 %`."""
+    return "> 1000 %" if value > 10 else f"{100 * value:.2g} %" if value < 1 else f"{100 * value:.0f} %"

@@ -1,0 +1,282 @@
+"""What a run gives: one report, whose parts are plain values and numpy arrays.
+
+`Report.to_json` is the form of the contract `softmark-report/1`: SI numbers, and null with a reason beside it where
+there is no value. Not-a-number never gets in: whoever makes a part refuses it, and the last door makes null of it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import field
+from typing import TYPE_CHECKING, Any
+
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.interpreter.problem.parts.resultants import Resultant
+
+SCHEMA = "softmark-report/1"
+
+
+def clean(value: Any) -> Any:
+    """The same as plain values, with None for every number that is not finite."""
+    if isinstance(value, Mapping):
+        return {k: clean(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [clean(v) for v in value]
+    if hasattr(value, "tolist"):  # of numpy, which is not imported for it
+        return clean(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Seconds of several runs of the same work, compilation excluded."""
+
+    seconds: tuple[float, ...]
+
+    def to_json(self) -> dict[str, float | int]:
+        """Median, least and largest, and how many."""
+        ordered = sorted(self.seconds)
+        middle = len(ordered) // 2
+        median = ordered[middle] if len(ordered) % 2 else 0.5 * (ordered[middle - 1] + ordered[middle])
+        return {"median": median, "min": ordered[0], "max": ordered[-1], "runs": len(ordered)}
+
+
+@dataclass(frozen=True)
+class ProbeResult:
+    """Displacements (n, 3) in m of the material points (n, 3), given by their undeformed position in m.
+
+    In a dynamic analysis `displacement` is that of the end, and `course` (t, n, 3) that of all `times` (t,) in s.
+    A probe of a surface has `triangles` (k, 3) over its points.
+    """
+
+    points: NDArray[np.float64]
+    displacement: NDArray[np.float64]
+    times: NDArray[np.float64] | None = None
+    course: NDArray[np.float64] | None = None
+    triangles: NDArray[np.int64] | None = None
+
+    @property
+    def position(self) -> NDArray[np.float64]:
+        """Deformed positions (n, 3), m."""
+        result: NDArray[np.float64] = self.points + self.displacement
+        return result
+
+    def to_json(self) -> dict[str, Any]:
+        """As nested lists; the displacements of all times where there are several."""
+        own: dict[str, Any] = {"points": self.points.tolist()}
+        if self.course is not None and self.times is not None:
+            return {**own, "displacement": self.course.tolist(), "times": self.times.tolist()}
+        own["displacement"] = self.displacement.tolist()
+        return own if self.triangles is None else {**own, "triangles": self.triangles.tolist()}
+
+
+@dataclass(frozen=True)
+class Shape:
+    """The surface of a body as a model or a reference sees it: what the report draws.
+
+    `position` (n, 3) in m, after deformation; `triangles` (k, 3), outward. `frames` (t, n, 3) and `times` (t,) where
+    there is a history. `error` (n,) is the distance to what is `measured_from`, in m.
+    """
+
+    position: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    times: NDArray[np.float64] | None = None
+    frames: NDArray[np.float64] | None = None
+    error: NDArray[np.float64] | None = None
+    measured_from: str | None = None
+
+
+@dataclass(frozen=True)
+class MetricResult:
+    """A number in SI, or None with the reason why there is none.
+
+    `details` are further numbers and words that belong to it (SI); `samples` the values whose mean it is, for a
+    histogram; `uncertainty` that of the reference, in the metric's own unit: a value below it says no more than that
+    the two agree. `published` is what the scene says that others found.
+    """
+
+    value: float | None
+    unit: str
+    reason: str | None = None
+    details: Mapping[str, Any] = field(default_factory=dict)
+    samples: tuple[float, ...] = ()
+    uncertainty: float | None = None
+    published: float | None = None
+
+    @property
+    def meaningful(self) -> bool:
+        """Whether the value is above the uncertainty of what it is measured from."""
+        return self.value is None or self.uncertainty is None or abs(self.value) > self.uncertainty
+
+    def to_json(self) -> dict[str, Any]:
+        """value and unit, and the reason where there is no value."""
+        own: dict[str, Any] = {"value": self.value, "unit": self.unit}
+        if self.reason is not None:
+            own["reason"] = self.reason
+        if self.uncertainty is not None:
+            own |= {"uncertainty": self.uncertainty, "meaningful": self.meaningful}
+        if self.published is not None:
+            own["published"] = self.published
+        return {**own, **self.details}
+
+
+@dataclass(frozen=True)
+class ModelResult:
+    """A model's outcome; probes and metrics are empty of numbers unless it converged."""
+
+    name: str
+    status: str  # converged | capped | not_converged | diverged | failed | skipped
+    message: str | None
+    outline: str
+    size: Mapping[str, int] = field(default_factory=dict)
+    solve: Mapping[str, Any] = field(default_factory=dict)
+    time: Mapping[str, Timing | None] = field(default_factory=dict)
+    probes: Mapping[str, ProbeResult] = field(default_factory=dict)
+    metrics: Mapping[str, MetricResult] = field(default_factory=dict)
+    shape: Shape | None = None
+    mesh: Any = None  # the mesh and its nodal displacements, for files that other programs read
+    stated: Mapping[str, Any] = field(default_factory=dict)  # the error that it states itself, where it was asked
+    loads: Mapping[str, Resultant] = field(default_factory=dict)  # what acts, and what was asked
+    reactions: Mapping[str, Any] = field(default_factory=dict)  # of each support: the share that is held
+
+    def to_json(self) -> dict[str, Any]:
+        """The contract's entry of a model."""
+        own = {
+            "status": self.status,
+            "message": self.message,
+            "outline": self.outline,
+            "size": dict(self.size),
+            "solve": dict(self.solve),
+            "time": {n: _timing(n, t) for n, t in self.time.items()},
+            "probes": {n: p.to_json() for n, p in self.probes.items()},
+            "metrics": {n: m.to_json() for n, m in self.metrics.items()},
+            "loads": {n: r.to_json() for n, r in self.loads.items()},
+        }
+        own |= {"reactions": dict(self.reactions)} if self.reactions else {}
+        return own | {"stated": dict(self.stated)} if self.stated else own
+
+
+def _timing(name: str, timing: Timing | None) -> dict[str, Any]:
+    if timing is None:
+        reason = "a static analysis has no time steps" if name == "step_s" else "it did not finish"
+        return {
+            "median": None,
+            "min": None,
+            "max": None,
+            "runs": 0,
+            "reason": reason,
+        }
+    return dict(timing.to_json())
+
+
+@dataclass(frozen=True)
+class ReferenceResult:
+    """A reference's solution, with an estimate of its own error in m."""
+
+    name: str
+    status: str  # converged | failed
+    message: str | None
+    kind: str
+    source: str
+    estimated_error: float | None = None
+    probes: Mapping[str, ProbeResult] = field(default_factory=dict)
+    metrics: Mapping[str, MetricResult] = field(default_factory=dict)
+    shape: Shape | None = None
+    facts: Mapping[str, Any] = field(
+        default_factory=dict
+    )  # where measured data came from, how it was registered
+
+    def to_json(self) -> dict[str, Any]:
+        """The contract's entry of a reference."""
+        return {
+            "status": self.status,
+            "message": self.message,
+            "kind": self.kind,
+            "source": self.source,
+            "estimated_error": self.estimated_error,
+            "facts": dict(self.facts),
+            "probes": {n: p.to_json() for n, p in self.probes.items()},
+            "metrics": {n: m.to_json() for n, m in self.metrics.items()},
+        }
+
+
+@dataclass(frozen=True)
+class ExpectationResult:
+    """Whether an expectation was met; None, with a reason, where it could not be judged."""
+
+    text: str
+    line: int
+    passed: bool | None
+    value: float | None
+    unit: str = ""
+    reason: str | None = None
+    left_out: bool = False  # what it is about was not chosen to run
+
+    def to_json(self) -> dict[str, Any]:
+        """The contract's entry of an expectation."""
+        own = {"text": self.text, "line": self.line, "passed": self.passed, "value": self.value}
+        return own if self.reason is None else {**own, "reason": self.reason}
+
+
+@dataclass(frozen=True)
+class Warned:
+    """A warning about the scene or about what a model made of it."""
+
+    code: str
+    message: str
+    line: int | None
+    help: str = ""
+
+
+@dataclass(frozen=True)
+class Report:
+    """Everything about one run of one scene. `partial` while models are still to come, or after an interruption."""
+
+    scene: Mapping[str, Any]  # title, file, sha256, parameters, text
+    environment: Mapping[str, Any]
+    models: Mapping[str, ModelResult]
+    references: Mapping[str, ReferenceResult]
+    expectations: tuple[ExpectationResult, ...]
+    warnings: tuple[Warned, ...]
+    partial: bool = False
+
+    @property
+    def outcomes(self) -> tuple[ModelResult | ReferenceResult, ...]:
+        """Models, then references."""
+        return (*self.models.values(), *self.references.values())
+
+    @property
+    def exit_status(self) -> int:
+        """3 where a model or reference failed, else 1 where an expectation was not met or not judged, else 0.
+
+        Expectations about models that were not chosen to run do not count.
+        """
+        if any(o.status not in ("converged", "capped", "skipped") for o in self.outcomes):
+            return 3
+        return 1 if any(not e.passed and not e.left_out for e in self.expectations) else 0
+
+    def to_json(self) -> dict[str, Any]:
+        """The report as the contract has it: only JSON's own types, no NaN, no infinity."""
+        own = {
+            "schema": SCHEMA,
+            "partial": self.partial,
+            "scene": dict(self.scene),
+            "environment": dict(self.environment),
+            "models": {n: m.to_json() for n, m in self.models.items()},
+            "references": {n: r.to_json() for n, r in self.references.items()},
+            "expectations": [e.to_json() for e in self.expectations],
+            "warnings": [{"code": w.code, "message": w.message, "line": w.line} for w in self.warnings],
+        }
+        plain: dict[str, Any] = clean(own)
+        return plain
+
+    def dumps(self) -> str:
+        """The JSON text."""
+        return json.dumps(self.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"

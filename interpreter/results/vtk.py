@@ -1,0 +1,104 @@
+"""Meshes and surfaces as files for ParaView: undeformed points with displacements, and surfaces with errors.
+
+A mesh is anything with `points` (n, 3) m, `cells` (m, a), `kind` (tet4, tet10 or hex8, nodes in VTK's order) and
+`displacement` (n, 3) m; `times` (t,) s and `frames` (t, n, 3) m where there is a history. ParaView's filter Warp By
+Vector with `displacement` shows the deformed body.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.results.report import Report, Shape
+
+Floats = NDArray[np.float64]
+CELLS = {"tet4": "tetra", "tet10": "tetra10", "hex8": "hexahedron"}
+
+
+def write_vtu(report: Report, folder: str | Path) -> list[Path]:
+    """Write vtu/NAME.vtu for each mesh and vtu/NAME-surface.vtu for each surface, in m; their paths.
+
+    What has a history gets a file for each moment and NAME.pvd, which ParaView opens as one animation.
+    Raises OSError; ValueError for a kind of cell that VTK does not have.
+    """
+    target = Path(folder) / "vtu"
+    target.mkdir(parents=True, exist_ok=True)
+    written: list[Path] = []
+    taken: set[str] = set()
+    for outcome in report.outcomes:
+        name = _file_name(outcome.name, taken)
+        mesh = getattr(outcome, "mesh", None)
+        written += _mesh(target, name, mesh) if mesh is not None else []
+        written += _surface(target, f"{name}-surface", outcome.shape) if outcome.shape is not None else []
+    return written
+
+
+def _file_name(name: str, taken: set[str]) -> str:
+    """The name with nothing in it that a file system minds, and not one that another has."""
+    base = re.sub(r"[^\w.-]+", "_", name)[:80].strip(".") or "unnamed"
+    own, n = base, 1
+    while own.lower() in taken:
+        own, n = f"{base}-{n + 1}", n + 1
+    taken.add(own.lower())
+    return own
+
+
+def _mesh(target: Path, name: str, mesh: Any) -> list[Path]:
+    """Undeformed points with the displacement at the end or, with a history, at each moment."""
+    if mesh.kind not in CELLS:
+        raise ValueError(f"cells of kind {mesh.kind} cannot be written: VTK files have {', '.join(CELLS)}")
+    X, cells = np.asarray(mesh.points), [(CELLS[mesh.kind], np.asarray(mesh.cells))]
+    times, frames = getattr(mesh, "times", None), getattr(mesh, "frames", None)
+    if times is None or frames is None:
+        return [_write(target / f"{name}.vtu", X, cells, {"displacement": np.asarray(mesh.displacement)})]
+    states = ((X, {"displacement": np.asarray(u)}) for u in frames)
+    return _series(target, name, times, cells, states)
+
+
+def _surface(target: Path, name: str, shape: Shape) -> list[Path]:
+    """The deformed surface, with its error at the end where there is one."""
+    cells = [("triangle", shape.triangles)]
+    error = {} if shape.error is None else {"error": shape.error}
+    if shape.times is None or shape.frames is None:
+        return [_write(target / f"{name}.vtu", shape.position, cells, error)]
+    start = shape.frames[0]
+    states = ((x, {"displacement": x - start}) for x in shape.frames)
+    return [
+        *_series(target, name, shape.times, cells, states),
+        *([_write(target / f"{name}-end.vtu", shape.position, cells, error)] if error else []),
+    ]
+
+
+def _series(
+    target: Path,
+    name: str,
+    times: Floats,
+    cells: Sequence[tuple[str, Any]],
+    states: Iterator[tuple[Floats, dict[str, Floats]]],
+) -> list[Path]:
+    """A file for each moment and the collection that names them with their times."""
+    files = [_write(target / f"{name}-{i:04d}.vtu", X, cells, data) for i, (X, data) in enumerate(states)]
+    entries = "".join(
+        f'    <DataSet timestep="{float(t)!r}" part="0" file={quoteattr(file.name)}/>\n'
+        for t, file in zip(times, files, strict=True)
+    )
+    collection = target / f"{name}.pvd"
+    collection.write_text(
+        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n'
+        f"  <Collection>\n{entries}  </Collection>\n</VTKFile>\n",
+        encoding="utf-8",
+    )
+    return [collection, *files]
+
+
+def _write(path: Path, X: Floats, cells: Sequence[tuple[str, Any]], data: dict[str, Floats]) -> Path:
+    meshio.Mesh(X, list(cells), point_data=data).write(path)
+    return path

@@ -1,0 +1,67 @@
+"""What a report says of its scene and of the machine: all that is needed to repeat it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+from datetime import datetime
+from typing import Any
+
+from softmark.grammar.diagnostic import Source, encodable
+from softmark.interpreter.language import units
+from softmark.interpreter.language.expressions import Quantity
+from softmark.interpreter.language.scene import Scene
+from softmark.interpreter.language.sources import standard_name
+
+
+def describe(scene: Scene) -> dict[str, Any]:
+    """Title, file, digest, text and parameters of a scene."""
+    source: Source = scene.source
+    parameters = {}
+    for name, p in scene.parameters.items():
+        value = p.value.value if isinstance(p.value, Quantity) else list(p.value.values)
+        parameters[name] = {"value": value, "unit": units.si(p.value.dimension), "text": p.text}
+    return {
+        "title": scene.title,
+        "file": encodable(scene.path or source.name),
+        "standard": standard_name(scene.path),
+        "sha256": hashlib.sha256(source.text.encode()).hexdigest(),
+        "parameters": parameters,
+        "text": source.text,
+        "published": [
+            {"metric": column.thing.metric, "source": column.thing.source}
+            for column in scene.of_kind("published").values()
+        ],
+        "overridden": sorted(n for n, p in scene.parameters.items() if p.overridden),
+        "overrides": list(scene.overrides),
+    }
+
+
+def environment(started: datetime) -> dict[str, Any]:
+    """What a number may depend on besides the scene."""
+    from importlib.metadata import version
+
+    import softmark
+
+    return {
+        "softmark": softmark.__version__,
+        "python": platform.python_version(),
+        "numpy": version("numpy"),
+        "scipy": version("scipy"),
+        "numba": version("numba"),
+        "platform": platform.platform(),
+        "cpu": _cpu(),
+        "threads": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+        "started": started.isoformat(timespec="seconds"),
+    }
+
+
+def _cpu() -> str:
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            return next(
+                (line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "unknown"
+            )
+    except OSError:
+        return platform.processor() or "unknown"

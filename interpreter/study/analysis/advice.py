@@ -1,0 +1,247 @@
+"""One sentence of advice for each error of a scene, with the numbers that it rests on and what they leave open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import field
+from itertools import combinations
+from typing import Any
+
+from softmark.interpreter.language.amounts import grouped, quantity
+from softmark.interpreter.study.analysis.front import DISTURBED, Candidate, Judged
+from softmark.interpreter.study.analysis.point import UNKNOWNS, Point, Spread, reduced_of, spread_of
+from softmark.records import dataclass
+
+
+@dataclass(frozen=True)
+class Question:
+    """What advice is asked about: an error of a scene, the levels of it that matter, and what is known of each point.
+
+    `doubts` has a sentence for points whose study is outside the asymptotic range, by key.
+    """
+
+    scene: str
+    metric: str
+    unit: str
+    against: str
+    levels: Sequence[float]
+    judged: Judged
+    doubts: Mapping[str, str]
+    remarks: Mapping[str, Sequence[str]] = field(default_factory=dict)  # what must be said of a point, by key
+
+    def amount(self, value: float) -> str:
+        """An error in words."""
+        return quantity(value, self.unit, 3, percent=True)
+
+    @property
+    def measured_from(self) -> str:
+        """` against the reference`."""
+        return f" against `{self.against}`" if self.against else ""
+
+    def effort(self, spread: Spread) -> str:
+        """`84 ms (80 to 91 ms)`, or a number of unknowns."""
+        if self.judged.clock == UNKNOWNS:
+            return f"{grouped(int(spread.median))} unknowns"
+        said = quantity(spread.median, "s", 3)
+        if spread.q1 == spread.q3:
+            return said
+        low, high = quantity(spread.q1, "s", 3), quantity(spread.q3, "s", 3)
+        same = low.split("\u00a0")[1:] == high.split("\u00a0")[1:]
+        return f"{said} ({low.split(chr(0xA0))[0] if same else low} to {high})"
+
+    def error(self, candidate: Candidate) -> str:
+        """`1.2 %`, or what stands for it where the reference does not know better."""
+        if candidate.within:
+            return f"an error within the ± {self.amount(self.judged.uncertainty)} of the reference"
+        return f"{self.amount(candidate.measured)} error"
+
+
+def advise(question: Question) -> dict[str, Any]:
+    """The sentence, who it is about, and what it rests on; `winner` is None where nothing can be recommended."""
+    candidates = list(question.judged.candidates.values())
+    if not candidates:
+        return _nothing(question)
+    level = next((v for v in sorted(question.levels) if any(_reaches(c, v) for c in candidates)), None)
+    if level is None or level < question.judged.uncertainty:
+        return _nearest(question, candidates, level)
+    able = sorted((c for c in candidates if _reaches(c, level)), key=_by_effort)
+    return _quickest(question, level, able)
+
+
+def _reaches(candidate: Candidate, level: float) -> bool:
+    return candidate.error <= level
+
+
+def _by_effort(c: Candidate) -> tuple[float, float]:
+    return c.effort.median, c.error
+
+
+def _by_error(c: Candidate) -> tuple[float, float]:
+    return c.error, c.effort.median
+
+
+def _nothing(question: Question) -> dict[str, Any]:
+    reasons: dict[str, int] = {}
+    for _, reason in question.judged.left_out.values():
+        reasons[reason] = reasons.get(reason, 0) + 1
+    why = "; ".join(f"{reason} ({n})" for reason, n in reasons.items()) or "there are no configurations"
+    said = f"By `{question.metric}`{question.measured_from}, nothing can be recommended: {why}."
+    said += " With `--allow-contaminated` disturbed timings count as well." if DISTURBED in reasons else ""
+    return _advice(question, said, None, None, None, True, [])
+
+
+def _quickest(question: Question, level: float, able: Sequence[Candidate]) -> dict[str, Any]:
+    """The quickest that is at or below a level, and the quickest of another model."""
+    winner = able[0]
+    other = next((c for c in able[1:] if c.model != winner.model), None)
+    few = "smallest" if question.judged.clock == UNKNOWNS else "quickest"
+    said = (
+        f"For `{question.metric}`{question.measured_from} of {question.amount(level)} or less, "
+        f"`{winner.label}` is the {few}: "
+        f"{question.effort(winner.effort)}, {question.error(winner)}"
+    )
+    decided = other is None or _decided(question, winner, other)
+    said += _against(question, winner, other, decided) + _cheaper(question, level, winner)
+    return _advice(question, said, winner, other, level, decided, _caveats(question, winner))
+
+
+def _cheaper(question: Question, level: float, winner: Candidate) -> str:
+    """What a larger error is had for: the quickest at the next level above at which it is another one."""
+    for above in sorted(v for v in question.levels if v > level):
+        able = [c for c in question.judged.candidates.values() if _reaches(c, above)]
+        first = min(able, key=_by_effort)
+        if first.key != winner.key:
+            said = f" Where {question.amount(above)} will do, `{first.label}` is enough: "
+            return said + f"{question.effort(first.effort)}, {question.error(first)}."
+    return ""
+
+
+def _decided(question: Question, winner: Candidate, other: Candidate) -> bool:
+    return question.judged.clock == UNKNOWNS or winner.effort.apart(other.effort)
+
+
+def _against(question: Question, winner: Candidate, other: Candidate | None, decided: bool) -> str:
+    """How far off the next model is."""
+    if other is None:
+        models = {c.model for c in question.judged.candidates.values()}
+        return "; no other model gets there." if len(models) > 1 else "."
+    factor = other.effort.median / winner.effort.median
+    if not decided:
+        return (
+            f"; `{other.label}` ({question.effort(other.effort)}, {question.error(other)}) differs from it by less "
+            "than the noise of the timing, so which of the two is quicker is not decidable here."
+        )
+    much, as_ = ("unknowns", "as many") if question.judged.clock == UNKNOWNS else ("time", "as much")
+    takes = f"{factor:.3g} times the {much}" if f"{factor:.3g}" != "1" else f"{as_} {much}"
+    return f"; the next model, `{other.label}`, takes {takes} ({question.error(other)})."
+
+
+def _nearest(question: Question, candidates: Sequence[Candidate], level: float | None) -> dict[str, Any]:
+    """No level is reached, or none has a meaning: who errs least."""
+    ranked = sorted(candidates, key=_by_error)
+    winner = ranked[0]
+    other = next((c for c in ranked[1:] if c.model != winner.model), None)
+    lowest = f"no configuration gets to {question.amount(max(question.levels))}" if question.levels else ""
+    begin = f"{lowest}; " if level is None and lowest else ""
+    said = (
+        f"By `{question.metric}`{question.measured_from}, {begin}`{winner.label}` is the closest: "
+        f"{question.error(winner)}, {question.effort(winner.effort)}"
+    )
+    tied = other is not None and other.error == winner.error
+    if other is not None and tied:
+        said += f"; `{other.label}` is as close as the reference can tell, at {question.effort(other.effort)}"
+    elif other is not None:
+        said += f"; the next model, `{other.label}`, has {question.error(other)} in {question.effort(other.effort)}"
+    return _advice(question, said + ".", winner, other, None, not tied, _caveats(question, winner))
+
+
+def _caveats(question: Question, winner: Candidate) -> list[str]:
+    """What must be said about a recommended point."""
+    found = []
+    if winner.contaminated:
+        found.append("Its timing was disturbed: do not trust the time.")
+    if winner.capped:
+        found.append("Its solution was stopped by a cap, so its error is that of an unfinished iteration.")
+    if winner.within:
+        found.append(
+            "Its error is below the uncertainty of the reference: nothing can be told to be more accurate."
+        )
+    if doubt := question.doubts.get(winner.key):
+        found.append(
+            f"Its study is outside the asymptotic range ({doubt}): its error need not go on falling."
+        )
+    return [*found, *question.remarks.get(winner.key, ())]
+
+
+def remarks_of(point: Point) -> list[str]:
+    """What must be said of a reduced model: what its error rests on, and what its time leaves out."""
+    reduced = reduced_of(point)
+    if not reduced:
+        return []
+    found = []
+    if outside := reduced.get("extrapolates"):
+        found.append(f"It extrapolates: {', '.join(f'`{n}`' for n in outside)} is outside its training.")
+    if reduced.get("repeats"):
+        found.append(
+            f"It was trained on `{reduced['of']}` in this very state: its error says how well it repeats that, "
+            "and nothing of other loads."
+        )
+    if setup := spread_of((point.get("cost") or {}).get("setup_s")):
+        spent = quantity(setup.median, "s", 3)
+        found.append(f"Its time leaves out {spent} in which it is made from `{reduced['of']}`.")
+    return found
+
+
+def _advice(
+    question: Question, said: str, winner: Candidate | None, other: Candidate | None, level: float | None,
+    decided: bool, caveats: list[str],
+) -> dict[str, Any]:  # fmt: skip
+    factor = None
+    if winner is not None and other is not None and winner.effort.median > 0:
+        factor = other.effort.median / winner.effort.median
+    return {
+        "scene": question.scene, "metric": question.metric, "against": question.against,
+        "text": " ".join([said, *caveats]), "level": level, "decidable": decided, "factor": factor,
+        "winner": _evidence(winner), "runner_up": _evidence(other),
+        "uncertainty": question.judged.uncertainty or None,
+        "caveats": caveats,
+    }  # fmt: skip
+
+
+def _evidence(c: Candidate | None) -> dict[str, Any] | None:
+    if c is None:
+        return None
+    return {
+        "key": c.key, "label": c.label, "model": c.model, "effort": c.effort.to_json(), "error": c.measured,
+        "within_uncertainty": c.within, "capped": c.capped, "contaminated": c.contaminated,
+    }  # fmt: skip
+
+
+# ------------------------------------------------------------------ metrics that disagree
+
+
+def disagreements(judged: Mapping[str, Judged]) -> list[dict[str, Any]]:
+    """Pairs of errors by which another model's best configuration comes first, with how many pairs they order apart."""
+    found = []
+    for (one, a), (two, b) in combinations(judged.items(), 2):
+        shared = [key for key in a.candidates if key in b.candidates]
+        pairs = list(combinations(shared, 2))
+        apart = sum(_sign(a, x, y) * _sign(b, x, y) < 0 for x, y in pairs)
+        first, second = _closest(a, shared), _closest(b, shared)
+        if first is None or second is None or not apart or first.model == second.model:
+            continue
+        said = (
+            f"`{one}` and `{two}` rank differently: by the one `{first.label}` is the closest, by the other "
+            f"`{second.label}`; they order {apart} of {len(pairs)} pairs of configurations the other way round."
+        )
+        found.append({"metrics": [one, two], "text": said, "discordant": apart, "pairs": len(pairs)})
+    return found
+
+
+def _sign(judged: Judged, x: str, y: str) -> int:
+    a, b = judged.candidates[x].error, judged.candidates[y].error
+    return (a > b) - (a < b)
+
+
+def _closest(judged: Judged, keys: Sequence[str]) -> Candidate | None:
+    return min((judged.candidates[key] for key in keys), key=_by_error, default=None)

@@ -1,0 +1,92 @@
+"""How finely a configuration is solved: sizes of cells, segments, time steps, and the order that theory gives each.
+
+Declared, not inferred: configurations are refinements of one another if they differ in one of these alone. A sweep of
+a body's length changes the number of unknowns as well, but it changes the problem, and has no order.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from typing import Any
+
+from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.models.beam.words import Beam6Dof
+from softmark.interpreter.models.fem.words import Fem, element_class
+from softmark.interpreter.plan.refinements import counted
+from softmark.interpreter.problem.case import Fault, case_for
+from softmark.interpreter.problem.conforming import cuts_of
+from softmark.interpreter.study.expansion.keys import reached, words_of
+from softmark.interpreter.vocabulary.analyses import Dynamic
+
+PROBLEM = ("material", "body", "support", "load", "analysis")  # kinds that say what is to be solved
+FIELDS = ("size", "segments", "step")  # those that say how finely
+
+
+def resolution_of(scene: Scene, model: str) -> dict[str, Any]:
+    """What decides how finely a model is solved.
+
+    `of`: the numbers, by field; `formal`: the order in displacements of each, if known;
+    `problem`: a digest of all else; `meshed`: whether it is the model's own mesh that its number of elements counts;
+    `counts`: cells of that mesh along each direction, if the shape of the body tells.
+    """
+    own = scene.declared[model]
+    whole = [scene.declared[name] for name in reached(scene, [model])]
+    problem = [d for d in scene.declared.values() if d.kind in PROBLEM]
+    found = {}
+    for declared in (*problem, *whole):
+        for name in FIELDS:
+            value = getattr(declared.thing, name, None)
+            if isinstance(value, int | float) and (declared is own or name not in found):
+                found[name] = float(value)
+    digest = hashlib.sha256("".join(words_of(_without(d)) for d in (*problem, *whole)).encode()).hexdigest()
+    size = getattr(own.thing, "size", None)
+    return {"of": found, "formal": formal_orders(scene, own), "problem": digest, "meshed": size is not None,
+            "counts": None if size is None else _counts(scene, own, size)}  # fmt: skip
+
+
+def _counts(scene: Scene, model: Declared, size: float) -> list[int] | None:
+    try:
+        case = case_for(scene, model)
+    except Fault:
+        return None
+    return list(counted(case.shape, size, cuts_of(case))) if hasattr(case.shape, "counts") else None
+
+
+def _without(declared: Declared) -> Declared:
+    """A declaration without what says how finely: of the models and of the analysis alone."""
+    if declared.kind not in ("model", "analysis"):
+        return declared
+    names = [name for name in FIELDS if hasattr(declared.thing, name)]
+    return replace(declared, thing=replace(declared.thing, **dict.fromkeys(names))) if names else declared
+
+
+# ------------------------------------------------------------------ orders of theory
+
+
+def formal_orders(scene: Scene, model: Declared) -> dict[str, int]:
+    """The order in displacements that theory gives each field of a model, where the solution is smooth.
+
+    Finite elements with polynomials of degree k: k + 1 with the size of cells (Strang and Fix 1973, theorem 1.5), where
+    every state is solved. Two-node beams with one point: 2 with the number of segments (Simo and Vu-Quoc 1986).
+    Integrators: theirs, with the step. Springs, modes and tolerances have none.
+    """
+    if any(getattr(model.thing, name, None) is not None for name in ("cap", "linear_cap")):
+        return {}
+    found = {}
+    match model.thing:
+        case Fem(mass="uniform") | Fem(rotation="element"):
+            pass
+        case Fem(element=element):
+            found["size"] = int(element_class(element).order) + 1
+        case Beam6Dof():
+            found["segments"] = 2
+    motion = next((d.thing for d in scene.of_kind("analysis").values() if isinstance(d.thing, Dynamic)), None)
+    return found if motion is None else {**found, "step": _order_in_time(motion, model.thing)}
+
+
+def _order_in_time(motion: Dynamic, model: Any) -> int:
+    """Damping by the stiffness at the start of a step is of first order where the stiffness changes."""
+    linear = getattr(model, "strain", None) == "small"
+    first = motion.integrator == "implicit_euler" or (motion.damping_stiffness > 0 and not linear)
+    return 1 if first else 2

@@ -1,0 +1,107 @@
+"""What decides a result: softmark's own sources, versions of what it computes with, and files that a scene names."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator
+from dataclasses import fields, is_dataclass
+from functools import cache, lru_cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+PARTS = ("grammar", "interpreter", "references", "solvers")
+SILENT = ("cli", "report")  # parts of the interpreter that only speak of results
+NUMERICS = ("numpy", "scipy", "numba")
+
+
+@lru_cache(maxsize=1)
+def digest() -> str:
+    """SHA-256 over every source that can change a number, and the versions of the numerical libraries."""
+    h = hashlib.sha256()
+    for name in NUMERICS:
+        h.update(f"{name} {_version(name)}\0".encode())
+    for folder in _folders():
+        for file in sorted(p for p in folder.rglob("*") if p.suffix in (".py", ".lark")):
+            inner = file.relative_to(folder)
+            if inner.parts[0] not in SILENT:
+                text = file.read_bytes()
+                h.update(f"{folder.name}/{inner.as_posix()}\0{len(text)}\0".encode() + text)
+    return h.hexdigest()
+
+
+def _folders() -> list[Path]:
+    """The folders of the parts, as installed or as in a checkout."""
+    import importlib
+
+    return [Path(importlib.import_module(f"softmark.{part}").__path__[0]).resolve() for part in PARTS]
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "none"
+
+
+def of_file(name: str) -> str:
+    """SHA-256 of a file, of all files of a folder, or of the public data set that `data:...` names."""
+    from softmark.references.data import PREFIX, TABLE
+
+    if name.startswith(PREFIX):
+        entry = TABLE.get(name.removeprefix(PREFIX))
+        return entry.sha256 if entry else "unknown"
+    path = Path(name)
+    if path.is_dir():
+        inner = sorted(p for p in path.rglob("*") if p.is_file())
+        return _joined(f"{p.relative_to(path).as_posix()} {_of_regular(*_state(p))}" for p in inner)
+    return _of_regular(*_state(path))
+
+
+def _joined(lines: Iterable[str]) -> str:
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
+
+
+def _state(path: Path) -> tuple[str, int, int]:
+    try:
+        found = path.stat()
+    except OSError:
+        return str(path), -1, -1
+    return str(path), found.st_mtime_ns, found.st_size
+
+
+@cache
+def _of_regular(path: str, changed: int, size: int) -> str:
+    """SHA-256 of one file, read once for as long as it does not change."""
+    try:
+        with open(path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return "missing"
+
+
+def files_of(thing: Any) -> Iterator[str]:
+    """Every file that a declared thing names, also inside of what it is made of."""
+    if not is_dataclass(thing):
+        return
+    cls: Any = type(thing)
+    named = _file_fields(cls)
+    for f in fields(thing):
+        value = getattr(thing, f.name)
+        if f.name in named and isinstance(value, str):
+            yield value
+        else:
+            yield from files_of(value)
+
+
+@cache
+def _file_fields(cls: Any) -> frozenset[str]:
+    """The fields of a constructor's class that hold the name of a file."""
+    from softmark.interpreter.language import schema
+
+    for kind, table in schema.tables().items():
+        for name, known in table.items():
+            constructor = schema.constructor(kind, name) if known is cls else None
+            if constructor is not None:
+                return frozenset(f.attribute for f in constructor.fields if f.form == "file")
+    return frozenset()

@@ -1,0 +1,281 @@
+"""From scenes, their sweeps and `--vary` to configurations: one model of one scene under one set of overrides.
+
+Every sweep makes a family of configurations around the scene as it is declared; `--vary` makes one family and takes the
+place of the sweeps; without either there is the scene as it is. Models that no sweep varies are there as declared.
+A configuration's key is a digest of all that decides its result: configurations of one key are computed once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from softmark.grammar import layout, tree
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.face.api import varied
+from softmark.interpreter.front.requests import at_name, unknown_models
+from softmark.interpreter.language import overrides
+from softmark.interpreter.language.overrides import Override
+from softmark.interpreter.language.scene import Declared, Scene, SceneError
+from softmark.interpreter.language.sweeps import chain, override_of, value_in, with_unit
+from softmark.interpreter.study.analysis.point import said_values
+from softmark.interpreter.study.expansion.keys import key_of, key_of_text, needed_models, reached
+from softmark.interpreter.study.expansion.tasks import told
+from softmark.interpreter.vocabulary.studies import Stability, Sweep
+from softmark.records import dataclass
+
+MOST = 100_000  # configurations of one comparison
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """One model of one scene under one set of overrides; `task` is what performing it needs, as JSON."""
+
+    key: str
+    scene: str
+    model: str
+    study: str | None
+    variation: Mapping[str, str]
+    numbers: Mapping[str, float]
+    task: Mapping[str, Any]
+    reason: str | None = None  # why it cannot be computed: the scene is in error with these values
+
+    @property
+    def label(self) -> str:
+        """`corot_tet, h = 5 mm`; for display alone, what it is stands in `variation`."""
+        return ", ".join((self.model, *said_values({"model": self.model}, self.variation)))
+
+    def described(self) -> dict[str, Any]:
+        """The part of a point that says what it is."""
+        return {
+            "key": self.key, "scene": self.scene, "model": self.model, "label": self.label, "study": self.study,
+            "variation": dict(self.variation), "numbers": dict(self.numbers),
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A scene that takes part: its short name, and the folder that its files are relative to."""
+
+    name: str
+    scene: Scene
+    folder: Path
+
+
+def subject_of(scene: Scene, taken: Sequence[str] = ()) -> Subject:
+    """A scene under a name that none has taken: that of its file, with a number if need be."""
+    stem = Path(scene.path).stem if scene.path else "scene"
+    names = (stem, *(f"{stem}-{i}" for i in range(2, len(taken) + 3)))
+    folder = scene.table.modules[0].folder if scene.table else Path()
+    return Subject(next(n for n in names if n not in taken), scene, folder)
+
+
+class TooMany(ValueError):
+    """More configurations than one comparison may have."""
+
+
+@dataclass(frozen=True)
+class Vary:
+    """`--vary h=10mm,5mm`: a name, and the overrides that put each value in its place."""
+
+    name: str
+    values: tuple[Override, ...]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the command line asks for beyond the scenes; `models` empty: all."""
+
+    vary: tuple[Vary, ...] = ()
+    models: tuple[str, ...] = ()
+    study: str | None = None
+
+
+# ------------------------------------------------------------------ the command line
+
+
+def read_vary(texts: Sequence[str]) -> tuple[tuple[Vary, ...], tuple[str, ...]]:
+    """The variations of `--vary` options, and the models that `model=a,b` names. Raises SceneError."""
+    diagnostics: list[Diagnostic] = []
+    found: list[Vary] = []
+    models: list[str] = []
+    for text in texts:
+        name, equals, values = (part.strip() for part in text.partition("="))
+        if name == "model" and values.strip(", "):
+            models += [v.strip() for v in values.split(",") if v.strip()]
+            continue
+        parts = split(values) or [""]
+        read = [overrides.read_one(f"{name}{equals}{part}", diagnostics, "--vary") for part in parts]
+        found.append(Vary(name, tuple(v for o in read if o is not None for v in _opened(o))))
+    names = [v.name for v in found]
+    twice = [n for n in names if names.count(n) > 1]
+    if twice:
+        help = f"give all values at once: `--vary {twice[0]}=VALUE,VALUE`"
+        diagnostics.append(at_name("--vary", twice[0], "E220", f"`{twice[0]}` is varied twice", "again", help))
+    if diagnostics:
+        raise SceneError(diagnostics)
+    return tuple(found), tuple(models)
+
+
+def split(text: str) -> list[str]:
+    """The values between commas; those inside brackets and quotes do not count."""
+    parts, depth, quoted = [""], 0, False
+    for letter in text:
+        quoted ^= letter == '"'
+        depth += 0 if quoted else (letter in "([") - (letter in ")]")
+        if letter == "," and depth == 0 and not quoted:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return [part.strip() for part in parts if part.strip()]
+
+
+def _opened(override: Override) -> Iterator[Override]:
+    """A list as its values, `h=[10, 5]mm` as two; anything else as itself."""
+    node = override.node
+    if not isinstance(node, tree.List):
+        yield _written(override, node)
+        return
+    for item in node.items:
+        plain = isinstance(item, tree.Number | tree.Unary)
+        yield _written(override, with_unit(item, node.unit) if node.unit and plain else item)
+
+
+def _written(override: Override, node: tree.Expression) -> Override:
+    return replace(override, node=node, text=f"{override.name}={layout.flat(node)}")
+
+
+# ------------------------------------------------------------------ families
+
+
+@dataclass(frozen=True)
+class _Family:
+    study: str | None
+    steps: tuple[tuple[Override, ...], ...]  # the combinations of values
+    models: tuple[str, ...]
+
+
+def expand(subjects: Sequence[Subject], asked: Asked) -> list[Configuration]:
+    """Every configuration that is asked for, once for each family and key. Raises SceneError for a wrong request."""
+    found: list[Configuration] = []
+    for subject in subjects:
+        _known_names(subject, asked)
+        members = [c for family in _families(subject, asked) for c in _distinct(_members(subject, family))]
+        own = _settled(members)
+        found += own + _beside(subject, asked, own)
+    if len(found) > MOST:
+        raise TooMany(f"{len(found)} configurations are more than the {MOST} that one comparison may have")
+    return found
+
+
+def _known_names(subject: Subject, asked: Asked) -> None:
+    """Raise SceneError for a model, a study, a name or a value of the command line that cannot be meant."""
+    problems = unknown_models(subject.scene, asked.models)
+    for vary in asked.vary:
+        problems += _wrong_values(subject.scene, vary)
+    studies = subject.scene.of_kind("study")
+    if asked.study is not None and asked.study not in studies:
+        known = f"studies: {', '.join(studies)}" if studies else "it declares no study; `--vary h=10mm,5mm` needs none"
+        message = f"`{asked.study}` is not a study of the scene"
+        problems.append(at_name("--study", asked.study, "E201", message, "not found", known))
+    elif asked.study is not None and isinstance(studies[asked.study].thing, Stability):
+        message = f"`{asked.study}` is a study of stability, which varies nothing that is compared"
+        help = f"carry it out with `dsl stress --study {asked.study}`"
+        problems.append(at_name("--study", asked.study, "E213", message, "not compared", help))
+    if problems:
+        raise SceneError(list(dict.fromkeys(problems)))
+
+
+def _wrong_values(scene: Scene, vary: Vary) -> Iterator[Diagnostic]:
+    """The first error at each value of a variation; one for all values where it is at their name."""
+    for override in vary.values:
+        errors = (d for d in varied(scene, [override])[1] if d.severity == "error")
+        own = next((d for d in errors if d.source is override.place.source), None)
+        if own is not None:
+            yield own
+            if own.span == override.name_span:
+                return
+
+
+def _families(subject: Subject, asked: Asked) -> list[_Family]:
+    models = tuple(asked.models or subject.scene.of_kind("model"))
+    if asked.vary:
+        return [_Family(None, tuple(product(*(v.values for v in asked.vary))), models)]
+    found = []
+    for name, sweep in _sweeps(subject.scene, asked.study).items():
+        links = chain(subject.scene, sweep)
+        values = [[override_of(link.thing, v) for v in link.thing.over] for link in links]
+        allowed = [set(link.thing.models) for link in links if link.thing.models]
+        own = tuple(m for m in models if all(m in names for names in allowed))
+        found.append(_Family(name, tuple(product(*values)), own))
+    return found
+
+
+def _sweeps(scene: Scene, only: str | None) -> dict[str, Declared]:
+    """The sweeps to carry out; those that others are combined with, or models trained on, are no families unasked."""
+    studies = scene.of_kind("study")
+    if only is not None:
+        asked = studies[only]
+        name = only if isinstance(asked.thing, Sweep) else asked.thing.over
+        return {name: studies[name]} if name in studies else {}
+    sweeps = {n: d for n, d in studies.items() if isinstance(d.thing, Sweep)}
+    inner = {d.thing.with_ for d in sweeps.values()} | set(reached(scene, scene.of_kind("model")))
+    wanted = {d.thing.over for d in studies.values() if not isinstance(d.thing, Sweep | Stability)}
+    return {n: d for n, d in sweeps.items() if n not in inner or n in wanted}
+
+
+def _settled(members: list[Configuration]) -> list[Configuration]:
+    """Models that do not depend on what a study varies belong to none, and are there once."""
+    known = {c.key for c in members if c.variation}
+    alone = {c.key: replace(c, study=None) for c in members if not c.variation and c.key not in known}
+    kept = [c for c in members if c.variation]
+    return [*alone.values(), *kept]
+
+
+def _beside(subject: Subject, asked: Asked, found: Sequence[Configuration]) -> list[Configuration]:
+    """Models that are in no family, as the scene declares them."""
+    if asked.study is not None and found:
+        return []
+    varied_ = {c.model for c in found}
+    models = tuple(m for m in asked.models or subject.scene.of_kind("model") if m not in varied_)
+    return list(_members(subject, _Family(None, ((),), models)))
+
+
+def _members(subject: Subject, family: _Family) -> Iterator[Configuration]:
+    for step in family.steps:
+        scene, reason = subject.scene, None
+        if step:
+            scene, diagnostics = varied(subject.scene, step)
+            reason = next((told([d]) for d in diagnostics if d.severity == "error"), None)
+        variation = {o.name: o.text.partition("=")[2] for o in step}
+        numbers = {} if reason else {n: v for n in variation if (v := value_in(scene, n)) is not None}
+        for model in family.models:
+            task = task_of(subject, scene, model)
+            yield Configuration(str(task["key"]), subject.name, model, family.study, variation, numbers, task, reason)
+
+
+def _distinct(members: Iterator[Configuration]) -> list[Configuration]:
+    """One configuration for each key; its variation keeps what all of that key have in common."""
+    kept: dict[str, Configuration] = {}
+    for member in members:
+        first = kept.setdefault(member.key, member)
+        same = {n: t for n, t in first.variation.items() if member.variation.get(n) == t}
+        if len(same) < len(first.variation):
+            numbers = {n: v for n, v in first.numbers.items() if n in same}
+            kept[member.key] = replace(first, variation=same, numbers=numbers)
+    return list(kept.values())
+
+
+def task_of(subject: Subject, scene: Scene, model: str) -> dict[str, Any]:
+    """What performing one configuration needs, as JSON: the text of the scene and the overrides."""
+    sound = model in scene.declared
+    return {
+        "key": key_of(scene, model) if sound else key_of_text(scene, model),
+        "scene": subject.name, "model": model, "models": list(needed_models(scene, model) if sound else (model,)),
+        "text": scene.source.text, "shown": scene.source.name,
+        "file": str(Path(scene.path).resolve()) if scene.path else None,
+        "folder": str(subject.folder.resolve()), "overrides": list(scene.overrides),
+    }  # fmt: skip

@@ -1,0 +1,154 @@
+"""What a stability study asks of a scene, with everything that it leaves open decided; and what is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.grammar.suggest import nearest
+from softmark.interpreter.language.scene import Declared, Location, Scene
+from softmark.interpreter.plan.quantities import Quantity, Unwalkable, quantity_of, usual
+from softmark.interpreter.plan.walks import Until
+from softmark.interpreter.problem.case import Fault, body_of
+from softmark.interpreter.vocabulary.studies import Stability, Target
+from softmark.records import dataclass
+
+MAPPED = 3  # quantities up to which `maps = auto` maps every pair
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A study as it is carried out: `against` is the reference of its metric, `probe` where that looks."""
+
+    name: str
+    metric: str
+    against: str
+    probe: str
+    within: float
+    until: Until
+    models: tuple[str, ...]
+    quantities: tuple[Quantity, ...]
+    mapped: bool
+
+
+def asked_of(scene: Scene, study: Declared | None, only: tuple[str, ...] = ()) -> Asked:
+    """What a study asks; without one, of every number. The scene must be free of `doubts` about it."""
+    thing = Stability() if study is None else study.thing
+    name = "everything" if study is None else study.name
+    metric = scene.declared[thing.metric or next(judges(scene), "")]
+    if thing.over is None:
+        quantities = tuple(usual(scene))
+    else:
+        quantities = tuple(quantity_of(scene, target.name) for target in thing.over)
+    mapped = thing.maps == "pairs" or (thing.maps == "auto" and len(quantities) <= MAPPED)
+    return Asked(
+        name, metric.name, metric.thing.against, metric.thing.probe, thing.within, thing.until,
+        _models(scene, metric, only or thing.models or ()), quantities, mapped,
+    )  # fmt: skip
+
+
+def judges(scene: Scene) -> Iterator[str]:
+    """Metrics that can judge: relative errors against something, whose own error is known in their terms."""
+    for metric in scene.of_kind("metric").values():
+        thing = metric.thing
+        relative = getattr(thing, "against", None) and getattr(thing, "probe", None) and thing.unit == "1"
+        if relative and _comparable(scene, metric):
+            yield metric.name
+
+
+def _comparable(scene: Scene, metric: Declared) -> bool:
+    """Whether the error of what is taken as right is known in the metric's terms.
+
+    References know theirs as a displacement; models state it by the metric itself.
+    """
+    against = scene.declared.get(metric.thing.against)
+    return hasattr(metric.thing, "value") or (against is not None and against.kind == "model")
+
+
+def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str, ...]:
+    """Models of the body that the metric looks at, without the one that it is measured from."""
+    body = scene.declared[metric.thing.probe].thing.body
+    found = []
+    for name, model in scene.of_kind("model").items():
+        try:
+            own = body_of(scene, model) == body
+        except Fault:
+            continue
+        if own and name != metric.thing.against and (not asked or name in asked):
+            found.append(name)
+    return tuple(found)
+
+
+# ------------------------------------------------------------------ what is wrong
+
+
+def doubts(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
+    """Errors of a stability study in a scene that has no others."""
+    yield from _metric(scene, study)
+    seen: set[str] = set()
+    for target in study.thing.over or ():
+        found = _target(scene, study, target, target.name in seen)
+        seen.add(target.name)
+        if found is not None:
+            yield found
+    for name in study.thing.models or ():
+        if scene.declared[name].kind != "model" or "." in name:
+            yield _at(study.at("models"), "E512", f"`{name}` is not a model of this scene", "not its own", "")
+
+
+def no_judge(scene: Scene, at: Location | None, name: str) -> Diagnostic:
+    """A scene in which nothing can tell right from wrong."""
+    references = scene.of_kind("reference")
+    against = next(iter(references), "theory")
+    help = f"declare one: `metric eta = energy_norm(PROBE, against = {against})`"
+    help += "" if references else ", and a reference such as `reference theory = simo_reissner(BODY)`"
+    message = f"`{name}` needs a relative error to tell right from wrong, and the scene has none"
+    source, span = (at.source, at.span) if at else (None, None)
+    return Diagnostic("E513", message, source, span, "nothing judges" if at else "", help)
+
+
+def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
+    usable = list(judges(scene))
+    name = study.thing.metric
+    if name is None:
+        if not usable:
+            yield no_judge(scene, study.at(), study.name)
+    elif name not in usable:
+        thing = scene.declared[name].thing
+        against = getattr(thing, "against", None)
+        why = "it is in " + thing.unit if thing.unit != "1" else "it is measured from nothing"
+        if thing.unit == "1" and against is not None:
+            why = f"how uncertain `{against}` is, is known of its displacements and not in the terms of this metric"
+        help = f"metrics that can: {', '.join(usable)}" if usable else no_judge(scene, None, study.name).help
+        what = "cannot tell" if thing.unit == "1" and against is not None else "is no relative error, so it cannot tell"
+        message = f"`{name}` {what} right from wrong: {why}"
+        yield _at(study.at("metric"), "E513", message, "cannot judge", help)
+
+
+def _target(scene: Scene, study: Declared, target: Target, again: bool) -> Diagnostic | None:
+    at = Location(study.at("over").source, target.span)
+    if again:
+        return _at(at, "E512", f"`{study.name}` walks `{target.name}` twice", "the same again", "name it once")
+    try:
+        quantity = quantity_of(scene, target.name)
+    except Unwalkable as unfit:
+        return _at(at, "E512", str(unfit), "cannot be walked", unfit.help)
+    except KeyError:
+        return _no_field(scene, at, target.name)
+    if not quantity.ladders and len(quantity.options) < 2:
+        return _at(at, "E512", f"`{target.name}` has nowhere to go: its range ends where it is", "cannot be walked",
+                   "widen its range: `param h = 10 mm in 1 mm .. 100 mm`")  # fmt: skip
+    return None
+
+
+def _no_field(scene: Scene, at: Location, name: str) -> Diagnostic:
+    owner, _, attribute = name.rpartition(".")
+    constructor = scene.declared[owner].constructor
+    close = nearest(attribute, [f.name for f in constructor.fields])
+    fields = ", ".join(f.name for f in constructor.fields) or "none"
+    help = f"did you mean `{close}`?" if close else f"fields of `{constructor.name}`: {fields}"
+    return _at(at, "E205", f"`{constructor.name}` has no field `{attribute}`", "not a field", help)
+
+
+def _at(at: Location, code: str, message: str, label: str, help: str) -> Diagnostic:
+    return Diagnostic(code, message, at.source, at.span, label, help)

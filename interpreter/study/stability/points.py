@@ -1,0 +1,127 @@
+"""From values to a task: the scene with them, whether it can be built at all, the key by which a point is known."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import field
+from typing import Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.face.api import varied
+from softmark.interpreter.language import overrides
+from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.plan.quantities import Quantity, Value
+from softmark.interpreter.study.expansion.variations import Subject, task_of
+from softmark.interpreter.study.stability.asking import Asked
+from softmark.interpreter.study.stability.classify import ABOUT_REFERENCES, Classified
+from softmark.interpreter.study.stability.truth import theory_of
+from softmark.records import dataclass
+
+COMPILING = 600.0  # CPU s that the first point of a model may take: kernels are compiled in it
+
+Values = tuple[tuple[str, Value], ...]  # of quantities, in their order
+
+
+@dataclass(frozen=True)
+class Site:
+    """The scene at some values: its errors, and what its truth leaves out, relative, or why it is none."""
+
+    scene: Scene
+    errors: tuple[Diagnostic, ...]
+    theory: float = 0.0
+    doubt: str | None = None
+
+
+@dataclass
+class Ground:
+    """The scene of one study, at any values."""
+
+    subject: Subject
+    asked: Asked
+    _sites: dict[Values, Site] = field(default_factory=dict)
+    _tasks: dict[tuple[Values, str], dict[str, Any]] = field(default_factory=dict)
+
+    def quantity(self, name: str) -> Quantity:
+        """By its name."""
+        return next(q for q in self.asked.quantities if q.name == name)
+
+    def values(self, changed: Mapping[str, Value]) -> Values:
+        """Values that differ from the scene's own, in the order of the study."""
+        named = ((q, changed.get(q.name, q.nominal)) for q in self.asked.quantities)
+        return tuple((q.name, v) for q, v in named if v != q.nominal)
+
+    def texts(self, values: Values) -> dict[str, str]:
+        """What an override takes for each value."""
+        return {name: self.quantity(name).written(v) for name, v in values}
+
+    def site(self, values: Values) -> Site:
+        """The scene there, compiled once for all models."""
+        if values not in self._sites:
+            self._sites[values] = self._made(values)
+        return self._sites[values]
+
+    def _made(self, values: Values) -> Site:
+        given = [overrides.read_one(self.quantity(n).override(v), []) for n, v in values]
+        scene, found = varied(self.subject.scene, [o for o in given if o is not None])
+        errors = tuple(d for d in found if d.severity == "error")
+        if self.asked.against not in scene.declared:
+            return Site(scene, errors)
+        return Site(scene, errors, *theory_of(scene, self.asked.against))
+
+    def task(self, values: Values, model: str) -> dict[str, Any]:
+        """What performing this point needs; its key is that of the configuration and of what is asked of it."""
+        if (values, model) not in self._tasks:
+            task = task_of(self.subject, self.site(values).scene, model)
+            truth = self._truth()
+            asked = "stated" if truth is None else f"stated, and {truth['model']} by {truth['metric']}"
+            key = hashlib.sha256(f"{task['key']} {asked}".encode()).hexdigest()
+            first = {} if values else {"limit_s": COMPILING}
+            own = {} if truth is None else {"truth": truth}
+            self._tasks[values, model] = {**task, **first, **own, "key": key, "stated": True, "alone": True}
+        return self._tasks[values, model]
+
+    def _truth(self) -> dict[str, str] | None:
+        """The model that is taken as right and the metric that does so; None where a reference is."""
+        known = self.subject.scene.declared.get(self.asked.against)
+        if known is None or known.kind != "model":
+            return None
+        return {"model": self.asked.against, "metric": self.asked.metric}
+
+    def refusal(self, values: Values, model: str) -> Classified | None:
+        """The class of a point whose scene is in error; None where it is not."""
+        site = self.site(values)
+        if not site.errors:
+            return None
+        own = [d for d in site.errors if not _elsewhere(site.scene, self.subject.scene, d, model)]
+        of_truth = [d for d in site.errors if self._is_of_truth(site.scene, d)]
+        if not own and not of_truth and model in site.scene.declared:
+            return None  # what other models cannot do is no affair of this one
+        worst = (own or of_truth or list(site.errors))[0]
+        message = f"{worst.code}: {worst.message}" + (f"; {worst.help}" if worst.help else "")
+        if not own:
+            return Classified("unjudged", message=f"the scene cannot be built there: {message}", code=worst.code)
+        word = "unjudged" if _is_about(self.subject.scene.of_kind("reference").values(), worst) else "refused"
+        word = "unjudged" if worst.code in ABOUT_REFERENCES else word
+        return Classified(word, message=message, code=worst.code)
+
+
+    def _is_of_truth(self, scene: Scene, error: Diagnostic) -> bool:
+        """Whether an error is about the model that is taken as right."""
+        if self._truth() is None:
+            return False
+        known = [s.declared.get(self.asked.against) for s in (scene, self.subject.scene)]
+        return _is_about([d for d in known if d is not None], error)
+
+
+def _elsewhere(scene: Scene, nominal: Scene, error: Diagnostic, model: str) -> bool:
+    """Whether an error is about another model."""
+    others = [d for s in (scene, nominal) for n, d in s.of_kind("model").items() if n != model]
+    return _is_about(others, error)
+
+
+def _is_about(declared: Sequence[Declared] | Any, error: Diagnostic) -> bool:
+    """Whether an error points into one of some declarations, or into an override of one of their fields."""
+    at = error.span
+    places = [place for d in declared for place in (d.location, *d.fields.values())]
+    return at is not None and any(p.source is error.source and p.span.start <= at.start < p.span.end for p in places)

@@ -1,0 +1,305 @@
+"""A stability study carried out: every model along every quantity at once, so that no worker is idle; then the maps."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from softmark.interpreter.front.requests import at_name, unknown_models
+from softmark.interpreter.language.scene import Declared, Scene, SceneError
+from softmark.interpreter.plan.quantities import Quantity, Value
+from softmark.interpreter.plan.walks import Seen, Walk
+from softmark.interpreter.run.environment import describe, environment
+from softmark.interpreter.study.expansion.keys import reached
+from softmark.interpreter.study.expansion.variations import Subject
+from softmark.interpreter.study.stability import maps
+from softmark.interpreter.study.stability.asking import Asked, asked_of, judges, no_judge
+from softmark.interpreter.study.stability.classify import CLASSES, Classified, classify
+from softmark.interpreter.study.stability.desk import KIND, Desk
+from softmark.interpreter.study.stability.edges import choice_of, edge_of
+from softmark.interpreter.study.stability.points import Ground, Values
+from softmark.interpreter.study.stability.truth import uncertainty_of
+from softmark.interpreter.study.workers.journal import Interrupted, Journal, Refused
+from softmark.interpreter.vocabulary.studies import Stability
+from softmark.records import dataclass
+
+SCHEMA = "softmark-stress/1"
+TIMEOUT = 60.0  # s for a point
+MEMORY = 4.0  # GiB for a worker
+
+Json = dict[str, Any]
+Say = Callable[[str, str], None]
+Then = Callable[[Classified], None]
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is to be stressed, and how. `timeout` in CPU seconds for each point, `memory` in GiB for each worker."""
+
+    folder: Path
+    models: tuple[str, ...] = ()
+    study: str | None = None
+    jobs: int = 1
+    timeout: float = TIMEOUT
+    memory: float = MEMORY
+    resume: bool = False
+    fresh: bool = False
+    command: str = ""
+    say: Say = field(default=lambda what, detail: None, repr=False)
+
+
+@dataclass(frozen=True)
+class Stress:
+    """What stability studies found: `softmark-stress/1` as plain values."""
+
+    scene: Json
+    studies: list[Json]
+    environment: Json
+    command: str
+    created: str
+
+    @property
+    def points(self) -> list[Json]:
+        """Those of all studies."""
+        return [p for s in self.studies for p in s["points"]]
+
+    @property
+    def silent(self) -> list[Json]:
+        """Points that look right and are wrong: there should be none."""
+        return [p for p in self.points if p["class"] == "silent"]
+
+    @property
+    def exit_status(self) -> int:
+        """1 where a point is silent, else 0: that a model has an edge is no failure."""
+        return 1 if self.silent else 0
+
+    def to_json(self) -> Json:
+        """As `softmark-stress/1`."""
+        classes = {word: sum(p["class"] == word for p in self.points) for word in CLASSES}
+        summary = {"points": len(self.points), "classes": classes, "silent": classes["silent"]}
+        return {"schema": SCHEMA, "created": self.created, "environment": self.environment, "command": self.command,
+                "scene": self.scene, "studies": self.studies, "summary": summary}  # fmt: skip
+
+    def dumps(self) -> str:
+        """The JSON text."""
+        return json.dumps(self.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def stress(subject: Subject, request: Request) -> Stress:
+    """Carry the stability studies of a scene out, or one over everything where it declares none.
+
+    Raises SceneError for a request that cannot be meant, Refused for a folder that cannot be used, pool.Unavailable
+    if no worker starts, Interrupted, and OSError.
+    """
+    started = datetime.now(UTC)
+    asked = _asked(subject.scene, request)
+    with Journal.open(request.folder, request.fresh) as journal:
+        if journal.of_kind(KIND) and not request.resume:
+            count = len(journal.of_kind(KIND))
+            raise Refused(f"{request.folder} holds {count} finished points; `--resume` goes on from there, "
+                          "`--fresh` starts anew")  # fmt: skip
+        desk = Desk(journal, request.jobs, request.timeout, request.memory, lambda n, key: None)
+        trials = [Trial(Ground(subject, one), desk, request.say) for one in asked]
+        try:
+            for stage in (Trial.start, Trial.map):
+                for trial in trials:
+                    stage(trial)
+                desk.work()
+        except KeyboardInterrupt as stop:
+            kept = f"{len(journal.on_disk(KIND))} points are in {journal.path}"
+            raise Interrupted(f"{kept}; the same command with `--resume` goes on") from stop
+    known = describe(subject.scene)
+    chosen = ("title", "file", "standard", "sha256", "text", "parameters", "overrides")
+    scene = {"name": subject.name, **{n: known[n] for n in chosen}}
+    created = started.isoformat(timespec="seconds")
+    return Stress(scene, [t.to_json() for t in trials], environment(started), request.command, created)
+
+
+def _asked(scene: Scene, request: Request) -> list[Asked]:
+    """The studies that are meant. Raises SceneError."""
+    problems = unknown_models(scene, request.models)
+    own = {n: d for n, d in scene.of_kind("study").items() if isinstance(d.thing, Stability)}
+    if request.study is not None and request.study not in own:
+        help = f"studies: {', '.join(own)}" if own else "it declares none; leave `--study` out to walk every number"
+        message = f"`{request.study}` is not a stability study of the scene"
+        problems.append(at_name("--study", request.study, "E201", message, "not found", help))
+    if not own and not list(judges(scene)):
+        problems.append(no_judge(scene, None, "dsl stress"))
+    if problems:
+        raise SceneError(problems)
+    wanted: list[Declared | None] = [d for n, d in own.items() if request.study in (None, n)]
+    return [asked_of(scene, study, request.models) for study in wanted or [None]]
+
+
+# ------------------------------------------------------------------ one study
+
+
+@dataclass
+class Trial:
+    """One study while it is carried out."""
+
+    ground: Ground
+    desk: Desk
+    say: Say
+    points: dict[tuple[Values, str], tuple[Classified, Json]] = field(default_factory=dict)
+    walks: dict[tuple[str, str], list[Walk]] = field(default_factory=dict)  # by model and quantity
+    chosen: dict[tuple[str, str], dict[str, Classified]] = field(default_factory=dict)
+    outlines: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def asked(self) -> Asked:
+        """What the study asks."""
+        return self.ground.asked
+
+    def start(self) -> None:
+        """Ask for every model in the scene as it is; their walks follow from there."""
+        for model in self.asked.models:
+            self.look(model, {}, lambda found, model=model: self._walk(model, found))  # type: ignore[misc]
+
+    def _walk(self, model: str, nominal: Classified) -> None:
+        for quantity in self.asked.quantities:
+            if not self._depends(model, quantity):
+                continue
+            if quantity.options:
+                self._choose(model, quantity, nominal)
+            for ladder in quantity.ladders:
+                walk = Walk(ladder, self.asked.until, {0.0: Seen.of(nominal.word, nominal.status)})
+                self.walks.setdefault((model, quantity.name), []).append(walk)
+                self._step(model, quantity, walk)
+
+    def _step(self, model: str, quantity: Quantity, walk: Walk) -> None:
+        """Ask for the next point of a walk, and go on when it is there."""
+        t = walk.wanted()
+        if t is None:
+            return
+
+        def told(found: Classified) -> None:
+            walk.tell(t, Seen.of(found.word, found.status))
+            self._step(model, quantity, walk)
+
+        self.look(model, {quantity.name: walk.ladder.at(t)}, told)
+
+    def _choose(self, model: str, quantity: Quantity, nominal: Classified) -> None:
+        seen = self.chosen.setdefault((model, quantity.name), {str(quantity.nominal): nominal})
+        for option in quantity.options:
+            if option != quantity.nominal:
+                self.look(model, {quantity.name: option}, lambda found, o=option: seen.update({o: found}))  # type: ignore[misc]
+
+    def _depends(self, model: str, quantity: Quantity) -> bool:
+        """Whether what a model comes to depends on a quantity: its key changes with it."""
+        scene = self.ground.subject.scene
+        owner = quantity.name.rpartition(".")[0]
+        if quantity.name not in scene.parameters and scene.declared[owner].kind == "model":
+            return owner in reached(scene, [model])
+        ends: list[Value] = [ladder.at(t) for ladder in quantity.ladders for t in ladder.rungs]
+        tried = (self.ground.values({quantity.name: v}) for v in (*ends, *quantity.options))
+        sound = next((v for v in tried if v and not self.ground.site(v).errors), None)
+        return sound is None or self.ground.task(sound, model)["key"] != self.ground.task((), model)["key"]
+
+    # ------------------------------------------------------------------ one point
+
+    def look(self, model: str, changed: Mapping[str, Value], then: Then) -> None:
+        """Find out what a point is, and tell."""
+        values = self.ground.values(changed)
+        known = self.points.get((values, model))
+        refused = self.ground.refusal(values, model) if known is None else None
+        if known is not None:
+            self.desk.soon(lambda: then(known[0]))
+        elif refused is not None:
+            self.desk.soon(lambda: then(self._kept(values, model, refused, {})))
+        else:
+            task = self.ground.task(values, model)
+            self.desk.ask(task, lambda outcome: then(self._judged(values, model, outcome)))
+
+    def _judged(self, values: Values, model: str, outcome: Json) -> Classified:
+        asked, site = self.asked, self.ground.site(values)
+        numerical = uncertainty_of(outcome, asked.against, asked.probe)
+        uncertainty = None if numerical is None and not site.theory else (numerical or 0.0) + site.theory
+        found = classify(outcome, asked.metric, asked.within, uncertainty, site.doubt)
+        self.outlines.setdefault(model, str(outcome["point"].get("outline") or ""))
+        return self._kept(values, model, found, outcome)
+
+    def _kept(self, values: Values, model: str, found: Classified, outcome: Json) -> Classified:
+        self.points.setdefault((values, model), (found, outcome))
+        silent = sum(c.word == "silent" for c, _ in self.points.values())
+        told = ", ".join((model, *(f"{n} = {t}" for n, t in self.ground.texts(values).items())))
+        warned = f", {silent} SILENT" if silent else ""
+        self.say("stress", f"{self.asked.name}: {len(self.points)} points{warned}; {told}: {found.word}")
+        return found
+
+    # ------------------------------------------------------------------ maps
+
+    def map(self) -> None:
+        """Ask for every point of every grid."""
+        for model, x, y, xs, ys in self._grids():
+            for a in xs:
+                for b in ys:
+                    self.look(model, {x.name: a, y.name: b}, lambda found: None)
+
+    def _grids(self) -> list[tuple[str, Quantity, Quantity, list[Value], list[Value]]]:
+        if not self.asked.mapped:
+            return []
+        found = []
+        for x, y in maps.pairs(self.asked.quantities):
+            for model in self.asked.models:
+                if self._depends(model, x) and self._depends(model, y):
+                    found.append((model, x, y, self._levels(x), self._levels(y)))
+        return found
+
+    def _levels(self, quantity: Quantity) -> list[Value]:
+        return maps.levels(quantity, [w for (_, name), own in self.walks.items() if name == quantity.name for w in own])
+
+    # ------------------------------------------------------------------ the result
+
+    def _at(self, model: str, name: str, value: Value) -> Classified | None:
+        known = self.points.get((self.ground.values({name: value}), model))
+        return known[0] if known else None
+
+    def to_json(self) -> Json:
+        """The study's entry."""
+        asked = self.asked
+        return {
+            "name": asked.name, "metric": asked.metric, "against": asked.against, "within": asked.within,
+            "until": asked.until, "models": list(asked.models), "outlines": self.outlines,
+            "quantities": [q.to_json() for q in asked.quantities],
+            "points": [self._point(*point, *found) for point, found in self.points.items()],
+            "edges": self._edges(), "maps": self._maps(),
+        }  # fmt: skip
+
+    def _point(self, values: Values, model: str, found: Classified, outcome: Json) -> Json:
+        return {
+            "key": self.ground.task(values, model)["key"], "model": model, "values": dict(values),
+            "texts": self.ground.texts(values), "class": found.word, "error": found.error,
+            "stated": found.stated, "uncertainty": found.uncertainty, "message": found.message, "code": found.code,
+            "warnings": list(found.warnings), "cpu_s": outcome.get("cpu_s"),
+        }  # fmt: skip
+
+    def _edges(self) -> list[Json]:
+        found, models = [], self.asked.models
+        for model in models:
+            for quantity in self.asked.quantities:
+                for walk in self.walks.get((model, quantity.name), ()):
+                    others = self._beside(model, quantity, walk)
+                    found.append(edge_of(model, quantity, walk, self._at, self.outlines, others))
+                if seen := self.chosen.get((model, quantity.name)):
+                    found.append(choice_of(model, quantity, seen, self._at, self.outlines, models))
+        return found
+
+    def _beside(self, model: str, quantity: Quantity, walk: Walk) -> dict[str, Walk]:
+        """Walks of other models along the same quantity in the same direction."""
+        return {
+            other: own for other in self.asked.models if other != model
+            for own in self.walks.get((other, quantity.name), ()) if own.ladder.direction == walk.ladder.direction
+        }  # fmt: skip
+
+    def _maps(self) -> list[Json]:
+        found = []
+        for model, x, y, xs, ys in self._grids():
+            places = {(a, b): (self.ground.values({x.name: a, y.name: b}), model) for a in xs for b in ys}
+            known = {at: self.points[place][0] for at, place in places.items() if place in self.points}
+            found.append(maps.map_of(model, x, y, xs, ys, known))
+        return found

@@ -1,0 +1,70 @@
+"""Sum of energies over shared degrees of freedom, with a sparse pattern that is prepared once (patterns.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+
+import numpy as np
+from scipy import sparse
+
+from softmark.solvers.assembly.patterns import others, prepare
+from softmark.solvers.energies.energy import Energy, Floats, Ints
+
+
+class Assembly:
+    """Value, gradient and tangent of `internal` energies plus `load` times the `loads`."""
+
+    def __init__(
+        self,
+        dofs: int,
+        fixed: Ints,
+        internal: Sequence[Energy],
+        loads: Sequence[Energy],
+        points: Floats | None = None,
+    ) -> None:
+        self.dofs = dofs
+        self.internal, self.loads = tuple(internal), tuple(loads)
+        self.free = others(dofs, fixed)
+        self.points = points  # (dofs / 3, 3), where unknowns are three displacements of each point
+        self.conservative = all(e.conservative for e in (*self.internal, *self.loads))
+        self.saddle = any(getattr(e, "saddle", False) for e in self.internal)  # pressures are unknowns: of most energy
+        self.pattern = prepare(dofs, fixed, [e.stencils for e in (*self.internal, *self.loads)])
+
+    def with_internal(self, internal: Sequence[Energy]) -> Assembly:
+        """The same loads and the same pattern, for other energies on the same stencils."""
+        other = copy(self)
+        other.internal = tuple(internal)
+        return other
+
+    def modes(self) -> Floats | None:
+        """Rigid motions of the free degrees of freedom (n, 6); None where these are not known to be displacements."""
+        from softmark.solvers.sparse.motions import rigid_motions
+
+        return None if self.points is None else rigid_motions(self.points, self.free)
+
+    def _scaled(self, load: float) -> list[tuple[Energy, float]]:
+        return [(e, 1.0) for e in self.internal] + [(e, load) for e in self.loads]
+
+    def value(self, x: Floats, load: float) -> float:
+        """Total potential energy, J; infinite outside the domain of a law."""
+        return sum(scale * e.value(x) for e, scale in self._scaled(load) if scale != 0.0)
+
+    def gradient(self, x: Floats, load: float) -> Floats:
+        """Out-of-balance force on every degree of freedom (dofs,), supports included (there: reactions)."""
+        g = np.zeros(self.dofs)
+        for energy, scale in self._scaled(load):
+            energy.add_gradient(x, g, scale)
+        return g
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N."""
+        return sum(e.rounding(x) for e in (*self.internal, *self.loads))
+
+    def tangent(self, x: Floats, load: float, projected: bool = False) -> sparse.csr_matrix:
+        """Tangent stiffness over the free degrees of freedom."""
+        data = np.zeros(len(self.pattern.indices))
+        for (energy, scale), slots in zip(self._scaled(load), self.pattern.slots, strict=True):
+            if energy.stencils.size:
+                energy.add_hessian(x, data, slots, scale, projected)
+        return self.pattern.matrix(data)

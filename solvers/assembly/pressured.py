@@ -1,0 +1,24 @@
+"""Mixed energies of meshes: displacements, and the pressures that go with the element."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.solvers.energies.pressures import Mixed
+from softmark.solvers.materials.constraints import Mixed as Split
+from softmark.solvers.mesh.interpolation import Integration
+from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.pressures import pressures
+
+
+def with_pressures(mesh: Mesh, parts: Integration, split: Split, mu: float) -> Mixed:
+    """The mixed energy of a mesh: displacements, and behind them the pressures that go with its element.
+
+    Their unit is the shear modulus `mu` (Pa) over the edge of a mean cell, so that no block of the matrix outweighs
+    another. Raises KeyError for an element without pressures.
+    """
+    known = pressures(mesh)
+    edge = float(np.cbrt(parts.w.sum() / len(mesh.cells)))
+    at, body = 3 * len(mesh.points) + known.cells, (mesh.cells, parts.dNdX, parts.w)
+    pair = (split.shape, split.constraint, split.compliance)
+    return Mixed(*body, *pair, at, known.N, len(mesh.points), mu, edge)

@@ -1,0 +1,234 @@
+"""The forces of a solid with pressures, found once more, and what its volume lacks.
+
+L(u, p) = int psi_shape(F) + p g(F) - p^2 / (2 M) dV is at rest where int (P_shape + p dg/dF) : dN/dX dV balances the
+loads at every node and int N_b (g - p / M) dV = 0 for every pressure. In `mixed` elements the pressures are those of
+the state that is judged, so that its second equation is looked at as well, and 1/M = 0 needs nothing else. With the
+mean dilatation p = M times the mean of g over each cell, which is what its second equation says, put into the first.
+Stresses are written out from the energies that the documentation of each material states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.checks import solids
+from softmark.solvers.checks.solids import CHUNK, EPS, Floats, Ints, Stress
+from softmark.solvers.materials.neo_hookean import NeoHookean
+from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
+from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
+from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
+
+Measure = Callable[[Floats], Floats]  # F (n, 3, 3) -> (n,), no unit
+
+
+@dataclass(frozen=True)
+class Split:
+    """A law less M/2 g^2: the stress of `shape`, Pa, `g` and its derivative `dg`; `grown` is the change of volume.
+
+    `compliance` is 1/M in 1/Pa.
+    """
+
+    shape: Stress
+    g: Measure
+    dg: Stress
+    grown: Measure
+    compliance: float
+
+
+# ------------------------------------------------------------------ laws taken apart
+
+
+def split_of(material: object, strain: str, young: float, nu: float) -> Split | None:
+    """What pressures take of a law of Young's modulus in Pa, and what is left; None where no formula is known.
+
+    Of small and corotational strain they take K = mu (r + 2/3), r = lam/mu = 2 nu / (1 - 2 nu). Of others mu (r - s),
+    and s mu stays of lam: s = 1/3 for r >= 4/3, else r - 1 or -2/3, whichever is more.
+    """
+    mu, each = young / (2.0 * (1.0 + nu)), 1.0 - 2.0 * nu
+    whole = each / (mu * (2.0 * nu + 2.0 / 3.0 * each))
+    if strain == "small":
+        return Split(solids.small_stress(mu, -2.0 / 3.0 * mu), _dilatation, _identity, _dilatation, whole)
+    if strain == "corotational":
+        return Split(solids.corotational_stress(mu, -2.0 / 3.0 * mu), _stretching, solids.polar, _stretching, whole)
+    if (known := _FINITE.get(type(material))) is None:
+        return None
+    shape, g, dg = known
+    s = 1.0 / 3.0 if nu >= 2.0 / 7.0 else max(2.0 * nu / each - 1.0, -2.0 / 3.0)
+    taken = each / (mu * (2.0 * nu - s * each))
+    return Split(lambda F: mu * shape(F, s), g, dg, _swelling, taken)
+
+
+def _identity(F: Floats) -> Floats:
+    found: Floats = np.broadcast_to(np.eye(3), F.shape)
+    return found
+
+
+def _dilatation(F: Floats) -> Floats:
+    found: Floats = np.trace(F - np.eye(3), axis1=1, axis2=2)
+    return found
+
+
+def _stretching(F: Floats) -> Floats:
+    R = solids.polar(F)
+    found: Floats = np.einsum("nij,nij->n", R, F - R)
+    return found
+
+
+def _swelling(F: Floats) -> Floats:
+    """J - 1, from the invariants of F - I: near rest det F has few digits to spare."""
+    H = F - np.eye(3)
+    tr = np.trace(H, axis1=1, axis2=2)
+    second = 0.5 * (tr**2 - np.trace(H @ H, axis1=1, axis2=2))
+    found: Floats = tr + second + np.linalg.det(H)
+    return found
+
+
+def _cofactor(F: Floats) -> Floats:
+    found: Floats = solids.cofactor(F)[0]
+    return found
+
+
+def _logarithm(F: Floats) -> Floats:
+    found: Floats = np.log1p(_swelling(F))
+    return found
+
+
+def _inverse(F: Floats) -> Floats:
+    """F^-T."""
+    found: Floats = _cofactor(F) / (1.0 + _swelling(F))[:, None, None]
+    return found
+
+
+def _stretch(F: Floats) -> Floats:
+    """I1 - 3."""
+    found: Floats = 2.0 * _green_trace(F)
+    return found
+
+
+def _green(F: Floats) -> Floats:
+    return 0.5 * (F.transpose(0, 2, 1) @ F - np.eye(3))
+
+
+def _green_trace(F: Floats) -> Floats:
+    found: Floats = np.trace(_green(F), axis1=1, axis2=2)
+    return found
+
+
+def _neo_hookean(F: Floats, s: float) -> Floats:
+    """mu/2 (I1 - 3) - mu ln J + s mu/2 (ln J)^2, all over mu."""
+    inverse = _inverse(F)
+    return F - inverse + (s * _logarithm(F))[:, None, None] * inverse
+
+
+def _isochoric(F: Floats, s: float) -> Floats:
+    """mu/2 (J^(-2/3) I1 - 3) + (s + 2/3) mu/2 (J - 1)^2, all over mu."""
+    third, kept = (1.0 + _stretch(F) / 3.0)[:, None, None], (s + 2.0 / 3.0) * _swelling(F)
+    shape = np.exp(-2.0 / 3.0 * _logarithm(F))[:, None, None] * (F - third * _inverse(F))
+    return shape + kept[:, None, None] * _cofactor(F)
+
+
+def _kirchhoff(F: Floats, s: float) -> Floats:
+    """mu tr(E^2) + s mu/2 (tr E)^2."""
+    E = _green(F)
+    return F @ (2.0 * E + (s * _green_trace(F))[:, None, None] * np.eye(3))
+
+
+def _stable(F: Floats, s: float) -> Floats:
+    """m/2 (I1 - 3) + l/2 (J - a)^2 - m/2 ln((I1 + 1)/4), m = 4 mu/3, l = (s + 5/6) mu, l (a - 1) = 3m/4 = mu."""
+    first = 4.0 / 3.0 * (1.0 - 1.0 / (_stretch(F) + 4.0))
+    second = (s + 5.0 / 6.0) * _swelling(F) - 1.0
+    return first[:, None, None] * F + second[:, None, None] * _cofactor(F)
+
+
+_FINITE: dict[type, tuple[Callable[[Floats, float], Floats], Measure, Stress]] = {
+    NeoHookean: (_neo_hookean, _logarithm, _inverse),
+    NeoHookeanIsochoric: (_isochoric, _swelling, _cofactor),
+    StVenantKirchhoff: (_kirchhoff, _green_trace, lambda F: F),
+    StableNeoHookean: (_stable, _swelling, _cofactor),
+}
+
+
+# ------------------------------------------------------------------ forces
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """A deformed mesh with pressures: `points` (n, 3), `cells` (m, a), displacements `u` (n, 3), m.
+
+    `mu` is the shear modulus in Pa. `pressures` are those of a state, Pa, positive in
+    tension: at the corners of each ten-node tetrahedron (m, 4), or one in each hexahedron (m, 1); None where they are
+    M times the mean of g, with M finite.
+    """
+
+    points: Floats
+    cells: Ints
+    kind: str
+    u: Floats
+    split: Split
+    mu: float
+    pressures: Floats | None
+
+    def _chunks(self) -> Iterator[slice]:
+        size = max(1, CHUNK // len(solids.rule(self.kind)[1]))
+        return (slice(at, at + size) for at in range(0, len(self.cells), size))
+
+    def _deformed(self, some: slice) -> tuple[Floats, Floats, Floats]:
+        """F (c, q, 3, 3), dN/dX (c, q, a, 3) in 1/m and the volumes of the points (c, q), m^3, of some cells."""
+        xi, weights = solids.rule(self.kind)
+        cells = self.cells[some]
+        dNdX, det = solids.gradients(self.points, cells, self.kind, xi)
+        F = np.einsum("mai,mqaJ->mqiJ", self.u[cells] - self.u[cells[:, :1]], dNdX) + np.eye(3)
+        return F, dNdX, weights * det
+
+    @property
+    def _spread(self) -> tuple[Ints, Floats]:
+        """Where in one list the pressures of each cell are (m, b), and their shape functions (q, b)."""
+        xi = solids.rule(self.kind)[0]
+        if self.kind == "tet10":  # by node: continuous, and linear between corners
+            return self.cells[:, :4], solids.shape("tet4", xi)
+        return np.arange(len(self.cells))[:, None], np.ones((len(xi), 1))
+
+    def forces(self) -> tuple[Floats, float, float]:
+        """What cells pull at their nodes (n, 3), N; what the volumes lack, and what rounding may leave in both, N.
+
+        A volume counts as a force by mu over the edge of a mean cell, which makes of all unknowns lengths.
+        """
+        f, reach = np.zeros_like(self.points), np.zeros(len(self.points))
+        at, N = self._spread
+        known = np.zeros(int(at.max()) + 1)
+        lacking, V = np.zeros_like(known), np.zeros(len(self.cells))
+        if self.pressures is not None:
+            known[at] = self.pressures
+        most = 0.0
+        for some in self._chunks():
+            F, dNdX, w = self._deformed(some)
+            flat, cells, V[some] = F.reshape(-1, 3, 3), self.cells[some], w.sum(axis=1)
+            g = self.split.g(flat).reshape(w.shape)
+            if self.pressures is None:
+                p = np.broadcast_to(((w * g).sum(axis=1) / V[some] / self.split.compliance)[:, None], w.shape)
+            else:
+                p = known[at[some]] @ N.T
+                np.add.at(lacking, at[some], (w * (g - self.split.compliance * p)) @ N)
+            P = self.split.shape(flat) + p.reshape(-1, 1, 1) * self.split.dg(flat)
+            local = np.einsum("mq,mqiJ,mqaJ->mai", w, P.reshape(F.shape), dNdX, optimize=True)
+            size = np.einsum("mq,mqa->ma", np.abs(w), np.linalg.norm(dNdX, axis=3))
+            for i in range(3):
+                f[:, i] += np.bincount(cells.ravel(), local[:, :, i].ravel(), minlength=len(f))
+            reach += np.bincount(cells.ravel(), size.ravel(), minlength=len(f))
+            most = max(most, float(np.abs(p).max()))
+        unit = self.mu / float(np.cbrt(V.mean()))
+        stiff = 12.0 * self.mu + 3.0 * most + (3.0 / self.split.compliance if self.pressures is None else 0.0)
+        noise = EPS * (stiff * float(np.linalg.norm(reach)) + unit * float(np.linalg.norm(V)))
+        return f, unit * float(np.linalg.norm(lacking)), noise
+
+    def grown(self) -> tuple[float, float]:
+        """The largest relative change of volume of a cell, and that of all together, as the strain measures it."""
+        change, V = np.zeros(len(self.cells)), np.zeros(len(self.cells))
+        for some in self._chunks():
+            F, _, w = self._deformed(some)
+            change[some] = (w * self.split.grown(F.reshape(-1, 3, 3)).reshape(w.shape)).sum(axis=1)
+            V[some] = w.sum(axis=1)
+        return float(np.abs(change / V).max()), float(change.sum() / V.sum())

@@ -1,0 +1,448 @@
+"""Sparse linear systems: one place that knows which factorisation is used.
+
+What `auto` takes for few entries, where loading kernels would take longer than it gains: Cholesky's method within the
+band of a chain that is positive definite (`sparse.banded`), else SuperLU. For more: our multifrontal Cholesky, which
+goes on as L S L^T where pivots are negative; else, where its factor would take too long or more memory
+than there is, conjugate gradients with multigrid, which needs the rigid motions of the unknowns and pyamg; else a
+factor in single precision, which takes half the memory, with conjugate gradients. Matrices that are not symmetric go to
+Pardiso where it is installed and worth its analysis, and to SuperLU.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Literal, Protocol
+
+import numpy as np
+from scipy import sparse
+
+from softmark.records import dataclass
+from softmark.solvers.base import memory
+from softmark.solvers.base.threads import ALONE
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.sparse.banded import banded
+
+if TYPE_CHECKING:
+    from softmark.solvers.sparse.cholesky import Cholesky, Precision
+    from softmark.solvers.sparse.multigrid import Multigrid
+    from softmark.solvers.sparse.pardiso import Pardiso
+
+Method = Literal["auto", "cholesky", "superlu", "pardiso", "multigrid"]
+Modes = (
+    Floats | Callable[[], Floats | None] | None
+)  # (n, 6) rigid motions of the unknowns, or what makes them
+
+NAME, CHOLESKY = "SuperLU (scipy)", "multifrontal Cholesky"
+SIGNED, SINGLE = "multifrontal L S L^T", "multifrontal Cholesky in single precision with conjugate gradients"
+LARGE = 50_000  # entries from which Cholesky takes a fraction of SuperLU's time; loading its kernels takes 0.1 s
+DISSECTED = (
+    300_000  # entries from which an order by dissection may be tried: 8000 nodes with four neighbours each
+)
+VERY_LARGE = 3_000_000  # entries from which multigrid may be taken
+NEUTRAL = 1e-13  # of the largest pivot: smaller ones have no sign
+SHARE = 0.6  # of the memory that is left: what a factor may take ...
+LITTLE = 1e8  # ... and bytes that are not asked about
+LONG = 2e6  # operations for each unknown of a factorisation, from which multigrid takes less time
+CLOSE = 1e-10  # relative residual to which iterations go
+UNSTABLE = 1e-6  # relative residual of a factor without a choice of pivots that is not worth refining
+FRESH = 30  # iterations within which a factor in single precision must do
+
+
+class Singular(Exception):
+    """The matrix has no usable factorisation."""
+
+
+class Unsolved(Singular):
+    """No method brought the residual below the tolerance; `residual` is the relative one that was reached."""
+
+    def __init__(self, residual: float, tolerance: float) -> None:
+        super().__init__(
+            f"the linear system is not solved: residual {residual:.1e}, tolerance {tolerance:.1e}"
+        )
+        self.residual = residual
+
+
+class NotInstalled(Singular):
+    """The method that was asked for needs a package that is not there."""
+
+    def __init__(self, method: str, package: str) -> None:
+        super().__init__(f"{method} needs the package {package}: install softmark[fast]")
+
+
+class TooLarge(Singular):
+    """A factor would need more memory than there is, and no iterative method can be used."""
+
+    def __init__(self, needed: float, there: float, why: str) -> None:
+        super().__init__(
+            f"a factor of the stiffness matrix needs {needed / 1e9:.1f} GB, and {there / 1e9:.1f} GB are left; {why}"
+        )
+
+
+class Factor(Protocol):
+    """A factorised matrix."""
+
+    @property
+    def name(self) -> str:
+        """The method and its implementation, for reports."""
+
+    @property
+    def negative_pivots(self) -> int | None:
+        """How many pivots are negative: for a symmetric matrix, its negative eigenvalues (Sylvester's law).
+
+        None where the method cannot tell, as an iterative one or one in single precision.
+        """
+
+    @property
+    def tolerance(self) -> float:
+        """Relative residual of `solve`; 0: to rounding."""
+
+    @property
+    def iterations(self) -> int:
+        """Of conjugate gradients in the last `solve`; 0 where there are none."""
+
+    def solve(self, b: Floats) -> Floats:
+        """x with K x = b. Raises Unsolved where an iteration does not get to `tolerance`."""
+
+
+@dataclass(frozen=True)
+class Triangular:
+    """K = L U with a permutation."""
+
+    lu: Any  # scipy.sparse.linalg.SuperLU
+    name: str = NAME
+    tolerance: float = 0.0
+    iterations: int = 0
+
+    def solve(self, b: Floats) -> Floats:
+        """x with K x = b."""
+        with ALONE:
+            x: Floats = self.lu.solve(b)
+        return x
+
+    @property
+    def negative_pivots(self) -> int | None:
+        """How many pivots are negative.
+
+        Only pivots on the diagonal count; a pivot taken elsewhere makes the matrix indefinite as well.
+        """
+        elsewhere = np.any(self.lu.perm_r != self.lu.perm_c)
+        pivots = self.lu.U.diagonal()
+        # a neutral direction, such as the plane in which a round column bends, has a pivot of zero to rounding
+        return int(np.sum(pivots < -NEUTRAL * np.abs(pivots).max())) or int(elsewhere)
+
+
+@dataclass(frozen=True)
+class Definite:
+    """K = L L^T: every pivot is positive."""
+
+    cholesky: Cholesky
+    name: str = CHOLESKY
+    negative_pivots: int | None = 0
+    tolerance: float = 0.0
+    iterations: int = 0
+
+    def solve(self, b: Floats) -> Floats:
+        """x with K x = b."""
+        return self.cholesky.solve(b)
+
+
+@dataclass(frozen=True)
+class Signed:
+    """K = L S L^T, S = diag(+-1), in an order that was chosen for sparsity: refined once, since pivots may be small."""
+
+    cholesky: Cholesky
+    K: sparse.csr_matrix
+    name: str = SIGNED
+    tolerance: float = 0.0
+    iterations: int = 0
+
+    @property
+    def negative_pivots(self) -> int | None:
+        """How many pivots are negative."""
+        return self.cholesky.negative_pivots
+
+    def solve(self, b: Floats) -> Floats:
+        """x with K x = b."""
+        x = self.cholesky.solve(b)
+        return x + self.cholesky.solve(b - self.K @ x)
+
+
+@dataclass
+class Refined:
+    """K = L L^T in single precision; conjugate gradients, mostly two or three, remove its errors."""
+
+    cholesky: Cholesky
+    K: sparse.csr_matrix
+    name: str = SINGLE
+    negative_pivots: int | None = None
+    tolerance: float = CLOSE
+    iterations: int = 0
+
+    def solve(self, b: Floats) -> Floats:
+        """x with |b - K x| <= tolerance |b|. Raises Unsolved."""
+        from softmark.solvers.sparse.gradients import conjugate_gradients
+
+        size = float(np.linalg.norm(b))
+        # single precision overflows where forces in N are far from one
+        x, self.iterations, done = conjugate_gradients(self.K, b, self._scaled, self.tolerance * size, FRESH)
+        return x if done else _settled(self.K, x, b, self.tolerance)
+
+    def _scaled(self, r: Floats) -> Floats:
+        size = float(np.linalg.norm(r))
+        return size * self.cholesky.solve(r / size)
+
+
+@dataclass(frozen=True)
+class Iterative:
+    """Conjugate gradients with multigrid, and what to do where they fail."""
+
+    multigrid: Multigrid
+    K: sparse.csr_matrix
+    name: str
+    otherwise: Callable[[], Factor] | None = None
+    negative_pivots: int | None = None
+    tolerance: float = CLOSE
+
+    @property
+    def iterations(self) -> int:
+        """Of the last solve."""
+        return self.multigrid.iterations
+
+    def solve(self, b: Floats) -> Floats:
+        """x with |b - K x| <= tolerance |b|. Raises Unsolved."""
+        x, done = self.multigrid.solve(b, self.tolerance)
+        if done:
+            return x
+        return self.otherwise().solve(b) if self.otherwise else _settled(self.K, x, b, self.tolerance)
+
+
+def _settled(K: sparse.csr_matrix, x: Floats, b: Floats, tolerance: float) -> Floats:
+    """x, if rounding is all that keeps it from its tolerance. Raises Unsolved."""
+    size, residual = float(np.linalg.norm(b)), float(np.linalg.norm(b - K @ x))
+    rounding = 8 * float(np.finfo(np.float64).eps) * float(np.linalg.norm(abs(K) @ np.abs(x)) + size)
+    if not residual <= max(tolerance * size, min(rounding, 1e-8 * size)):
+        raise Unsolved(residual / size if size else residual, tolerance)
+    return x
+
+
+# ------------------------------------------------------------------ which one
+
+
+def factor(
+    K: sparse.csr_matrix,
+    symmetric: bool = True,
+    method: Method = "auto",
+    precision: Precision = "double",
+    modes: Modes = None,
+) -> Factor:
+    """What solves systems with K, by the method that suits it or the one that is named.
+
+    `precision` is that of a Cholesky factor; solutions are refined. `modes`, rigid motions as `sparse.motions` has
+    them, are what multigrid needs, and large factors are smaller with them. What a pattern tells of its factor is found
+    once (`sparse.plans`). Raises Singular where a pivot vanishes or the matrix holds a number that is not finite, its
+    kinds NotInstalled and TooLarge where the method cannot be used, and Unsolved.
+    """
+    must_be_finite(K)
+    if method == "auto":
+        return _chosen(K, symmetric, precision, modes)
+    if method == "superlu":
+        return _triangular(K, symmetric)
+    if method == "pardiso":
+        return _pardiso(K, symmetric, precision)
+    if method == "multigrid":
+        return _multigrid(K, _made(modes))
+    if method == "cholesky" and symmetric:
+        return _needed(K, precision, modes)
+    raise Singular("the matrix is not symmetric, as Cholesky's method wants it")
+
+
+def must_be_finite(K: sparse.csr_matrix) -> None:
+    """Raises Singular where a matrix holds a number that is not."""
+    if not np.all(np.isfinite(K.data)):
+        raise Singular("the stiffness matrix holds numbers that are not finite")
+
+
+def _made(modes: Modes) -> Floats | None:
+    return modes() if callable(modes) else modes
+
+
+def _chosen(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: Modes) -> Factor:
+    if K.nnz < LARGE:
+        return (banded(K) if symmetric else None) or _triangular(K, symmetric)
+    if symmetric:
+        return _symmetric(K, precision, modes) or _triangular(K, symmetric)
+    from softmark.solvers.sparse import pardiso
+
+    return _pardiso(K, symmetric, precision) if pardiso.installed() else _triangular(K, symmetric)
+
+
+def _symmetric(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor | None:
+    """By memory and estimated time; None where the pattern is not symmetric or pivots of either sign do not do."""
+    from softmark.solvers.linear.plans import known_of
+    from softmark.solvers.sparse import multigrid
+
+    try:
+        sketch = known_of(K, modes).sketch
+    except ValueError:
+        return None
+    fits = _fits(sketch.bytes(8 if precision == "double" else 4))
+    long = (1.0 if precision == "double" else 2.0) * LONG * K.shape[0]
+    if (not fits or sketch.flops > long) and multigrid.installed() and (motions := _made(modes)) is not None:
+        return _multigrid(K, motions, (lambda: _needed(K, precision, motions)) if fits else None)
+    if not fits and _fits(sketch.bytes(4)):
+        precision = "single"
+    return _definite(K, precision, modes)
+
+
+def _fits(needed: float) -> bool:
+    """Whether a factor of so many bytes may be made: asking how many are left takes as long as a small one."""
+    return needed <= LITTLE or needed <= SHARE * memory.available()
+
+
+def _needed(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor:
+    return _definite(K, precision, modes) or _triangular(K, True)
+
+
+def _definite(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor | None:
+    """None where a factor without a choice of pivots is not accurate, or the pattern not symmetric. Raises TooLarge."""
+    from softmark.solvers.linear.plans import known_of
+    from softmark.solvers.sparse.cholesky import Cholesky, Indefinite
+
+    try:
+        known = known_of(K, modes)
+        _must_fit(known.sketch.bytes(8 if precision == "double" else 4), modes)
+        cholesky = Cholesky(known.plan(K), precision)
+        cholesky.factorise(K.data, indefinite=precision == "double")
+    except ValueError:
+        return None
+    except Indefinite:
+        return None if precision == "double" else _definite(K, "double", modes)
+    if precision == "single":
+        return Refined(cholesky, K)
+    if cholesky.definite:
+        return Definite(cholesky)
+    return Signed(cholesky, K) if _accurate(cholesky, K) else None
+
+
+def _must_fit(needed: float, modes: Modes) -> None:
+    """Raises TooLarge where a factor would take more than its share of memory."""
+    if _fits(needed):
+        return
+    from softmark.solvers.sparse import multigrid
+
+    if not multigrid.installed():
+        why = "with pyamg it could be solved by iterations: install softmark[fast]"
+    else:
+        why = "use a coarser mesh" if _made(modes) is None else "choose multigrid, or a coarser mesh"
+    raise TooLarge(needed, memory.available(), why)
+
+
+def _accurate(cholesky: Cholesky, K: sparse.csr_matrix) -> bool:
+    """Whether refinement will do: pivots may have grown, as nobody chose them."""
+    b = np.random.default_rng(0).standard_normal(K.shape[0])
+    residual = np.linalg.norm(b - K @ cholesky.solve(b))
+    return bool(residual <= UNSTABLE * np.linalg.norm(b))
+
+
+def _triangular(K: sparse.csr_matrix, symmetric: bool) -> Triangular:
+    """With a minimum-degree order for symmetric patterns. Raises Singular."""
+    from scipy.sparse.linalg import splu  # 0.14 s that what our own factorisation solves need not wait for
+
+    # a symmetric matrix read by columns is itself: no conversion
+    columns = sparse.csc_matrix((K.data, K.indices, K.indptr), shape=K.shape) if symmetric else K.tocsc()
+    try:
+        with ALONE:
+            lu = splu(
+                columns, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+            )
+    except RuntimeError as error:  # "Factor is exactly singular"
+        raise Singular(str(error)) from error
+    except MemoryError:
+        raise Singular("SuperLU ran out of memory") from None
+    return Triangular(lu)
+
+
+def _multigrid(
+    K: sparse.csr_matrix, modes: Floats | None, otherwise: Callable[[], Factor] | None = None
+) -> Iterative:
+    """Raises NotInstalled."""
+    from softmark.solvers.sparse import multigrid
+
+    if not multigrid.installed():
+        raise NotInstalled("multigrid", "pyamg")
+    return Iterative(multigrid.Multigrid(K, modes), K, multigrid.NAME, otherwise)
+
+
+def _pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision) -> Pardiso:
+    """Raises NotInstalled, and Singular."""
+    from softmark.solvers.sparse import pardiso
+
+    if not pardiso.installed():
+        raise NotInstalled("Pardiso", "pypardiso")
+    kinds = (pardiso.DEFINITE, pardiso.INDEFINITE) if symmetric else (pardiso.GENERAL,)
+    for kind in kinds:
+        try:
+            return pardiso.Pardiso(K, kind)
+        except pardiso.Failed as error:
+            reason = error
+    raise Singular(str(reason)) from reason
+
+
+def condition(K: sparse.csr_matrix, factor: Factor) -> float:
+    """Estimate, from below, of the condition number of a matrix in the 1-norm, from its factor.
+
+    |S K S| |(S K S)^-1|, S = diag(|K_ii|^-1/2): factorisation does not notice such a scaling (van der Sluis 1969), and
+    units drop out. The norm of the inverse by Hager's method (Hager 1984; Higham 1988, algorithm 4.1), within a
+    factor of three in practice, at four or five solutions. For a matrix that is not symmetric, whose factor does not
+    solve with the transposed, it is a lower bound still. Infinite where a solution is not finite; raises Unsolved.
+    """
+    n = K.shape[0]
+    if n == 0:
+        return 1.0
+    diagonal = np.abs(K.diagonal()).astype(np.float64)
+    s = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    size = float((s * (abs(K).T @ s)).max())
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        inverse = _inverse_norm(lambda b: factor.solve((b / s).astype(K.dtype)) / s, n)
+    return size * inverse if np.isfinite(inverse) else float("inf")
+
+
+def _inverse_norm(solve: Callable[[Floats], Floats], n: int) -> float:
+    """Norm of what `solve` applies to vectors (n,) in the 1-norm, from below (Higham 1988, algorithm 4.1)."""
+    x, found, before = np.full(n, 1.0 / n), 0.0, np.zeros(n)
+    for number in range(5):
+        y = solve(x)
+        size = float(np.abs(y).sum())
+        if not np.isfinite(size):
+            return size
+        signs = np.where(y >= 0.0, 1.0, -1.0)
+        done = number > 0 and (size <= found or np.array_equal(signs, before))
+        found, before = max(found, size), signs
+        if done:
+            break
+        z = solve(signs)
+        most = int(np.argmax(np.abs(z)))
+        if number and abs(z[most]) <= float(z @ x):
+            break
+        x = np.zeros(n)
+        x[most] = 1.0
+    slopes = (1.0 + np.arange(n) / max(1, n - 1)) * np.where(np.arange(n) % 2, -1.0, 1.0)
+    return max(found, 2.0 * float(np.abs(solve(slopes)).sum()) / (3.0 * n))
+
+
+def warm(entries: int) -> None:
+    """Load what a system of so many entries will need, outside any clock."""
+    if entries < LARGE:
+        return
+    for middle in (2.0, -2.0):  # definite and not
+        diagonal = np.diag([2.0, middle, 2.0])
+        K = sparse.csr_matrix(diagonal - np.diag([1.0, 1.0], 1) - np.diag([1.0, 1.0], -1))
+        _definite(K, "double", None)
+    if entries >= DISSECTED:
+        from softmark.solvers.sparse.order import warm as orders
+
+        orders()
+    if entries >= VERY_LARGE:
+        from softmark.solvers.sparse import multigrid
+
+        multigrid.warm()

@@ -1,0 +1,161 @@
+"""Meshes from files, through meshio; Gmsh's first format, which meshio does not know, is read here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softmark.solvers.mesh.files import ended, gmsh1
+from softmark.solvers.mesh.files.flaws import Unreadable, checked, used
+from softmark.solvers.mesh.files.formats import filling
+from softmark.solvers.mesh.files.rationing import rationed
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
+from softmark.solvers.mesh.meshable import meshable
+from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, quadratic
+
+UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
+
+KINDS = {"tetra": "tet4", "tetra10": "tet10", "hexahedron": "hex8"}  # meshio's word -> ours
+NAMES = {"tet4": "four-node tetrahedra", "tet10": "ten-node tetrahedra", "hex8": "hexahedra"}
+OTHERS = frozenset({"wedge", "pyramid", "hexahedron20", "hexahedron27"})
+OTHERS |= {"wedge15", "wedge18", "pyramid13", "pyramid14"}
+AGAIN = "write it again as .vtu, .vtk, .msh, .inp or .mesh: it may be cut off, or its name may not say its format"
+FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
+
+
+__all__ = ["Unreadable", "converted", "read", "read_points", "read_surface"]
+
+
+def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
+    """The solid cells of `path`, all of one kind, in m and turned to positive volume.
+
+    Nodes that lie at one place are refused, merged or kept. Raises Unreadable.
+    """
+    data = _parsed(Path(path))
+    there = {block.type for block in data.cells}
+    solids = sorted(there & KINDS.keys())
+    if not solids:
+        kinds = ", ".join(sorted(there)) or "none"
+        raise Unreadable(
+            f"it has no tetrahedra and no hexahedra (its cells: {kinds})",
+            remedy=filling(Path(path)) if there & FACETS.keys() else None,
+        )
+    others = (there & OTHERS) | set(solids[1:])
+    if others:
+        raise Unreadable(
+            f"it has other solid cells beside its {solids[0]} cells ({', '.join(sorted(others))})"
+        )
+    cells = [block.data for block in data.cells if block.type == solids[0]]
+    whole = np.concatenate(cells).astype(np.int64)
+    return checked(_points(data, unit), whole, KINDS[solids[0]], coincident)
+
+
+def read_surface(path: str, unit: float, coincident: str = "refuse") -> tuple[Floats, Ints]:
+    """Points (n, 3) in m and triangles (t, 3): the boundary of a solid, or the facets of a file that has no solid.
+
+    Facets of a surface file keep the sense in which the file turns them. Raises Unreadable.
+    """
+    data = _parsed(Path(path))
+    there = {block.type for block in data.cells}
+    if there & KINDS.keys() or not there & FACETS.keys():
+        return surface(read(path, unit, coincident))
+    found = [block.data[:, FACETS[block.type]].reshape(-1, 3) for block in data.cells if block.type in FACETS]
+    triangles, points = np.concatenate(found).astype(np.int64), _points(data, unit)
+    return used(points, triangles)[:2]
+
+
+def read_points(path: str, unit: float) -> Floats:
+    """The points (n, 3) in m that cells of a file use, in its order. Raises Unreadable."""
+    data = _parsed(Path(path))
+    cells = [block.data.ravel() for block in data.cells if block.type != "vertex"]
+    points = _points(data, unit)
+    named = np.concatenate(cells) if cells else np.arange(len(points))
+    return used(points, named[:, None].astype(np.int64))[0]
+
+
+def converted(mesh: Mesh, kind: str, split: str) -> Mesh:
+    """A mesh that was read as the kind that a model wants. Raises Unreadable where that cannot be, UnknownElement."""
+    meshable(kind)
+    if kind == mesh.kind:
+        return mesh
+    if mesh.kind == "hex8":
+        try:
+            linear = SPLITS[split](mesh)
+        except NotTwoColourable:
+            raise Unreadable(
+                "its hexahedra cannot be split into five tetrahedra each: their points cannot be coloured like a "
+                "chessboard; take `split = kuhn` or use hex8"
+            ) from None
+        return linear if kind == "tet4" else quadratic(linear)
+    if (mesh.kind, kind) == ("tet4", "tet10"):
+        return quadratic(mesh)
+    if (mesh.kind, kind) == ("tet10", "tet4"):
+        return Mesh(*used(mesh.points, mesh.cells[:, :4])[:2])
+    raise Unreadable(f"it has {NAMES[mesh.kind]}, and the model wants {NAMES[kind]}")
+
+
+def _reason(error: Exception) -> str:
+    """What a reader's exception says, in words for whoever has the file."""
+    if isinstance(error, MemoryError):
+        return "it asks for more memory than its size can need: it is cut off, or its header is wrong"
+    if isinstance(error, ModuleNotFoundError):
+        return f"this format needs the package {error.name}, which is not installed"
+    return " ".join(str(error).split())[:200] or type(error).__name__
+
+
+def _points(data: Any, unit: float) -> Floats:
+    read = np.asarray(data.points, dtype=np.float64)
+    if read.ndim != 2 or not len(read):
+        raise Unreadable("it has no points", remedy=AGAIN)
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused with its place
+        points: Floats = unit * read[:, :3]
+    if points.shape[1] < 3:  # a plane format
+        points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
+    return points
+
+
+def _parsed(path: Path) -> Any:
+    """What meshio makes of the file in one of the formats of its name. Raises Unreadable."""
+    try:
+        if not path.is_file():
+            raise Unreadable(f"there is no file {path}", remedy="the path is relative to the folder of the scene")
+        if path.stat().st_size == 0:
+            raise Unreadable("it is empty", remedy=AGAIN)
+    except OSError as error:
+        raise Unreadable(f"it cannot be read ({error.strerror})") from error
+    if path.suffix.lower() == ".msh" and gmsh1.recognised(path):
+        try:
+            return gmsh1.read(path)
+        except gmsh1.Malformed as error:
+            raise Unreadable(f"it is no complete Gmsh file of format 1 ({error})", remedy=AGAIN) from error
+    if path.suffix.lower() in (".xdmf", ".xmf") and b"hdf" in path.read_bytes().lower():
+        raise Unreadable("its numbers lie in another file, which the scene does not name", remedy=AGAIN)
+    import meshio
+
+    kinds = meshio.extension_to_filetypes.get(path.suffix.lower(), [None])  # None: let meshio say it
+    return _tried(path, (k for k in kinds if k not in UNENDING))
+
+
+def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
+    import meshio
+
+    ended.everywhere("meshio")
+    reasons = []
+    for kind in kinds:
+        said = StringIO()  # meshio prints why it fails, and exits
+        try:
+            with redirect_stdout(said), redirect_stderr(said), rationed(path):
+                return meshio.read(path, kind)
+        except SystemExit:
+            reasons.append(
+                " ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file"
+            )
+        except Exception as error:  # its readers raise what they like
+            reasons.append(_reason(error))
+    why = "; ".join(dict.fromkeys(reasons)) or "in this format it may never finish"
+    raise Unreadable(f"meshio cannot read it ({why})", remedy=AGAIN)

@@ -1,0 +1,254 @@
+"""What an element makes of a mesh: gradients at integration points, and places of points within cells."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.elements.element import Element
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+from softmark.solvers.mesh.neighbours import neighbours
+
+Rule = tuple[Floats, Floats]  # local points (q, 3) and weights (q,)
+SEARCHED = (
+    10_000_000  # pairs of a point and a cell from which a tree finds the near ones sooner than all are tried
+)
+BESIDE = 1e-9  # barycentric coordinates below zero that rounding explains
+CHUNK = 32  # points whose distances to all cells are held at once
+
+
+@dataclass(frozen=True)
+class Integration:
+    """dNdX (m, q, a, 3) in 1/m and weights times det J, w (m, q) in m^3, of every cell."""
+
+    dNdX: Floats
+    w: Floats
+    N: Floats  # (q, a)
+
+
+def integration(mesh: Mesh, element: type[Element] | None = None, rule: Rule | None = None) -> Integration:
+    """Shape function gradients with respect to the undeformed position X, by the chain rule through dX/dxi.
+
+    By the element of the mesh and its own quadrature where nothing else is given.
+    """
+    element = element or mesh.element
+    xi, weights = rule or element.quadrature()
+    dN = element.gradient(xi)  # (q, a, 3)
+    dXdxi = np.einsum("mai,qaj->mqij", mesh.points[mesh.cells], dN)
+    dNdX = np.einsum("qaj,mqji->mqai", dN, np.linalg.inv(dXdxi))
+    w = weights * np.linalg.det(dXdxi)
+    return Integration(np.ascontiguousarray(dNdX), w, element.shape(xi))
+
+
+def centre_rule(element: type[Element]) -> Rule:
+    """One point in the middle of the cell."""
+    return np.array([element.centre]), np.array([element.volume])
+
+
+@dataclass(frozen=True)
+class Located:
+    """Where points lie in a mesh: `nodes` (n, a) of the cell and the shape functions `N` (n, a) there.
+
+    `outside` (n,) is about how far, in m, a point lies outside the cell that it was given to: 0 within, and else
+    its distance to the farthest of the face planes that it lies beyond, or to a point of a cell with curved faces.
+    """
+
+    nodes: Ints
+    N: Floats
+    outside: Floats
+
+    def interpolate(self, values: Floats) -> Floats:
+        """Values at the points (n, k) from values at the nodes (nodes, k)."""
+        result: Floats = np.einsum("na,nak->nk", self.N, values[self.nodes])
+        return result
+
+
+def locate(mesh: Mesh, X: Floats) -> Located:
+    """The cell and the shape functions at each point X (n, 3) of the undeformed body.
+
+    A point between an inscribed mesh and the curved surface that it approximates is given to the nearest cell
+    and extrapolated linearly, so the caller must look at `outside`. A point on a face that two cells share is given to
+    either.
+    """
+    return _in_tetrahedra(mesh, X) if mesh.kind == "tet4" else _in_curved_cells(mesh, X)
+
+
+# ------------------------------------------------------------------ four-node tetrahedra, in closed form
+
+
+def _in_tetrahedra(mesh: Mesh, X: Floats) -> Located:
+    a = mesh.points[mesh.cells[:, 0]]
+    inverse = np.linalg.inv(np.stack([mesh.points[mesh.cells[:, i]] - a for i in (1, 2, 3)], axis=2))
+    found = _best_cells(mesh, X, a, inverse)
+    N = _barycentric(X, a, inverse, found)
+    lost = np.flatnonzero(N.min(axis=1, initial=0.0) < -BESIDE)
+    if len(lost):
+        found[lost] = _nearest_cells(mesh, X[lost], a, inverse)
+        N[lost] = _barycentric(X[lost], a, inverse, found[lost])
+    dN = inverse[found]  # (n, 3, 3): rows are the gradients of N_1, N_2, N_3
+    dN = np.concatenate([-dN.sum(axis=1, keepdims=True), dN], axis=1)
+    outside = np.maximum(
+        0.0, (-N / np.linalg.norm(dN, axis=2)).max(axis=1, initial=0.0)
+    )  # to the farthest face plane
+    outside[outside < 1e-9 * mesh.extent] = 0.0
+    return Located(mesh.cells[found], N, outside)
+
+
+def _barycentric(X: Floats, a: Floats, inverse: Floats, cell: Ints) -> Floats:
+    """Barycentric coordinates (n, 4) of points X (n, 3), each in one cell."""
+    xi = np.einsum("nij,nj->ni", inverse[cell], X - a[cell])
+    return np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
+
+
+def _nearest_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
+    """The cell nearest to each point X (n, 3) that lies in none (n,); of several that are, where X is least far out.
+
+    The nearest point lies on the boundary, and no farther than the nearest corner there.
+    """
+    corners = mesh.points[mesh.facets]  # (f, 3, 3)
+    middles = corners.mean(axis=1)
+    radius = float(np.sqrt(((corners - middles[:, None]) ** 2).sum(axis=2).max()))
+    near = neighbours(mesh.points[np.unique(mesh.facets)], len(X))
+    reach = near.distance(X) + radius
+    owners, best = mesh.facet_cells, np.empty(len(X), dtype=np.int64)
+    around = neighbours(middles, len(X))
+    for start in range(0, len(X), 64 * CHUNK):
+        some = slice(start, start + 64 * CHUNK)
+        which, facet = around.within(X[some], reach[some] * (1.0 + 1e-9))
+        points, cell = X[some][which], owners[facet]
+        gap = _to_triangles(points, corners[facet])
+        least = np.full(len(X[some]), np.inf)
+        np.minimum.at(least, which, gap)
+        tied = np.flatnonzero(gap <= least[which] + 1e-12 * mesh.extent)
+        inside = _barycentric(points[tied], a, inverse, cell[tied]).min(axis=1)
+        order = tied[np.lexsort((cell[tied], -inside, which[tied]))]
+        best[some] = cell[order[np.unique(which[order], return_index=True)[1]]]
+    return best
+
+
+def _to_triangles(X: Floats, corners: Floats) -> Floats:
+    """Distance (p,) of each point X (p, 3) from a triangle (p, 3, 3): from its plane or the nearest of its sides."""
+    from_corner = X[:, None] - corners  # (p, 3, 3)
+    along = np.roll(corners, -1, axis=1) - corners
+    part = np.einsum("pki,pki->pk", from_corner, along) / np.einsum("pki,pki->pk", along, along)
+    beside = from_corner - np.clip(part, 0.0, 1.0)[:, :, None] * along
+    squares = np.einsum("pki,pki->pk", beside, beside).min(axis=1)
+    normal = np.cross(along[:, 0], along[:, 1])
+    within = np.einsum("pki,pki->pk", np.cross(normal[:, None], along), from_corner).min(axis=1) >= 0.0
+    height = np.einsum("pi,pi->p", normal, from_corner[:, 0]) ** 2 / np.einsum("pi,pi->p", normal, normal)
+    distance: Floats = np.sqrt(np.where(within, np.minimum(height, squares), squares))
+    return distance
+
+
+def _best_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
+    """The cell in which the smallest barycentric coordinate of each X (n, 3) is largest (n,).
+
+    Among all cells of a small mesh. In a large one among those whose spheres around their middles hold the point, which
+    the cell that it lies in is one of; a point that none holds is given any.
+    """
+    if len(a) * len(X) < SEARCHED:
+        return _best_of_all(X, a, inverse)
+    best = np.zeros(len(X), dtype=np.int64)
+    which, cell = _near(mesh, X)
+    xi = np.einsum("pij,pj->pi", inverse[cell], X[which] - a[cell])
+    least = np.minimum(xi.min(axis=1), 1.0 - xi.sum(axis=1))
+    order = np.lexsort((cell, -least, which))
+    found, first = np.unique(which[order], return_index=True)
+    best[found] = cell[order[first]]
+    return best
+
+
+def _near(mesh: Mesh, X: Floats) -> tuple[Ints, Ints]:
+    """Pairs of a point and a cell (p,) each, cells whose spheres hold the point."""
+    from scipy.spatial import cKDTree
+
+    corners = mesh.points[mesh.cells]
+    middles = corners.mean(axis=1)
+    radii = np.sqrt(((corners - middles[:, None]) ** 2).sum(axis=2).max(axis=1))
+    radius = 1.001 * float(radii.max())
+    pairs = cKDTree(X).sparse_distance_matrix(cKDTree(middles), radius, output_type="ndarray")
+    return pairs["i"].astype(np.int64), pairs["j"].astype(np.int64)
+
+
+def _best_of_all(X: Floats, a: Floats, inverse: Floats) -> Ints:
+    """`_best_cells` among all."""
+    middle = a.mean(axis=0)  # a far-off origin would cost digits
+    rows = np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)  # (m, 4, 3)
+    shift = np.array([1.0, 0.0, 0.0, 0.0]) - np.einsum("mki,mi->mk", rows, a - middle)
+    planes = [(np.ascontiguousarray(rows[:, k].T), shift[:, k]) for k in range(4)]
+    best = np.empty(len(X), dtype=np.int64)
+    for start in range(0, len(X), CHUNK):
+        points = X[start : start + CHUNK] - middle
+        least = points @ planes[0][0] + planes[0][1]  # (c, m)
+        for normals, at in planes[1:]:
+            np.minimum(least, points @ normals + at, out=least)
+        best[start : start + CHUNK] = least.argmax(axis=1)
+    return best
+
+
+# ------------------------------------------------------------------ other cells, by Newton's method
+
+
+def _in_curved_cells(mesh: Mesh, X: Floats) -> Located:
+    which, cell = _candidates(mesh, X)
+    xi = _local(mesh, X[which], cell)
+    element, corners = mesh.element, mesh.points[mesh.cells[cell]]  # (p, a, 3)
+    inner = element.clip(xi)
+    N = element.shape(inner)
+    gap = np.linalg.norm(X[which] - np.einsum("pa,pai->pi", N, corners), axis=1)
+    gap[gap < 1e-9 * mesh.extent] = 0.0
+    order = np.lexsort((cell, gap, which))
+    chosen = order[np.unique(which[order], return_index=True)[1]]
+    return Located(mesh.cells[cell[chosen]], _beyond(mesh, X, cell[chosen], inner[chosen]), gap[chosen])
+
+
+def _beyond(mesh: Mesh, X: Floats, cell: Ints, xi: Floats) -> Floats:
+    """N(xi) + dN/dxi . d, d the rest of the way to X: exact within, linear from the nearest point without (n, a)."""
+    N, dN = mesh.element.shape(xi), mesh.element.gradient(xi)
+    corners = mesh.points[mesh.cells[cell]]
+    J = np.einsum("pai,paj->pij", corners, dN)
+    rest = np.linalg.solve(J, (X - np.einsum("pa,pai->pi", N, corners))[:, :, None])[:, :, 0]
+    values: Floats = N + np.einsum("paj,pj->pa", dN, rest)
+    return values
+
+
+def _candidates(mesh: Mesh, X: Floats, nearest: int = 12) -> tuple[Ints, Ints]:
+    """Pairs of a point and a cell (p,) each: the cells whose boxes hold the point, or else the nearest boxes."""
+    corners = mesh.points[mesh.cells]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    # an edge of a curved cell can leave the box of its nodes
+    slack = 0.05 * (high - low).max(axis=1, keepdims=True)
+    low, high = low - slack, high + slack
+    nearest = min(nearest, len(low))
+    which, cells = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    bounds = [(np.ascontiguousarray(low[:, i]), np.ascontiguousarray(high[:, i])) for i in range(3)]
+    for start in range(0, len(X), CHUNK):
+        away = np.zeros((len(X[start : start + CHUNK]), len(low)))  # (c, m)
+        for (lowest, highest), x in zip(bounds, X[start : start + CHUNK].T[:, :, None], strict=True):
+            gap = np.maximum(lowest - x, x - highest)
+            away += np.maximum(gap, 0.0, out=gap)
+        held = away == 0.0
+        lost = np.flatnonzero(~held.any(axis=1))
+        close = np.argpartition(away[lost], nearest - 1, axis=1)[:, :nearest]
+        held[lost[:, None], close] = True
+        point, cell = np.nonzero(held)
+        which.append(start + point)
+        cells.append(cell)
+    return np.concatenate(which), np.concatenate(cells)
+
+
+def _local(mesh: Mesh, X: Floats, cell: Ints) -> Floats:
+    """Local points xi (p, 3) of X in cells, or of the points of the cells nearest to them: projected Newton steps."""
+    element, corners = mesh.element, mesh.points[mesh.cells[cell]]
+    xi = np.tile(np.array(element.centre), (len(X), 1))
+    for _ in range(20):
+        N, dN = element.shape(xi), element.gradient(xi)
+        J = np.einsum("pai,paj->pij", corners, dN)
+        rest = X - np.einsum("pa,pai->pi", N, corners)
+        step = np.linalg.solve(J, rest[:, :, None])[:, :, 0]
+        moved = element.clip(xi + step)
+        done = np.abs(moved - xi).max(initial=0.0) < 1e-13
+        xi = moved
+        if done:
+            break
+    return xi

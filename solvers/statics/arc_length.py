@@ -1,0 +1,379 @@
+"""The equilibrium path of a body, followed by its length: past loads that have a maximum, and past snaps.
+
+A path is a curve of states and load factors. Its points lie a given length apart, measured in displacements and load
+together (Keller 1977; Riks 1979): each is found by Newton's method in the plane across the tangent of the one before
+(Ramm 1981), with the system of state and load solved by block elimination (Crisfield 1981). Along the path the load may
+fall; where it turns is a limit point, and where the tangent stiffness changes its count of negative eigenvalues without
+that, paths meet: a bifurcation, where the path that is followed goes straight on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.linear.factorisations import Factor, Singular
+from softmark.solvers.linear.systems import TIGHTEST
+from softmark.solvers.statics.newton import Newton
+from softmark.solvers.statics.problem import NotConverged, Statics
+
+FIRST = 0.1  # of the length of a linear path to full load: the first step
+FINEST = 1e-6  # of the same: the shortest step
+STRIDE = 0.25  # longest step, of the same; later a part of the path so far
+RELATIVE = 0.05  # of the path so far
+STEPS = 600  # points at most
+CORRECTIONS, USUAL = 10, 4  # Newton iterations of a point at most, and as many as a step should take
+TURN = 0.6  # least cosine between tangents of neighbouring points
+EXACT = 1e-7  # relative residual of a point on the way
+SHARP = 2e-4  # relative width of the bracket around a limit
+FAR = 20.0  # extents of the body: where a path is given up
+BACK = -1.0  # load at which a path is given up
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Where a path is special: its load factor, and a `limit point` or a `bifurcation`."""
+
+    load: float
+    kind: str
+
+
+@dataclass
+class Point:
+    """A point of the path: state, load, tangent (dofs of motion, load) of length one, count of negative eigenvalues."""
+
+    x: Floats
+    load: float
+    tangent: tuple[Floats, float]
+    negative: int | None
+    size: float  # m, the largest displacement
+    iterations: int = 0
+
+
+@dataclass
+class Path:
+    """What is known of a path so far."""
+
+    points: list[Point] = field(default_factory=list)
+    limits: list[Limit] = field(default_factory=list)
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What the report says."""
+        shown = [
+            {"load": float(p.load), "displacement": p.size, "negative_pivots": p.negative} for p in self.points
+        ]
+        return {"path": shown, "limits": [{"load": float(s.load), "kind": s.kind} for s in self.limits]}
+
+
+def _pressures(problem: Statics) -> NDArray[np.bool_]:
+    """Which unknowns (dofs,) are pressures."""
+    found = np.zeros(problem.space.dofs, dtype=np.bool_)
+    if problem.linear.spare is not None:
+        found[problem.assembly.free] = problem.linear.spare != 0.0
+    return found
+
+
+class Lost(Exception):
+    """No point of the path at this length."""
+
+
+class Follower:
+    """Follows the path of one problem from rest."""
+
+    def __init__(self, newton: Newton) -> None:
+        self.newton = newton
+        self.problem, self.assembly = newton.problem, newton.problem.assembly
+        self.path = Path()
+        self.scale = 1.0  # of motions: that of full load, were the body linear
+        self.origin = self.problem.rest
+        weights = np.broadcast_to(self.problem.weights, (self.problem.space.dofs,)).astype(np.float64)
+        self.weights = np.where(_pressures(self.problem), np.inf, weights)  # pressures are no part of the length
+
+    def to_full_load(self) -> Floats:
+        """The first state of the path under full load. Raises NotConverged where it never comes there."""
+        try:
+            return self._followed()
+        except Lost as lost:
+            raise self._stopped(f"where the path ends: {lost}") from lost
+
+    def _followed(self) -> Floats:
+        """The same. Raises NotConverged, and Lost where a point that must be there is not found."""
+        here, step, length = self._first(), FIRST, 0.0
+        self.path.points.append(here)
+        while len(self.path.points) < STEPS:
+            there, step = self._next(here, step)
+            crossing = self._crossing(here, there, step)
+            self._note(here, there if crossing is None else crossing, step)
+            self.path.points.append(there if crossing is None else crossing)
+            if crossing is not None:
+                return crossing.x
+            self._given_up(there)
+            length, here = length + step, there
+            longest = max(STRIDE, RELATIVE * length)
+            step = min(longest, step * float(np.clip(np.sqrt(USUAL / max(1, there.iterations)), 0.5, 1.6)))
+        raise self._stopped(f"and {STEPS} points of it were followed")
+
+    # ------------------------------------------------------------------ points
+
+    def _first(self) -> Point:
+        x = np.array(self.problem.rest, dtype=np.float64)
+        factor = self._factor(x, 0.0)
+        rate = self._rate(x, 0.0, factor)
+        self.scale = float(np.linalg.norm(rate / self.weights)) or 1.0
+        return Point(x, 0.0, self._unit(rate, 1.0), self._negative(factor), 0.0)
+
+    def _next(self, here: Point, step: float) -> tuple[Point, float]:
+        """The next point, and the step that it took. Raises NotConverged."""
+        while True:
+            try:
+                there = self.at(here, step)
+                if self._dot(here.tangent, there.tangent) >= TURN or step < 100 * FINEST:
+                    return there, step
+            except Lost as lost:
+                if step <= FINEST:
+                    raise self._stopped(f"where the path ends: {lost}") from lost
+            step = max(0.5 * step, FINEST) if step > FINEST else 0.0
+            if step == 0.0:
+                raise self._stopped("where the path has a corner")
+
+    def at(self, here: Point, step: float) -> Point:
+        """The point of the path whose part along the tangent of another is `step`. Raises Lost."""
+        ahead, lift = here.tangent
+        d, up = step * ahead, step * lift
+        x, load = self._moved(here.x, d), here.load + up
+        for number in range(CORRECTIONS + 1):
+            g = self.assembly.gradient(x, load)
+            if not np.all(np.isfinite(g)) or not np.isfinite(self.newton.strain(x)):
+                raise Lost("the law does not hold beyond it")
+            if number and self._balanced(x, load, g):
+                return self._point(here, x, load, number)
+            if number == CORRECTIONS or (number > 2 and np.hypot(*self._parts((d, up))) > 10 * step):
+                break
+            missing = step - self._dot(here.tangent, (d, up))
+            more, rise = self._correction(x, load, g, here.tangent, missing)
+            x, load, d, up = self._moved(x, more), load + rise, d + more, up + rise
+        raise Lost("Newton's method finds no further point")
+
+    def _correction(
+        self, x: Floats, load: float, g: Floats, tangent: tuple[Floats, float], missing: float
+    ) -> tuple[Floats, float]:
+        """Motion and load that restore balance to first order and add what is missing along the tangent."""
+        factor = self._factor(x, load)
+        try:
+            rate = self._rate(x, load, factor)
+            balance = np.zeros_like(rate)
+            balance[self.assembly.free] = -factor.solve(g[self.assembly.free])
+        except Singular as error:
+            raise Lost(str(error)) from error
+        along = self._dot(tangent, (rate, 1.0))
+        if along == 0.0 or not np.isfinite(along):
+            raise Lost("the tangent is singular")
+        rise = (missing - self._dot(tangent, (balance, 0.0))) / along
+        self._record(load, g)
+        return balance + rise * rate, rise
+
+    def _moved(self, x: Floats, d: Floats) -> Floats:
+        """The state after a motion, with the pressures that it promises."""
+        if self.newton.cellular:
+            self.newton._promised = self.newton.mixing.promised(self.assembly, x, d)
+        self.newton.moved = self.newton._farther(d, 1.0)
+        return self.problem.space.move(x, d)
+
+    def _point(self, here: Point, x: Floats, load: float, iterations: int) -> Point:
+        self.newton._promised = None
+        factor = self._factor(x, load)
+        try:
+            tangent = self._unit(self._rate(x, load, factor), 1.0)
+        except Singular:
+            tangent = here.tangent
+        if self._dot(tangent, here.tangent) < 0.0:
+            tangent = -tangent[0], -tangent[1]
+        return Point(x, load, tangent, self._negative(factor), self._displaced(x), iterations)
+
+    def _displaced(self, x: Floats) -> float:
+        """The largest displacement of a node, m: rods have a position and a rotation for each, solids no more."""
+        moved = x - self.origin
+        if len(x) == self.assembly.dofs:
+            moved, width = moved[~_pressures(self.problem)], 3
+        else:
+            width = 7
+        if len(moved) % width:  # amplitudes of a reduced model
+            return float(np.abs(moved).max(initial=0.0))
+        u = moved.reshape(-1, width)[:, :3]
+        return float(np.linalg.norm(u, axis=1).max(initial=0.0))
+
+    # ------------------------------------------------------------------ its equations
+
+    def _factor(self, x: Floats, load: float) -> Factor:
+        newton = self.newton
+        assembly = newton._promised if newton._promised is not None else self.assembly
+        K = assembly.tangent(x, load)
+        try:
+            if self.assembly.conservative:
+                newton.systems.solves += 1
+                newton.last = newton.systems.direct(K)
+            else:
+                newton.last = newton.systems.factor(K, False, TIGHTEST)
+        except Singular as error:
+            raise Lost(f"the tangent is singular ({error})") from error
+        newton.matrix = K
+        return newton.last
+
+    def _negative(self, factor: Factor) -> int | None:
+        return factor.negative_pivots if self.assembly.conservative else None
+
+    def _rate(self, x: Floats, load: float, factor: Factor) -> Floats:
+        """dx/dload along the path (dofs,): imposed motions as they are, the rest as the tangent says."""
+        problem, free = self.problem, self.assembly.free
+        change = np.zeros(problem.space.dofs)
+        for energy in self.assembly.loads:
+            energy.add_gradient(x, change, 1.0)
+        rate = np.zeros_like(change)
+        if np.any(problem.target):
+            rate[problem.fixed] = problem.target
+            change += self._towed(x, load, rate)
+        rate[free] = -factor.solve(change[free])
+        return rate
+
+    def _towed(self, x: Floats, load: float, d: Floats) -> Floats:
+        """Force for each part of the imposed motion d, by central differences."""
+        eps = 1e-6 * self.problem.extent / max(float(np.abs(d).max()), np.finfo(float).tiny)
+        ahead, behind = (self.assembly.gradient(self.problem.space.move(x, s * d), load) for s in (eps, -eps))
+        return (ahead - behind) / (2.0 * eps)
+
+    def _balanced(self, x: Floats, load: float, g: Floats) -> bool:
+        """Whether forces balance to EXACT of the full load or of the reactions, or to rounding."""
+        weights, external = self.problem.weights, np.zeros_like(g)
+        for energy in self.assembly.loads:
+            energy.add_gradient(x, external, 1.0)
+        free, fixed = self.assembly.free, self.problem.fixed
+        sizes = [float(np.linalg.norm(f)) for f in (external * weights, (g * weights)[fixed])]
+        left = float(np.linalg.norm((g * weights)[free]))
+        return left <= max(EXACT * max(sizes), 4.0 * self.assembly.rounding(x))
+
+    def _dot(self, a: tuple[Floats, float], b: tuple[Floats, float]) -> float:
+        w = self.weights * self.scale
+        return float((a[0] / w) @ (b[0] / w)) + a[1] * b[1]
+
+    def _parts(self, a: tuple[Floats, float]) -> tuple[float, float]:
+        return float(np.linalg.norm(a[0] / (self.weights * self.scale))), a[1]
+
+    def _unit(self, d: Floats, load: float) -> tuple[Floats, float]:
+        size = np.sqrt(self._dot((d, load), (d, load)))
+        return d / size, load / size
+
+    def _record(self, load: float, g: Floats) -> None:
+        left = float(np.linalg.norm((g * self.problem.weights)[self.assembly.free]))
+        reactions = float(np.linalg.norm((g * self.problem.weights)[self.problem.fixed]))
+        self.newton._record(load, len(self.path.points), left / max(reactions, left) if left else 0.0, 1.0)
+
+    # ------------------------------------------------------------------ where it is special
+
+    def _crossing(self, here: Point, there: Point, step: float) -> Point | None:
+        """The point under full load between two, to the tolerance of the problem; None where there is none."""
+        top = there
+        if there.load < 1.0 and here.tangent[1] > 0.0 > there.tangent[1]:  # it may have gone over and come back
+            top, step = self._turning(here, there, step)
+        if not here.load < 1.0 <= top.load:
+            return None
+        low, high = (0.0, here.load), (step, top.load)
+        for _ in range(30):
+            middle = low[0] + (high[0] - low[0]) * float(
+                np.clip((1.0 - low[1]) / (high[1] - low[1]), 0.02, 0.98)
+            )
+            near = self.at(here, middle)
+            if abs(near.load - 1.0) < 1e-3 and (found := self._settled(here, near)) is not None:
+                return found
+            low, high = ((middle, near.load), high) if near.load < 1.0 else (low, (middle, near.load))
+        raise self._stopped("and its point at full load could not be settled")
+
+    def _settled(self, here: Point, near: Point) -> Point | None:
+        """The point at full load beside one that is nearly there; None where Newton's method leads elsewhere."""
+        newton = self.newton
+        newton._promised = None
+        try:
+            x = self.problem.space.move(near.x, self._imposed(near.x, 1.0 - near.load))
+            x, done, _ = newton.steps(x, CORRECTIONS)
+        except NotConverged:
+            return None
+        strayed = np.linalg.norm(x - near.x) > 0.5 * np.linalg.norm(near.x - here.x) + 1e-9 * self.scale
+        if not done or strayed:
+            return None
+        newton._promised = None
+        return Point(x, 1.0, near.tangent, near.negative, self._displaced(x), near.iterations)
+
+    def _imposed(self, x: Floats, part: float) -> Floats:
+        d = np.zeros(self.problem.space.dofs)
+        d[self.problem.fixed] = part * self.problem.target
+        return d
+
+    def _note(self, here: Point, there: Point, step: float) -> None:
+        """Find what is special between two points, and keep it."""
+        turns = here.tangent[1] * there.tangent[1] < 0.0
+        known = here.negative is not None and there.negative is not None
+        change = (there.negative or 0) - (here.negative or 0) if known else 0
+        try:
+            if turns:
+                self.path.limits.append(Limit(self._turning(here, there, step)[0].load, "limit point"))
+            if change and abs(change) != int(turns):
+                self.path.limits.append(Limit(self._meeting(here, there, step), "bifurcation"))
+        except Lost:
+            pass  # the two points say themselves that something lies between them
+
+    def _turning(self, here: Point, there: Point, step: float) -> tuple[Point, float]:
+        """Where the load turns, by false position on the load's part of the tangent (Illinois). Raises Lost."""
+        a, fa, b, fb = 0.0, here.tangent[1], step, there.tangent[1]
+        best, at = there, step
+        for _ in range(12):
+            at = (a * fb - b * fa) / (fb - fa)
+            best = self.at(here, at)
+            f = best.tangent[1]
+            if abs(f) * (b - a) < SHARP * max(abs(best.load), 1e-3) or f == 0.0:
+                break
+            if f * fb < 0.0:
+                a, fa = b, fb
+            else:
+                fa *= 0.5
+            b, fb = at, f
+        return best, at
+
+    def _meeting(self, here: Point, there: Point, step: float) -> float:
+        """The load at which the count of negative eigenvalues changes first, by halving. Raises Lost."""
+        low, high = (0.0, here), (step, there)
+        while abs(high[1].load - low[1].load) > SHARP * abs(high[1].load) and high[0] - low[0] > 1e-6 * step:
+            middle = 0.5 * (low[0] + high[0])
+            point = self.at(here, middle)
+            low, high = ((middle, point), high) if point.negative == here.negative else (low, (middle, point))
+        return 0.5 * (low[1].load + high[1].load)
+
+    # ------------------------------------------------------------------ where it is given up
+
+    def _given_up(self, there: Point) -> None:
+        """Raises NotConverged where there is no use in going on."""
+        checks: tuple[tuple[bool, Callable[[], str]], ...] = (
+            (not self.problem.sound(there.x), lambda: "where cells turn inside out"),
+            (there.load < BACK, lambda: "and it goes on to loads of the other sign"),
+            (there.size > FAR * self.problem.extent, lambda: f"and it leads farther than {FAR:.0f} bodies"),
+        )
+        for stop, why in checks:
+            if stop:
+                raise self._stopped(why())
+
+    def _stopped(self, why: str) -> NotConverged:
+        """What is said of a path that does not come to full load."""
+        highest = max((p.load for p in self.path.points), default=0.0)
+        tops = [s.load for s in self.path.limits if s.kind == "limit point" and s.load > 0.0]
+        last = self.path.points[-1].load if self.path.points else 0.0
+        if tops:
+            reason = f"the load has a maximum of {100 * max(tops):.4g} % (limit point)"
+        else:
+            reason = f"the path reaches {100 * highest:.4g} % of the load"
+        text = f"{reason}; the path was followed to {100 * last:.4g} %, {why}"
+        return NotConverged(text, tuple(self.newton.history), self.newton.systems.facts | self.path.facts)

@@ -1,0 +1,149 @@
+"""From the equilibrium of a mesh to that of a finer space over it: Newton's steps from the state that is there.
+
+The systems of the finer space are solved by conjugate gradients. What is smooth in the error is left to the factor of
+the coarse tangent in the same state, what is rough to the diagonal: the angle between a space and what a
+finer one adds to it does not shrink with the mesh, so the number of iterations does not grow with it (Bank 1996). The
+state is wanted to a part of how far the two lie apart, and no better.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy import sparse
+
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.base.threads import ALONE
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.linear.factorisations import Factor, factor
+from softmark.solvers.sparse.gradients import dot
+
+SMALL = 4000  # unknowns up to which a factor takes less than iterations
+CLOSE = 2e-2  # relative residual of the systems, and their error in the energy norm
+SETTLED = 0.03  # of the first step: a step this short is the last
+STEPS = 10  # of Newton's method at most
+AWAY = 5.0  # times the first step: a longer one does not lead to a state nearby
+DELAY = 10  # iterations over which the energy must have come to rest
+MOST = 400  # iterations of conjugate gradients in a step
+
+
+Solve = Callable[[Floats], Floats]
+
+
+class Lost(Exception):
+    """The finer space has no equilibrium near the state of the coarse one, or it was not found."""
+
+
+@dataclass(frozen=True)
+class Below:
+    """The coarse level: a factor of its tangent, and what takes its free unknowns to those of the fine level."""
+
+    factor: Factor
+    P: sparse.csr_matrix  # (fine free, coarse free)
+
+    @classmethod
+    def of(cls, P: sparse.csr_matrix, coarse: Assembly, fine: Assembly, factor: Factor) -> Below:
+        """P takes values at nodes (fine nodes, coarse nodes)."""
+        three = sparse.kron(P, sparse.identity(3), format="csr")
+        return cls(factor, three[fine.free][:, coarse.free].tocsr())
+
+
+def settled(
+    assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None] = lambda: None
+) -> Floats:
+    """The equilibrium (dofs,) near x, to SETTLED of how far it is. Raises Lost, Singular, and what `watch` raises."""
+    first = 0.0
+    with np.errstate(all="ignore"), ALONE:
+        for number in range(STEPS):
+            watch()
+            d = np.zeros_like(x)
+            g = assembly.gradient(x, 1.0)[assembly.free]
+            d[assembly.free], solve = _step(assembly, x, g, below, watch)
+            size = float(np.linalg.norm(d))
+            first = first or size
+            if not size <= AWAY * first:
+                raise Lost("Newton's steps on the finer space lead away from its state")
+            x = _inside(assembly, x, d)
+            if size <= SETTLED * first or (number == 0 and _enough(assembly, x, solve, size)):
+                return x
+    raise Lost(f"{STEPS} Newton steps on the finer space do not lead to its equilibrium")
+
+
+def _enough(assembly: Assembly, x: Floats, solve: Solve, size: float) -> bool:
+    """Whether the next step, with what solved for the last, would be short beside one of a `size`, m.
+
+    Not the energy: what a finer space changes of it at first is the volume of cells, and of bending it says little.
+    """
+    next_step = solve(assembly.gradient(x, 1.0)[assembly.free])
+    return bool(np.isfinite(next_step).all()) and dot(next_step, next_step) <= (SETTLED * size) ** 2
+
+
+def _inside(assembly: Assembly, x: Floats, d: Floats) -> Floats:
+    """As much of the step as stays in the domain of the law. Raises Lost."""
+    length = 1.0
+    while length > 0.2:
+        y = x + length * d
+        if np.isfinite(sum(e.value(y) for e in assembly.internal)):
+            return y
+        length *= 0.5
+    raise Lost("the law of the material does not hold in the state of the finer space")
+
+
+def _step(
+    assembly: Assembly, x: Floats, g: Floats, below: Callable[[], Below], watch: Callable[[], None]
+) -> tuple[Floats, Solve]:
+    """Of the free unknowns by the tangent, or by one made definite, and what solves with it, or nearly. Raises Lost."""
+    if not np.all(np.isfinite(g)):
+        raise Lost("the forces of the finer space are not finite")
+    direct = len(g) <= SMALL or not assembly.conservative or assembly.saddle
+    for definite in (False,) if direct else (False, True):
+        K = assembly.tangent(x, 1.0, definite)
+        if not np.all(np.isfinite(K.data)):
+            raise Lost("the stiffness of the finer space is not finite")
+        watch()
+        if direct:
+            known = factor(K, symmetric=assembly.conservative)
+            return -known.solve(g), known.solve
+        nearly = _preconditioner(K, below(), watch)
+        if (d := _gradients(K, -g, nearly)) is not None:
+            return d, nearly
+    raise Lost("conjugate gradients do not solve the systems of the finer space")
+
+
+def _gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve) -> Floats | None:
+    """x with K x = b by conjugate gradients; None where K is not definite, or MOST iterations do not do.
+
+    The residual is dominated by what is stiff, such as a change of volume, and bending is soft: that the energy grows
+    no more is asked too, over DELAY iterations (Strakos and Tichy 2002).
+    """
+    x, r, p, rz = np.zeros_like(b), b.copy(), np.zeros_like(b), 1.0
+    gained: list[float] = []
+    goal = CLOSE**2 * dot(b, b)
+    for number in range(MOST):
+        if dot(r, r) <= goal and sum(gained[-DELAY:]) <= CLOSE**2 * sum(gained):
+            return x
+        z = precondition(r)
+        rz, before = dot(r, z), rz
+        p = z + (rz / before if number else 0.0) * p
+        q = K @ p
+        curvature = dot(p, q)
+        if not (curvature > 0.0 and rz > 0.0):
+            return None
+        gained.append(rz * rz / curvature)
+        x += (rz / curvature) * p
+        r -= (rz / curvature) * q
+    return None
+
+
+def _preconditioner(K: sparse.csr_matrix, below: Below, watch: Callable[[], None]) -> Solve:
+    """What is rough by the diagonal, what is smooth by the coarse factor."""
+    rough, down = 1.0 / K.diagonal(), below.P.T.tocsr()
+
+    def precondition(r: Floats) -> Floats:
+        watch()
+        there: Floats = rough * r + below.P @ below.factor.solve(down @ r)
+        return there
+
+    return precondition

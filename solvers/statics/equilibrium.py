@@ -1,0 +1,313 @@
+"""Static equilibrium: the state in which the energies' gradient vanishes on every free degree of freedom.
+
+Three ways, in this order. The free one takes whole Newton steps: with the exact tangent of a corotational
+energy they reach a 60-degree bend at full load in about six steps, because that energy grows with stretch
+alone and not with its square; a stiffer law starts from the equilibrium of its corotational twin, or from a
+state that is given. What it finds is kept only if it is a stable equilibrium without inverted cells. Where whole
+steps lose themselves, as in large stretches, or where the corotational twin is squeezed flat, from where half of a
+body may come out turned by 180 degrees and as stable as the right state, they follow loads that grow
+(`static_steps.py`). The careful one then starts again: every step leads to less energy than one of the MEMORY states
+before it had (Armijo 1966; Grippo, Lampariello and Lucidi 1986), the tangent is made definite where it is not, and the
+load comes in steps that shrink and grow. Where it ends on an unstable equilibrium, as a straight column above its
+buckling load does, it steps aside and goes on to a stable one.
+
+With a cap there is only the free way, cut after so many linear systems. Along `arc_length` there is only the path of
+equilibria from rest (`arc_length.py`). An answer whose digits rounding has taken is refused (`condition`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.energy import Floats, VectorSpace
+from softmark.solvers.linear import factorisations
+from softmark.solvers.linear.factorisations import Singular, factor
+from softmark.solvers.linear.systems import Linear, Systems
+from softmark.solvers.statics.arc_length import Follower
+from softmark.solvers.statics.newton import MEMORY, RIGID, TINY, Newton
+from softmark.solvers.statics.problem import Criterion, Equilibrium, Iteration, NotConverged, Statics, Watch
+from softmark.solvers.statics.stability import critical_load, direct, loose_motion, rounding_error, softness
+from softmark.solvers.statics.steps import raised
+
+__all__ = [
+    "MEMORY", "RIGID", "TINY", "Criterion", "Equilibrium", "Iteration", "Linear", "NotConverged", "Statics", "Watch",
+    "equilibrium",
+]  # fmt: skip
+
+DOUBTED = 1e-4  # condition number times eps from which the error of rounding is measured
+HOPELESS = 1e-3  # of an answer that rounding may take: fewer than three digits are no answer
+SOFT = 0.3  # of the stiffness against the load at rest: less looks like a limit point
+BOLD, ROUGH = 20, 12  # whole steps at most: under the law itself; under its corotational twin, or from a given state
+
+
+def equilibrium(problem: Statics) -> Equilibrium:
+    """The equilibrium under full load. Raises NotConverged with the history of all attempts."""
+    history: list[Iteration] = []
+    systems = Systems(problem.linear)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        if problem.cap is not None or problem.linear.cap is not None:
+            return _capped(problem, history, systems)
+        try:
+            found = (_raised if problem.path == "load" else _followed)(problem, history, systems)
+        except NotConverged as failure:
+            raise _explained(problem, history, failure) from failure
+        if found.unstable is None or found.critical is not None:
+            return found
+        critical = critical_load(problem, history, found.unstable)
+    return replace(found, critical=critical, history=tuple(history))
+
+
+def _explained(problem: Statics, history: list[Iteration], failure: NotConverged) -> NotConverged:
+    """With the load at which the body buckles, or the motion that nothing resists, where either is why."""
+    left, facts, reason = failure.unstable, failure.facts, failure.reason
+    critical = None if left is None else critical_load(problem, history, left)
+    if critical is not None:
+        reason = f"it buckles at {100 * critical:.3g} % of the load, and of the states beyond: {reason}"
+        facts = {**facts, "critical_load": critical}
+    loose = loose_motion(problem) if left is None else None
+    return NotConverged(reason, tuple(history), facts, left, loose)
+
+
+def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+    """The equilibrium at full load: boldly, then carefully."""
+    ways = [_started] if problem.start is not None else []
+    unstable = None
+    for way in [*ways, _free, _stepped] if problem.bold else ways:
+        try:
+            return way(problem, history, systems)
+        except NotConverged as failure:  # what it tried is in the history; the careful way starts again from rest
+            unstable = failure.unstable if unstable is None else unstable
+    found = _careful(problem, history, systems)
+    return found if found.unstable is not None else replace(found, unstable=unstable)
+
+
+# ------------------------------------------------------------------ whole steps at full load
+
+
+def _free(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+    newton = Newton(problem, history, systems)
+    x = newton.whole_steps(_begun(newton), BOLD)
+    return _settled(newton, x)
+
+
+def _started(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+    newton = Newton(problem, history, systems)
+    x = newton.whole_steps(_given(newton), ROUGH)
+    return replace(_settled(newton, x), started=True)
+
+
+def _stepped(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+    newton = Newton(problem, history, systems, "steps of load")
+    x, steps = raised(newton)
+    return replace(_settled(newton, x), load_steps=steps)
+
+
+def _begun(newton: Newton, cap: int | None = None) -> Floats:
+    """From where whole steps go: the equilibrium of the corotational twin, or what the supports' motion makes of rest.
+
+    With a cap on linear systems, what that leaves of the way to it. Raises NotConverged where there is none.
+    """
+    problem = newton.problem
+    if problem.twin is None:
+        return newton.impose(problem.rest, 1.0)
+    rough = replace(problem, assembly=problem.twin, tolerance=1e-2)
+    start = Newton(rough, newton.history, newton.systems, "corotational start")
+    x = start.impose(problem.rest, 1.0)
+    if cap is None:
+        x = start.whole_steps(x, ROUGH)
+        if not problem.near(x):
+            raise NotConverged("the corotational start is squeezed flat", tuple(newton.history))
+    else:
+        x, _, _ = start.steps(x, max(0, min(ROUGH, cap - newton.systems.solves)))
+    newton.moved, newton.towed = start.moved, start.towed
+    newton.trust(x)
+    return x
+
+
+def _given(newton: Newton) -> Floats:
+    """The state that is given, with what the supports impose. Raises NotConverged where the law does not hold in it."""
+    problem = newton.problem
+    x = np.array(problem.start, dtype=problem.rest.dtype)
+    x[problem.fixed] = problem.rest[problem.fixed] + problem.target
+    if not np.all(np.isfinite(x)) or not np.isfinite(newton.strain(x)):
+        raise NotConverged("the state to start from is outside the domain of the law", tuple(newton.history))
+    newton.moved = float(np.linalg.norm((x - problem.rest) / problem.weights))
+    newton.relax()
+    return x
+
+
+def _settled(newton: Newton, x: Floats) -> Equilibrium:
+    """What whole steps have found, if it is stable. Raises NotConverged."""
+    stable = True if newton.problem.convex else newton.definite(x)
+    if stable is False and newton.assembly.conservative:
+        raise NotConverged("the equilibrium is unstable", tuple(newton.history), unstable=x)
+    return _kept(newton, x, 1, stable or None)
+
+
+# ------------------------------------------------------------------ whole steps, and no more than so many
+
+
+def _capped(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+    """Where whole steps have come when the cap is reached, or the equilibrium. Raises NotConverged."""
+    newton, started = Newton(problem, history, systems), problem.start is not None
+    cap = problem.max_iterations if problem.cap is None else problem.cap
+    x = _given(newton) if started else _begun(newton, cap)
+    x, done, residual = newton.steps(x, max(0, cap - systems.solves))
+    if not np.isfinite(residual):
+        raise NotConverged(
+            "whole Newton steps lead to forces that are not finite", tuple(history), systems.facts
+        )
+    if done:
+        return replace(_settled(newton, x), started=started)
+    state, residual = _exactly(newton, x)
+    sound = bool(problem.sound(state))
+    found = Equilibrium(state, residual, tuple(history), 1, "cap", None, systems.name, systems.facts)
+    return replace(found, sound=sound, started=started)
+
+
+# --------------------------------------------------------- decreasing energy, loads in steps
+
+
+def _careful(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+    newton = Newton(problem, history, systems, "careful")
+    x, load, step, steps = problem.rest, 0.0, 1.0, 0
+    while load < 1.0:
+        target = min(1.0, load + step)
+        try:
+            there = newton.descend(newton.impose(x, target - load, target), target)
+            if not problem.sound(there):
+                raise NotConverged("the equilibrium has inverted cells", tuple(history))
+            x, load, steps = there, target, steps + 1
+            step *= 2.0
+        except NotConverged as failure:
+            step = 0.5 * (target - load)
+            if step < 1e-3:
+                reached = f"the load could be raised to {100 * load:.4g} % only: {failure.reason}"
+                raise NotConverged(
+                    f"{reached}{_why(problem, history, x, load)}", tuple(history), systems.facts
+                ) from failure
+    if problem.assembly.conservative:
+        x, stable = newton.stable(x)
+        return replace(_kept(newton, x, steps, stable), unstable=newton.left)
+    return _kept(newton, x, steps, newton.definite(x) or None)
+
+
+def _why(problem: Statics, history: list[Iteration], x: Floats, load: float) -> str:
+    """What it looks like where a load cannot be raised: a limit point, paths that meet, or nothing known."""
+    known = softness(problem, history, x, load) if load > 0.0 else None
+    if known is None or (known[0] > SOFT and not known[1]):
+        return ""
+    soft, negative = known
+    what = (
+        "paths of equilibria seem to meet there (bifurcation)"
+        if negative
+        else f"this looks like a limit point, the stiffness against the load has fallen to {100 * soft:.2g} %"
+    )
+    return f"; {what}: `path = arc_length` of the analysis follows it"
+
+
+# ------------------------------------------------------------------ along the path
+
+
+def _followed(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+    """The first equilibrium under full load along the path from rest. Raises NotConverged."""
+    newton = direct(problem, history, "path")
+    newton.systems = systems
+    follower = Follower(newton)
+    x = follower.to_full_load()
+    stable: bool | None = newton.definite(x) or None
+    if problem.assembly.conservative:
+        x, stable = newton.stable(x)
+    found = _kept(newton, x, len(follower.path.points), stable)
+    facts = found.facts | follower.path.facts
+    meetings = [s.load for s in follower.path.limits if s.kind == "bifurcation"]
+    critical = meetings[0] if meetings and newton.left is not None else None
+    return replace(found, facts=facts, unstable=newton.left, critical=critical)
+
+
+def _kept(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equilibrium:
+    """The equilibrium, unless cells are inside out or single precision is too coarse for it. Raises NotConverged."""
+    problem, history, facts = newton.problem, tuple(newton.history), newton.systems.facts
+    if not problem.sound(x):
+        raise NotConverged("the equilibrium has inverted cells", history, facts)
+    criterion = newton.criterion
+    x, residual = _exactly(newton, x)
+    if problem.exact is not None:
+        criterion = "residual" if residual <= problem.tolerance else "rounding"
+        if residual > problem.rounded:
+            criterion, error = "energy", _energy_error(problem.exact, x)
+            if not error <= problem.rounded:
+                reason = f"single precision leaves a residual of {residual:.1e}, above {problem.rounded:.0e}"
+                raise NotConverged(f"{reason}, and an error of {error:.1e} in the energy norm", history, facts)
+    found = Equilibrium(x, residual, history, steps, criterion, stable, newton.systems.name, facts)
+    # beside an equilibrium that was left, the direction is arbitrary, or nearly so: no matter of rounding
+    known = _condition(newton, x) if newton.left is None else None
+    condition, rounding = (None, None) if known is None else known
+    follower = not problem.assembly.conservative
+    left = None if newton.left is not None else _left(newton, x)
+    return replace(found, follower=follower, condition=condition, rounding=rounding, left=left)
+
+
+def _left(newton: Newton, x: Floats) -> Floats | None:
+    """The step (dofs,) that would come next, by the last factor: one gradient and one substitution."""
+    problem, last = newton.problem, newton.last
+    if last is None or last.tolerance or problem.exact is not None or not isinstance(problem.space, VectorSpace):
+        return None
+    d = np.zeros_like(x)
+    d[problem.assembly.free] = -last.solve(problem.assembly.gradient(x, 1.0)[problem.assembly.free])
+    return d
+
+
+def _condition(newton: Newton, x: Floats) -> tuple[float, float] | None:
+    """Of the last tangent, and the relative error that rounding may leave; None without a direct factor.
+
+    The condition number times eps is a bound that slender bodies stay far below (a rod of 1 : 50 000 in 1000
+    segments has 2e-2 and is right to 1e-8), so where it is large the error is measured. None with pressures as
+    unknowns as well. Raises NotConverged where fewer than three digits are left.
+    """
+    last, K = newton.last, newton.matrix
+    if last is None or K is None or last.tolerance or K.dtype != np.float64 or newton.assembly.saddle:
+        return None
+    try:
+        found = factorisations.condition(K, last)
+    except Singular:
+        return None
+    lost = found * float(np.finfo(np.float64).eps)
+    if not lost <= DOUBTED:
+        lost = min(lost, rounding_error(newton, x, last))
+    if not lost <= HOPELESS:
+        reason = f"the stiffness matrix is nearly singular ({found:.0e}): rounding takes {lost:.1g} of the answer"
+        raise NotConverged(reason, tuple(newton.history), newton.systems.facts)
+    return found, lost
+
+
+def _energy_error(exact: Assembly, x: Floats) -> float:
+    """The error of a state in the energy norm, sqrt(r . K^-1 r / 2E): infinite where K is not definite.
+
+    On fine meshes the residual of a rounded state grows, since rounding is rough from node to node and the stiffness of
+    such waves is large; what they change of the energy is next to nothing.
+    """
+    g = exact.gradient(x, 1.0)[exact.free]
+    try:
+        found = factor(exact.tangent(x, 1.0), symmetric=exact.conservative)
+        size = float(g @ found.solve(g))
+    except Singular:
+        return float("inf")
+    energy = sum(e.value(x) for e in exact.internal)
+    known = not found.negative_pivots and size >= 0.0 and energy > 0.0
+    return float(np.sqrt(0.5 * size / energy)) if known else float("inf")
+
+
+def _exactly(newton: Newton, x: Floats) -> tuple[Floats, float]:
+    """The state with what is imposed to the last digit, and its residual, both in double precision."""
+    problem = newton.problem
+    if problem.exact is None:
+        return x, newton.residual(x, 1.0)[1]
+    x = np.asarray(x, dtype=np.float64)
+    x[problem.fixed] = problem.rest[problem.fixed] + problem.target
+    judge = Newton(replace(problem, assembly=problem.exact, rest=x), newton.history, newton.systems)
+    judge.towed = newton.towed
+    return x, judge.residual(x, 1.0)[1]

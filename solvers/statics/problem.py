@@ -1,0 +1,137 @@
+"""A problem of static equilibrium, and what solving it comes to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import field
+from typing import Any, Literal
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.energy import Floats, Ints, Space
+from softmark.solvers.linear import factorisations as linear
+from softmark.solvers.linear.systems import Linear
+
+Criterion = Literal["residual", "energy", "rounding", "cap"]
+Watch = Callable[["Iteration"], None]
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One Newton iteration: the relative `residual` before it, and the part of the step that was taken."""
+
+    phase: str  # "corotational start" | "free" | "careful" | "aside" (from an unstable equilibrium)
+    load: float
+    number: int
+    residual: float
+    length: float
+
+
+class NotConverged(Exception):
+    """No equilibrium was found; `history` says how far each attempt came, `facts` what the linear systems took.
+
+    `unstable` is an unstable equilibrium of full load, where that is all that was found; `loose` (dofs,) a motion that
+    nothing resists at rest, where there is one.
+    """
+
+    def __init__(
+        self,
+        reason: str,
+        history: tuple[Iteration, ...] = (),
+        facts: dict[str, Any] | None = None,
+        unstable: Floats | None = None,
+        loose: Floats | None = None,
+    ) -> None:
+        super().__init__(reason)
+        self.reason = reason
+        self.history = history
+        self.facts = facts or {}
+        self.unstable = unstable
+        self.loose = loose
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A converged state, its relative residual, and every iteration that led to it.
+
+    `criterion` is which of those of `Statics` decided. `stable` is None where it could not be established: under
+    follower loads, by an iterative linear solver, and where the cap decided, when the state is no equilibrium.
+    """
+
+    x: Floats
+    residual: float
+    history: tuple[Iteration, ...]
+    load_steps: int
+    criterion: Criterion = "residual"
+    stable: bool | None = True
+    linear_solver: str = linear.NAME  # the last factorisation
+    facts: dict[str, Any] = field(default_factory=dict)  # of the linear systems
+    sound: bool = True  # no cell is inside out: always so but where the cap decided
+    started: bool = False  # from the state that was given, not from rest
+    follower: bool = False  # some load follows the body and has no potential
+    unstable: Floats | None = None  # an equilibrium of full load that was left for this one
+    critical: float | None = None  # load factor from which the path that was left is unstable
+    condition: float | None = None  # of the scaled tangent, estimated from below; None: no direct factor
+    rounding: float | None = None  # relative error that rounding may leave in the state, as far as that is known
+    left: Floats | None = None  # (dofs,) the step that would come next, by the last factor; None: no factor is at hand
+
+    @property
+    def iterations(self) -> int:
+        """Linear systems solved, all phases and failed attempts included."""
+        return len(self.history)
+
+    @property
+    def solved(self) -> bool:
+        """Whether it is an equilibrium to its tolerance, or to rounding."""
+        return self.criterion != "cap"
+
+
+@dataclass(frozen=True)
+class Statics:
+    """A static problem: `rest` moves by `space` until `assembly` balances, with `target` imposed on `fixed`.
+
+    `path` says how: by raising the load, or along the path of equilibria by its length (`arc_length`).
+    `twin` is the assembly of the corotational law with the same moduli, or None; `sound` says whether a state
+    is admissible (no inverted cell), and `near` whether an equilibrium of the twin is one to start from. `bold` tries
+    whole steps first; rods, whose space already follows their rotation, need no such start. `convex` says that the
+    energy is a positive quadratic form, whose one equilibrium is stable. `extent` is the size of the body in m;
+    `weights` make degrees of freedom that are rotations comparable with displacements: forces are multiplied and
+    motions divided by them.
+
+    Converged means: the out-of-balance force is at most `tolerance` times the larger of load and reactions.
+    In a stiff body or under a tiny load rounding alone can exceed that, since a strain of 1e-16 times a large
+    stiffness is a force; when a Newton step no longer lowers it, one of two decides. Either the error in the
+    energy norm, sqrt(r . K^-1 r / 2E), is at most `tolerance`, E the strain energy; or the force is within
+    four times what rounding leaves in it, and the last Newton step, with a definite tangent, was below TINY
+    times the motion so far: there is no better state in this arithmetic, and it is good to that part.
+
+    Levers. `linear` says how linear systems are solved. `start` is a state from which whole steps are tried before
+    those from rest. With a `cap`, whole steps are stopped after so many linear systems, and the state is what it is,
+    criterion "cap"; the same where the linear solver was stopped by a cap of its own. Where `assembly` computes in
+    single precision, `exact` is the same in double: the residual that is reported is taken there, and a state is
+    refused whose residual and whose error in the energy norm are both above `rounded`.
+    """
+
+    assembly: Assembly
+    space: Space
+    rest: Floats
+    fixed: Ints  # (c,)
+    target: Floats  # (c,) imposed increments from rest, m or rad
+    tolerance: float = 1e-8
+    max_iterations: int = 50
+    twin: Assembly | None = None
+    sound: Callable[[Floats], bool] = field(default=lambda x: True)
+    near: Callable[[Floats], bool] = field(default=lambda x: True)
+    bold: bool = True
+    convex: bool = False
+    extent: float = 1.0
+    weights: Floats = field(default_factory=lambda: np.ones(1))  # (dofs,) or (1,)
+    watch: Watch = field(default=lambda iteration: None)
+    linear: Linear = field(default_factory=Linear)
+    path: Literal["load", "arc_length"] = "load"
+    start: Floats | None = None
+    cap: int | None = None
+    exact: Assembly | None = None
+    rounded: float = 1e-3

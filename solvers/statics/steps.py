@@ -1,0 +1,43 @@
+"""Whole Newton steps at loads that grow: the way to large stretches, where those at full load lose themselves.
+
+From the equilibrium at one load the supports move on as the tangent there says, and few whole steps find the next.
+Nothing is asked to fall, so that no line search creeps along the valley that a volume that hardly changes is; what the
+way ends on is judged as any other answer is; where it is unstable, what is found instead is one of several states.
+"""
+
+from __future__ import annotations
+
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.statics.newton import Newton
+from softmark.solvers.statics.problem import NotConverged
+
+FIRST, LEAST = 0.25, 1.0 / 512.0  # steps of load: to begin with, and where the way is given up
+EACH, EASY = 10, 6  # whole steps at one load at most, and down to which the next step is twice as long
+
+
+def raised(newton: Newton) -> tuple[Floats, int]:
+    """The equilibrium of full load along the path from rest, and how many loads led there. Raises NotConverged."""
+    x, load, step, count = newton.problem.rest, 0.0, FIRST, 0
+    while load < 1.0:
+        target = min(1.0, load + step)
+        before = len(newton.history)
+        y = _next(newton, x, load, target)
+        if y is None:
+            step = 0.5 * (target - load)
+            if step < LEAST:
+                raise NotConverged(f"steps of load end at {100 * load:.4g} %", tuple(newton.history))
+            continue
+        x, load, count = y, target, count + 1
+        if len(newton.history) - before <= EASY:
+            step *= 2.0
+    return x, count
+
+
+def _next(newton: Newton, x: Floats, load: float, target: float) -> Floats | None:
+    """The equilibrium of the target load from that of another; None where whole steps do not find one without flaws."""
+    try:
+        start = newton.carry(x, target - load, load)
+        there, done, _ = newton.steps(start, EACH, target)
+    except NotConverged:
+        return None
+    return there if done and newton.problem.sound(there) else None
