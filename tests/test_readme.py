@@ -13,8 +13,8 @@ import pytest
 import softmark
 from softmark.grammar.diagnostic import Source, render
 from softmark.interpreter.cli.main import COMMANDS
-from softmark.interpreter.face.api import checked
-from softmark.interpreter.language import schema
+from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.interpreter.front.load import checked
 from softmark.scenes import ROOT
 
 HERE = Path(__file__).parents[1]
@@ -64,7 +64,7 @@ def test_the_examples_of_the_vocabulary_are_sound(example: str) -> None:
 
 def test_the_guide_names_every_constructor_of_the_kinds_that_it_is_about() -> None:
     kinds = ("analysis", "model", "reference", "probe", "metric", "published", "course", "stiffness")
-    words = {*(name for kind in kinds for name in schema.tables()[kind]), *schema.words()}
+    words = {*(name for kind in kinds for name in CATALOGUE[kind]), *CATALOGUE.words()}
     assert words - {"static"} - set(re.findall(r"\w+", GUIDE)) == set()
 
 

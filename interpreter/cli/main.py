@@ -18,7 +18,7 @@ if _OURS and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
 from collections.abc import Sequence  # noqa: E402
 from contextlib import suppress  # noqa: E402
 
-from softmark.interpreter.cli import leaving  # noqa: E402
+from softmark.interpreter.cli import signals  # noqa: E402
 
 COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpreter.cli.commands, summary)
     "check": ("check", "parse, resolve, check dimensions and applicability; run nothing"),
@@ -38,10 +38,10 @@ COMPUTING = frozenset({"run", "compare", "stress"})  # what loads numpy, scipy a
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the value is the exit status."""
     if argv is None:  # a process of our own, and not a call from Python
-        leaving.guard()
+        signals.guard()
     arguments = list(sys.argv[1:] if argv is None else argv)
     status = _guarded(arguments)
-    leaving.unguard()
+    signals.unguard()
     return status
 
 
@@ -60,7 +60,7 @@ def _guarded(arguments: list[str]) -> int:
     except Exception as error:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
-        if said := leaving.spent(error):
+        if said := signals.spent(error):
             _silenced()
             print(f"error: {said}", file=sys.stderr)
             return 3
@@ -98,7 +98,7 @@ def _dispatch(arguments: list[str]) -> int:
     name = next((a for a in arguments if not a.startswith("-")), None)
     if name not in COMMANDS or arguments[0] in ("-h", "--help"):
         return _help(arguments, name)
-    if name in COMPUTING and (said := leaving.cramped()):
+    if name in COMPUTING and (said := signals.cramped()):
         print(f"error: {said}", file=sys.stderr)
         return 3
     import argparse

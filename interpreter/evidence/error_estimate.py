@@ -31,7 +31,6 @@ from softmark.interpreter.evidence.wider import selection
 from softmark.interpreter.front.resolving import shows
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
-from softmark.interpreter.metrics.measure import View
 from softmark.interpreter.models.beam import ribbon
 from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem, element_class
@@ -39,6 +38,7 @@ from softmark.interpreter.models.shared.prepared import Solution, Workshop
 from softmark.interpreter.models.springs.words import MassSpring
 from softmark.interpreter.problem.case import Case, Fault, case_for
 from softmark.interpreter.problem.parts.resultants import of_selections
+from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import ModelResult, ProbeResult, clean
 from softmark.interpreter.vocabulary.analyses import Dynamic
 
@@ -132,7 +132,7 @@ class Stated:
             raise self._kept[key]
         return self._kept[key]
 
-    def _solved(self, key: str, declared: Declared, case: Case) -> tuple[Solution, dict[str, int]]:
+    def solved(self, key: str, declared: Declared, case: Case) -> tuple[Solution, dict[str, int]]:
         """Another model solved, and its size. Raises Unknown."""
 
         def solve() -> tuple[Solution, dict[str, int]]:
@@ -168,7 +168,7 @@ class Stated:
         for factor in (FINER, FINER**2):
             try:
                 self.budget.must_hold((FINER / factor) ** 3)
-                solution, size = self._solved(f"size {factor:g}", self._sized(factor), self._own)
+                solution, size = self.solved(f"size {factor:g}", self._sized(factor), self._own)
             except Unknown:
                 if not found:
                     raise
@@ -197,7 +197,7 @@ class Stated:
         while segments > 1 and len(found) < 2:
             fewer = (segments + 1) // 2
             declared = replace(self.declared, thing=replace(thing, segments=fewer))
-            solution, _ = self._solved(f"segments {fewer}", declared, self.case)
+            solution, _ = self.solved(f"segments {fewer}", declared, self.case)
             found.append((solution, segments / fewer))
             segments = fewer
         if not found:
@@ -321,7 +321,7 @@ class Stated:
         """The distance between the model and the best, both on a coarser mesh."""
         (own, _), *_ = self._coarser()
         better = self._sized(FINER, **best)
-        solution, _ = self._solved("best", better, case_for(self.scene, better))
+        solution, _ = self.solved("best", better, case_for(self.scene, better))
         return seen.of(solution).apart(seen.of(own))
 
     def _rounding(self, seen: Seen) -> float:
@@ -346,7 +346,7 @@ class Stated:
         return left
 
     def _moving(self, step: Floats) -> Field:
-        from softmark.interpreter.models.fem.build import displacement_of
+        from softmark.interpreter.models.shared.deformed import displacement_of
 
         return displacement_of(self.mesh.mesh, step)
 
@@ -404,7 +404,7 @@ class Stated:
         self.budget.must_hold(2.0 if finer else 0.5)
         longer = replace(analysis, step=analysis.step * (0.5 if finer else 2.0))
         case = replace(self.case, analysis=longer)
-        solution, _ = self._solved("step", self.declared, case)
+        solution, _ = self.solved("step", self.declared, case)
         apart = seen.apart(seen.of(solution))
         if apart > COARSE * seen.size:
             raise Unknown(f"the step is too long to say: another one is {100 * apart / seen.size:.2g} % away")

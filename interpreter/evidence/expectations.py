@@ -26,7 +26,7 @@ def judge(
             text, line, None, None, reason=f"{', '.join(missing)} was not run", left_out=True
         )
     place = Place(expectation.location.source, [])
-    evaluator = Evaluator(place, lambda name: _known(scene, results, name))
+    evaluator = Evaluator(place, lambda name: _known(scene, results, name), scene.vocabulary)
     try:
         passed = truth(expectation.node, evaluator)
         first = _first_value(expectation.node, evaluator)

@@ -36,7 +36,8 @@ def found(scene: Scene, declared: Declared, case: Case, solved: Any, below: Call
 
     `below` gives the assembly of the coarse space and a factor of its tangent there.
     """
-    from softmark.interpreter.models.fem.build import at_rest, displacement_of
+    from softmark.interpreter.models.fem.build import at_rest
+    from softmark.interpreter.models.shared.deformed import displacement_of
     from softmark.solvers.linear.factorisations import Singular
     from softmark.solvers.mesh.refine import Unmatched, finer
     from softmark.solvers.statics.enriched import Below, Lost, settled
@@ -99,7 +100,8 @@ class _Once:
 
 def alike(scene: Scene, declared: Declared, case: Case, solved: Any, budget: Budget) -> Field:
     """The displacements of another model on the mesh of `solved`, started from its state. Raises Unknown."""
-    from softmark.interpreter.models.fem.build import at_rest, displacement_of
+    from softmark.interpreter.models.fem.build import at_rest
+    from softmark.interpreter.models.shared.deformed import displacement_of
     from softmark.solvers.statics.equilibrium import NotConverged, equilibrium
 
     static, _ = at_rest(declared.thing, declared, case, Workshop(scene=scene), solved.mesh)

@@ -1,8 +1,8 @@
 """The watchdog: what a model says it found is looked at once more before it becomes a result.
 
 Forces of a state of rest are found again by formulas that share nothing with those that solved
-(solvers/checks/solids.py); a state whose forces do not balance as well as the solver says is no answer. Cells inside out are counted, and nothing
-that is not a finite number is let through.
+(solvers/checks/solids.py); a state whose forces do not balance as well as the solver says is no answer. Cells inside
+out are counted, and nothing that is not a finite number is let through.
 """
 
 from __future__ import annotations

@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.front.refinements import Method, methods_of, uneven
 from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.models import builders
 from softmark.interpreter.models.shared.gripping import grips
 from softmark.interpreter.models.shared.prepared import Solution, Workshop
-from softmark.interpreter.plan.refinements import Method, methods_of, uneven
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.conforming import cuts_of
-from softmark.interpreter.study.orders import SAFETY_THREE, SAFETY_TWO, refined
 from softmark.records import dataclass
+from softmark.references.orders import SAFETY_THREE, SAFETY_TWO, refined
 
 Floats = NDArray[np.float64]
 Field = Callable[[Floats], Floats]  # points (n, 3) -> displacements (n, 3), m
@@ -267,8 +268,8 @@ def _unheld(case: Case, members: Sequence[Member]) -> str | None:
 def _member(method: Method, size: float, workshop: Workshop) -> Member:
     """Solve one model at one size. Raises Fault, and Unsettled where it finds no equilibrium."""
     declared = method.at(size)
-    declared.thing.load()
-    prepared = declared.thing.prepare(declared, method.case, workshop)
+    builders.load(declared.thing)
+    prepared = builders.build(declared, method.case, workshop)
     prepared.warm()
     wall, cpu = time.perf_counter(), time.process_time()
     solution: Solution = prepared.solve(lambda iteration: None)

@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.metrics.measure import View, measured_by
+from softmark.interpreter.metrics.measure import measured_by
 from softmark.interpreter.metrics.seen import Known
 from softmark.interpreter.metrics.seen import Seen as Looked
 from softmark.interpreter.metrics.undefined import Undefined
-from softmark.interpreter.models.shared.prepared import History, Solution
+from softmark.interpreter.models.shared.prepared import Solution
+from softmark.interpreter.problem.view import View
+from softmark.interpreter.results.history import History
 from softmark.interpreter.results.report import ProbeResult
 from softmark.records import dataclass
 

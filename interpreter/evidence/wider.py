@@ -9,12 +9,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from softmark.interpreter.evidence.error_estimate import Seen, Stated
+    from softmark.interpreter.evidence.seen import Seen
+    from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.shared.gripping import Grip
     from softmark.interpreter.problem.case import Case
+
+
+class Answer(Protocol):
+    """An answer whose error is stated: of which model, and what the same model says of another case."""
+
+    declared: Declared
+    case: Case
+    prepared: Any
+
+    def solved(self, key: str, declared: Declared, case: Case) -> tuple[Any, dict[str, int]]:
+        """Another solution, found once and kept by its key, and the size of what was solved. Raises Unknown."""
 
 
 def reactions(case: Case, prepared: Any) -> dict[str, dict[str, float]]:
@@ -25,7 +37,7 @@ def reactions(case: Case, prepared: Any) -> dict[str, dict[str, float]]:
     return found
 
 
-def selection(whole: Stated) -> dict[str, Callable[[Seen], float]]:
+def selection(whole: Answer) -> dict[str, Callable[[Seen], float]]:
     """The part of the stated error that comes of selections; none where all that is selected is held, and no more."""
     grips = _grips(whole.case, whole.prepared)
     left = max((max(1.0 - own.held, own.beyond) for own in grips.values()), default=0.0)
@@ -36,9 +48,9 @@ def selection(whole: Stated) -> dict[str, Callable[[Seen], float]]:
     return {"selection": lambda seen: _apart(whole, seen)}
 
 
-def _apart(whole: Stated, seen: Seen) -> float:
+def _apart(whole: Answer, seen: Seen) -> float:
     """How far the same is with everything held that supports select a part of."""
-    solution, _ = whole._solved("wide", whole.declared, replace(whole.case, wide=True))
+    solution, _ = whole.solved("wide", whole.declared, replace(whole.case, wide=True))
     return seen.apart(seen.of(solution))
 
 

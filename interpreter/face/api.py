@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.interpreter.front.check import check
-from softmark.interpreter.front.requests import needed
-from softmark.interpreter.language.compile import compile_scene, recompiled
+from softmark.interpreter.front.load import checked
 from softmark.interpreter.language.scene import Scene, SceneError
 from softmark.interpreter.language.sources import Missing, locate, read
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.language.overrides import Override
     from softmark.interpreter.results.report import Report
     from softmark.interpreter.study.compare import Comparison
     from softmark.interpreter.study.stability.queue import Stress
@@ -94,24 +90,6 @@ def _loaded(source: Source, folder: Path, file: Path | None, parameters: Mapping
     if any(d.severity == "error" for d in diagnostics) or scene is None:
         raise SceneError([d for d in diagnostics if d.severity == "error"])
     return LoadedScene(scene, tuple(diagnostics))
-
-
-def checked(
-    source: Source, folder: Path, file: Path | None, overrides: Sequence[str] = (), only: Sequence[str] = ()
-) -> tuple[Scene | None, list[Diagnostic]]:
-    """The scene, None if it has errors, and all diagnostics about it; `only` are the models that are asked for.
-
-    What other models cannot do is no error then, but for those that these are made from.
-    """
-    scene, diagnostics = compile_scene(source, folder, file, overrides)
-    scene = replace(scene, chosen=needed(scene, only))
-    complete = not any(d.severity == "error" for d in diagnostics)
-    diagnostics += check(scene, complete)
-    if scene.of_kind("study") and not any(d.severity == "error" for d in diagnostics):
-        from softmark.interpreter.language import sweeps
-
-        diagnostics += dict.fromkeys(sweeps.check(scene))
-    return (None if any(d.severity == "error" for d in diagnostics) else scene), diagnostics
 
 
 def compare(
@@ -209,10 +187,3 @@ def stress(
             Path(folder or scratch), only, study, jobs, timeout, memory, resume, fresh, "softmark.stress"
         )
         return carry_out(subject_of(loaded.scene), request)
-
-
-def varied(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
-    """A sound scene with further overrides, and all diagnostics about it; its studies are left out of account."""
-    other, diagnostics = recompiled(scene, more)
-    complete = not any(d.severity == "error" for d in diagnostics)
-    return other, diagnostics + check(other, complete)

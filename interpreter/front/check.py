@@ -5,20 +5,22 @@ To add a check: a function that yields diagnostics, a line in LOCAL, or in WHOLE
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.front import given, lints
 from softmark.interpreter.front.comparisons import comparisons
+from softmark.interpreter.front.refinements import doubts as doubts_of_refined
 from softmark.interpreter.front.resolving import unresolved
 from softmark.interpreter.language import units
 from softmark.interpreter.language.bounded import shortened
+from softmark.interpreter.language.compile import recompiled
 from softmark.interpreter.language.conditions import Point
+from softmark.interpreter.language.overrides import Override
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
-from softmark.interpreter.plan.refinements import doubts as doubts_of_refined
 from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, reach
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -322,3 +324,10 @@ WHOLE: tuple[Check, ...] = (
     _bodies, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses,
     _published, _expectations, _use,
 )  # fmt: skip
+
+
+def varied(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
+    """A sound scene with further overrides, and all diagnostics about it; its studies are left out of account."""
+    other, diagnostics = recompiled(scene, more)
+    complete = not any(d.severity == "error" for d in diagnostics)
+    return other, diagnostics + check(other, complete)

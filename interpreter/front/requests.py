@@ -27,7 +27,7 @@ def needed(scene: Scene, only: Sequence[str]) -> tuple[str, ...]:
     models = scene.of_kind("model")
     if not only or any(name not in models for name in only):
         return ()
-    from softmark.interpreter.study.expansion.keys import reached
+    from softmark.interpreter.plan.needs import reached
 
     found = reached(scene, [*only, *scene.of_kind("reference")])
     return tuple(n for n in models if n in found)

@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, Any
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Second
 from softmark.grammar.suggest import nearest
-from softmark.interpreter.language import schema, sweeps, units
+from softmark.interpreter.language import aliases, schema, sweeps, units
 from softmark.interpreter.language.condition_syntax import said, selection
 from softmark.interpreter.language.expressions import Bad, Place, Quantity, VectorValue, describe, words
 from softmark.interpreter.language.scene import Location
-from softmark.interpreter.language.schema import Constructor, Field
+from softmark.interpreter.language.schema import Constructor, Field, Vocabulary
 from softmark.interpreter.language.sources import Module
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compile import Compiler
     from softmark.interpreter.language.overrides import Override
-    from softmark.interpreter.vocabulary.studies import Target, Variant
+    from softmark.interpreter.language.sweeps import Target, Variant
 
 ORIGINS = 3  # parameters whose places a message shows
 FARTHEST = 1e30  # sixth powers of it, as in the volume times the stiffness of a body, are still numbers
@@ -41,6 +41,11 @@ class Binder:
     def place(self) -> Place:
         """The module's text."""
         return self.module.place
+
+    @property
+    def vocabulary(self) -> Vocabulary:
+        """What the scene can declare."""
+        return self.compiler.table.vocabulary
 
     def call(
         self, kind: str, node: tree.Call, outermost: bool = True
@@ -65,12 +70,12 @@ class Binder:
 
     def _constructor(self, kind: str, node: tree.Call) -> Constructor:
         name = node.function.text
-        found = schema.constructor(kind, name)
+        found = self.vocabulary.constructor(kind, name)
         if found is not None:
             return found
-        known = list(schema.tables()[kind])
-        others = schema.find(name)
-        meant = schema.WORDS.get(name)
+        known = list(self.vocabulary[kind])
+        others = self.vocabulary.find(name)
+        meant = aliases.WORDS.get(name)
         close = meant if meant in known else nearest(name, known)
         if others:
             other = others[0].kind
@@ -166,16 +171,16 @@ class Binder:
         return field
 
     def _field_hint(self, constructor: Constructor, name: str) -> str:
-        if name in schema.MODULI and constructor.field("young"):
-            return f"`{constructor.name}` takes `young` and `poisson`: {schema.MODULI[name]}"
+        if name in aliases.MODULI and constructor.field("young"):
+            return f"`{constructor.name}` takes `young` and `poisson`: {aliases.MODULI[name]}"
         meant = self._meant(constructor, name)
         field = constructor.field(meant or "")
         if field is None:
             return self._listing(constructor)
         if nearest(name, [field.name]):
             return f"did you mean `{field.name}`?"
-        if name in schema.CONVERTED:
-            return f"there is `{field.name}`, which is {schema.CONVERTED[name]}: {field.doc}"
+        if name in aliases.CONVERTED:
+            return f"there is `{field.name}`, which is {aliases.CONVERTED[name]}: {field.doc}"
         return f"the field is called `{field.name}`: {field.doc}"
 
     @staticmethod
@@ -202,7 +207,7 @@ class Binder:
     def _meant(constructor: Constructor, name: str) -> str | None:
         """The field that a wrong name stands for: by what other programs call it, or by its letters."""
         names = [f.name for f in constructor.fields]
-        meant = schema.SYNONYMS.get(name) or schema.SYNONYMS.get(name.lower())
+        meant = aliases.SYNONYMS.get(name) or aliases.SYNONYMS.get(name.lower())
         return meant if meant in names else nearest(name, names)
 
     @staticmethod
@@ -226,7 +231,7 @@ class Binder:
     def _quantity(self, field: Field, node: tree.Expression, place: Place) -> float:
         if isinstance(node, tree.String | tree.List | tree.Compare):
             raise self._wrong(field, node, place)
-        if isinstance(node, tree.Call) and schema.find(node.function.text):
+        if isinstance(node, tree.Call) and self.vocabulary.find(node.function.text):
             raise self._wrong(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if isinstance(value, VectorValue):
@@ -269,7 +274,7 @@ class Binder:
             return
         limits = field.interval.words(field.dimension or units.NONE)
         shown = units.show(value, field.dimension or units.NONE)
-        help = schema.ADVICE.get((field.name, value >= field.interval.high)) or field.meaning
+        help = aliases.ADVICE.get((field.name, value >= field.interval.high)) or field.meaning
         literal = isinstance(node, tree.Number) or isinstance(getattr(node, "operand", None), tree.Number)
         raise place.fail("E301", node.span, f"`{field.name}` must be {limits}",
                          "out of range" if literal else f"this is {shown}", help, self._origins(node))
@@ -321,7 +326,7 @@ class Binder:
         if word in field.options:
             raise place.fail("E212", node.span, f"a choice for `{field.name}` stands without quotes",
                              "a text", f"write `{word}`")
-        meant = schema.CHOICES.get(word)
+        meant = aliases.CHOICES.get(word)
         close = meant if meant in field.options else nearest(word, field.options)
         hint = (f"did you mean `{close}`? " if close else "") + f"`{field.name}` is {field.expected}"
         raise place.fail("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice",
@@ -368,8 +373,8 @@ class Binder:
             case tree.Unary(operator="+" | "-" as sign,
                             operand=tree.Name(parts=(("x" | "y" | "z") as axis,))):
                 return _unit(axis, -1.0 if sign == "-" else 1.0)
-            case tree.Name() if node.text in schema.DIRECTIONS:
-                hint = f"directions are named by coordinates: {schema.DIRECTIONS[node.text]}"
+            case tree.Name() if node.text in aliases.DIRECTIONS:
+                hint = f"directions are named by coordinates: {aliases.DIRECTIONS[node.text]}"
                 found = f"the name `{node.text}`"
                 raise place.fail("E207", node.span, f"expected {field.expected}, found {found}", found, hint)
             case tree.Vector() | tree.Name() | tree.Unary() | tree.Binary():
@@ -454,7 +459,7 @@ class Binder:
         raise self._wrong(field, node, place)
 
     def _element(self, field: Field, node: tree.Expression, place: Place) -> Any:
-        elements = schema.words()
+        elements = self.vocabulary.words()
         if isinstance(node, tree.String) and node.value in elements:
             raise place.fail("E207", node.span, "expected an element, found a text", "a text",
                              f"write `{node.value}`, without quotes")
@@ -462,7 +467,7 @@ class Binder:
             raise self._wrong(field, node, place)
         if node.text in elements:
             return node.text
-        meant = schema.CELLS.get(node.text)
+        meant = aliases.CELLS.get(node.text)
         close = meant if meant in elements else nearest(node.text, elements)
         hint = f"did you mean `{close}`?" if close else "elements: " + ", ".join(elements)
         raise place.fail("E203", node.span, f"there is no element `{node.text}`", "unknown element", hint)

@@ -6,20 +6,23 @@ another.
 
 from __future__ import annotations
 
+import copyreg
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import Any
 
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.suggest import nearest
-from softmark.interpreter.language import overrides, parameters, schema, sources
+from softmark.interpreter.language import aliases, overrides, parameters, schema, sources
 from softmark.interpreter.language.bounded import Ledger
 from softmark.interpreter.language.calls import Binder
 from softmark.interpreter.language.expectations import Expectations
 from softmark.interpreter.language.expressions import Bad, Place, describe
 from softmark.interpreter.language.overrides import Override
 from softmark.interpreter.language.scene import Declared, Expectation, Location, Scene, SceneError
+from softmark.interpreter.language.schema import Vocabulary
 from softmark.interpreter.language.scope import Scope
 from softmark.interpreter.language.sources import Module, Symbol, Table
 
@@ -28,11 +31,11 @@ DEEPEST = 80  # declarations that refer to one another in a row
 
 
 def compile_scene(
-    source: Source, folder: Path, file: Path | None = None, replacements: Sequence[str] = ()
+    source: Source, folder: Path, file: Path | None, replacements: Sequence[str], vocabulary: Vocabulary
 ) -> tuple[Scene, list[Diagnostic]]:
-    """The scene, and all diagnostics; the scene is complete only if none of them is an error."""
+    """The scene of a text in a vocabulary, and all diagnostics; it is complete only if none of them is an error."""
     diagnostics, given = Ledger(), list[Override]()
-    table = sources.Table()
+    table = sources.Table(vocabulary)
     with diagnostics.bounded():
         sources.load(table, source, folder, file, diagnostics)
         _unknown_kinds(table)
@@ -51,6 +54,16 @@ def recompiled(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diag
     given = overrides.read(scene.overrides, diagnostics) + added
     other, found = _compiled(table, scene.path, given, diagnostics, texts)
     return replace(other, chosen=scene.chosen), found
+
+
+def _reduced(scene: Scene) -> tuple[Any, ...]:
+    """Conditions are functions, which cannot be pickled: the texts can, and are compiled again."""
+    if scene.table is None:
+        return Scene, tuple(getattr(scene, f.name) for f in fields(scene))
+    return restored, (scene.table, scene.path, scene.overrides, scene.chosen)
+
+
+copyreg.pickle(Scene, _reduced)
 
 
 def restored(table: Table, path: str | None, texts: tuple[str, ...], chosen: tuple[str, ...]) -> Scene:
@@ -112,16 +125,16 @@ def _unknown_kinds(table: Table) -> None:
     """Report declarations of a kind that does not exist, and take them out of the table."""
     for name, symbol in list(table.symbols.items()):
         node = symbol.node
-        if isinstance(node, tree.Declare) and node.kind not in schema.tables():
-            _unknown_kind(node, symbol.module.place)
+        if isinstance(node, tree.Declare) and node.kind not in table.vocabulary:
+            _unknown_kind(table.vocabulary, node, symbol.module.place)
             table.broken.add(name)
             del table.symbols[name]
 
 
-def _unknown_kind(node: tree.Declare, place: Place) -> None:
-    kinds = (*schema.tables(), *STATEMENTS)
-    meant = schema.WORDS.get(node.kind, node.kind)
-    made = next((c.kind for c in schema.find(meant)), None)
+def _unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Place) -> None:
+    kinds = (*vocabulary, *STATEMENTS)
+    meant = aliases.WORDS.get(node.kind, node.kind)
+    made = next((c.kind for c in vocabulary.find(meant)), None)
     close = meant if meant in kinds else nearest(node.kind, kinds)
     if made:
         hint = f"`{meant}` makes {schema.article(made)} {made}: write `{made} {node.name} = {meant}(...)`"
@@ -190,7 +203,7 @@ class Compiler:
             raise module.place.fail(
                 "E207", node.value.span, f"expected {schema.article(node.kind)} {node.kind}, found {found}",
                 found,
-                f"constructors of {schema.plural(node.kind)}: " + ", ".join(schema.tables()[node.kind]),
+                f"constructors of {schema.plural(node.kind)}: " + ", ".join(self.table.vocabulary[node.kind]),
             )  # fmt: skip
         constructor, thing, places = Binder(self, module, full).call(node.kind, node.value)
         location, name = Location(module.source, node.span), Location(module.source, node.name_span)
@@ -199,7 +212,7 @@ class Compiler:
     def _alias(self, full: str, node: tree.Declare, name: tree.Name, module: Module) -> Declared:
         """`material soft = tissue.liver`: another name for the same thing."""
         known = module.prefix + name.text in self.table.symbols
-        known_words = schema.tables()[node.kind]
+        known_words = self.table.vocabulary[node.kind]
         close = name.text if name.text in known_words else nearest(name.text, known_words)
         if not known and close and not nearest(name.text, self.scope.names(module, [node.kind])):
             raise module.place.fail(

@@ -32,7 +32,7 @@ class Expectations:
         broken: Bad | None = None
         for part in _parts(node):
             try:
-                truth(part, Evaluator(self.place, self._lookup))
+                truth(part, Evaluator(self.place, self._lookup, self.compiler.table.vocabulary))
             except Bad as bad:
                 broken = bad
         if broken is not None:

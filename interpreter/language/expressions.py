@@ -15,7 +15,8 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic, Second, Source
 from softmark.grammar.suggest import nearest
 from softmark.grammar.tree import Span
-from softmark.interpreter.language import schema, units
+from softmark.interpreter.language import aliases, schema, units
+from softmark.interpreter.language.schema import Vocabulary
 from softmark.interpreter.language.units import ANGLE, NONE, Dimension
 from softmark.records import dataclass
 
@@ -83,6 +84,7 @@ class Evaluator:
 
     place: Place
     lookup: Lookup
+    vocabulary: Vocabulary
 
     def quantity(self, node: tree.Expression) -> Quantity:
         """A number with its dimension."""
@@ -256,13 +258,13 @@ class Evaluator:
     def _unknown_function(self, node: tree.Call) -> Bad:
         name, span, all_functions = node.function.text, node.function.span, [*FUNCTIONS, *SPECIAL]
         listed = "functions: " + ", ".join(all_functions)
-        if kinds := [kind for kind, table in schema.tables().items() if name in table]:
+        if kinds := [kind for kind, table in self.vocabulary.items() if name in table]:
             found = f"{schema.article(kinds[0])} {kinds[0]}"
             if kinds[0] == "course":
                 listed = f"a load or a support takes it as a field of its own: `course = {name}(...)`"
             return self.place.fail("E203", span, f"`{name}(...)` makes {found}, not a number", found, listed)
-        close = None if name in schema.FUNCTIONS else nearest(name, all_functions)
-        hint = f"did you mean `{close}`?" if close else schema.FUNCTIONS.get(name) or listed
+        close = None if name in aliases.FUNCTIONS else nearest(name, all_functions)
+        hint = f"did you mean `{close}`?" if close else aliases.FUNCTIONS.get(name) or listed
         return self.place.fail("E203", span, f"there is no function `{name}`", "unknown function", hint)
 
     def _extreme(self, node: tree.Call, arguments: list[Quantity]) -> Quantity:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, fields
+from dataclasses import field
 from functools import cached_property
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.tree import Span
 from softmark.interpreter.language.expressions import Value
-from softmark.interpreter.language.schema import Constructor, Interval
+from softmark.interpreter.language.schema import Constructor, Interval, Vocabulary
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -89,13 +89,12 @@ class Scene:
     table: Table | None = field(default=None, repr=False, compare=False)  # what it was compiled from
     chosen: tuple[str, ...] = ()  # models that are asked for, with what they need; all of them without
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Conditions are functions, which cannot be pickled: the texts can, and are compiled again."""
+    @property
+    def vocabulary(self) -> Vocabulary:
+        """What its texts could declare. Raises ValueError of a scene that does not know its texts."""
         if self.table is None:
-            return Scene, tuple(getattr(self, f.name) for f in fields(self))
-        from softmark.interpreter.language.compile import restored
-
-        return restored, (self.table, self.path, self.overrides, self.chosen)
+            raise ValueError("the scene does not know its texts")
+        return self.table.vocabulary
 
     def of_kind(self, kind: str) -> dict[str, Declared]:
         """The scene's own declarations of a kind, without those that come from `use`."""

@@ -10,6 +10,7 @@ from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import schema, units
 from softmark.interpreter.language.expressions import COORDINATES, Bad, Evaluator, Place, Value
 from softmark.interpreter.language.scene import Parameter
+from softmark.interpreter.language.schema import Vocabulary
 from softmark.interpreter.language.sources import Module, Symbol, Table
 
 MOST_HINTS = 50  # unknown names of a scene that are looked into
@@ -27,7 +28,7 @@ class Scope:
     def evaluator(self, module: Module, place: Place | None = None) -> Evaluator:
         """Evaluates text of a module; `place` differs for overrides."""
         where = place or module.place
-        return Evaluator(where, lambda name: self.lookup(name, module, where))
+        return Evaluator(where, lambda name: self.lookup(name, module, where), self.table.vocabulary)
 
     def lookup(self, name: tree.Name, module: Module, place: Place) -> Value:
         """The value of a parameter. Raises Bad."""
@@ -69,10 +70,11 @@ class Scope:
         if self._hints > MOST_HINTS:  # finding a similar name among thousands takes its time
             return ""
         fitting = self.names(module, [kind or "param"])
-        everything = self.names(module, ["param", *schema.tables()])
+        everything = self.names(module, ["param", *self.table.vocabulary])
         if close := nearest(name.text, fitting) or nearest(name.text, everything):
             return f"did you mean `{close}`?"
-        return self._dotted(name, module) or _word(name.text, kind) or _advice(name, kind, fitting)
+        word = _word(self.table.vocabulary, name.text, kind)
+        return self._dotted(name, module) or word or _advice(name, kind, fitting)
 
     def _dotted(self, name: tree.Name, module: Module) -> str:
         first = name.parts[0]
@@ -84,7 +86,7 @@ class Scope:
             return f"{owner}; give the value a `param` of its own"
         if module.prefix + first in self.table.aliases:
             own = [n.removeprefix(first + ".")
-                   for n in self.names(module, ["param", *schema.tables()]) if n.startswith(first + ".")]
+                   for n in self.names(module, ["param", *self.table.vocabulary]) if n.startswith(first + ".")]
             return f"`{first}` declares " + (schema.listed(own) or "nothing")
         return f"nothing is called `{first}` here; `use \"file.scene\" as {first}` would give it a meaning"
 
@@ -97,15 +99,15 @@ def _phrase(kind: str) -> str:
     return "a parameter" if kind == "param" else f"{schema.article(kind)} {kind}"
 
 
-def _word(text: str, kind: str) -> str:
+def _word(vocabulary: Vocabulary, text: str, kind: str) -> str:
     """What to say of a unit or of a word of the vocabulary that stands where a declared name is due."""
-    made = schema.find(text)
+    made = vocabulary.find(text)
     if made:
         one = made[0].kind
         return f"`{text}` makes {schema.article(one)} {one}: write `{text}(...)`"
     if text.lower() in COORDINATES:
         return "the coordinates are called `x`, `y` and `z`"
-    if text in schema.words():
+    if text in vocabulary.words():
         return f"`{text}` is an element, which models take"
     if kind == "" and _is_unit(text):
         return f"`{text}` is a unit: it stands right after its number, without blanks, as in `9.81 m/s^2`"

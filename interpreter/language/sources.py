@@ -13,6 +13,7 @@ from softmark.grammar.parse import parse
 from softmark.grammar.suggest import nearest
 from softmark.grammar.tree import Span
 from softmark.interpreter.language.expressions import PREDEFINED, Place
+from softmark.interpreter.language.schema import Vocabulary
 from softmark.records import dataclass
 from softmark.scenes import ROOT
 
@@ -45,6 +46,7 @@ class Symbol:
 class Table:
     """All modules of a scene and all their names, with prefixes, in the order of the text."""
 
+    vocabulary: Vocabulary
     modules: list[Module] = field(default_factory=list)
     symbols: dict[str, Symbol] = field(default_factory=dict)
     aliases: dict[str, tree.Use] = field(default_factory=dict)  # with prefix
@@ -60,7 +62,7 @@ class Table:
         """The same texts, parsed already, to be compiled anew with a list of diagnostics of its own."""
         modules = {id(m): replace(m, place=Place(m.source, diagnostics)) for m in self.modules}
         symbols = {n: Symbol(s.node, modules[id(s.module)]) for n, s in self.symbols.items()}
-        return Table(list(modules.values()), symbols, dict(self.aliases), set(self.broken), self.size)
+        return Table(self.vocabulary, list(modules.values()), symbols, dict(self.aliases), set(self.broken), self.size)
 
 
 class Missing(Exception):

@@ -1,33 +1,38 @@
-"""Sweeps in a scene: binding what they vary and the values, and checking that each value could stand in its place.
-
-A value is checked by compiling the scene once more with it: the checks and their messages are those of the file.
-"""
+"""What a sweep varies and the values that it gives, read from a scene: every value keeps its text and its place."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 from softmark.grammar import layout, tree
-from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.language import overrides, schema, units
-from softmark.interpreter.language.expressions import Bad, Place, Quantity
+from softmark.grammar.tree import Expression, Span
+from softmark.interpreter.language import overrides, units
+from softmark.interpreter.language.expressions import Bad, Place
 from softmark.interpreter.language.overrides import Override
-from softmark.interpreter.language.scene import Declared, Location, Scene
-from softmark.interpreter.vocabulary.studies import Convergence, Stability, Sweep, Target, Variant
+from softmark.interpreter.language.scene import Location
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.calls import Binder
     from softmark.interpreter.language.schema import Field
 
-MOST = 50  # sweeps of a scene
-TRIED, TEXT = 200, 2_000_000  # values of all sweeps that checking a scene compiles it with, and characters in all
-FEWEST = 3  # values that an observed order needs: Celik et al. (2008)
+
+@dataclass(frozen=True)
+class Target:
+    """What a sweep varies: the full name of a parameter, or of a field as `declared.field`."""
+
+    name: str
+    span: Span = field(compare=False, repr=False)
 
 
-# ------------------------------------------------------------------ binding
+@dataclass(frozen=True)
+class Variant:
+    """One value of a sweep: its text with its unit, as an override takes it, and where it stands."""
+
+    text: str
+    node: Expression = field(compare=False, repr=False)
+    at: Location = field(compare=False, repr=False)
 
 
 def target(binder: Binder, field: Field, node: tree.Expression, place: Place, written: str = "") -> Target:
@@ -100,149 +105,3 @@ def with_unit(item: tree.Expression, unit: tree.Unit) -> tree.Expression:
             return replace(item, operand=replace(number, unit=unit))
         case _:
             return tree.Binary("*", item, tree.Number(1.0, unit, "1", item.span), item.span)
-
-
-# ------------------------------------------------------------------ checking
-
-
-def check(scene: Scene) -> Iterator[Diagnostic]:
-    """What is wrong with the studies of a scene that has no other errors; something may be said twice."""
-    studies = scene.of_kind("study")
-    sweeps = {n: s.thing for n, s in studies.items() if isinstance(s.thing, Sweep)}
-    if len(sweeps) > MOST:
-        last = list(sweeps)[MOST]
-        yield _at(studies[last], "", "E510", f"the scene has {len(sweeps)} sweeps", "one too many",
-                  f"a scene has at most {MOST}: write several scenes")  # fmt: skip
-        return
-    size = scene.table.size if scene.table else 0
-    each = max(FEWEST, min(TRIED, TEXT // (size + 1)) // max(1, len(sweeps)))
-    tried = {n: [_try(scene, sweep, v) for v in _spread(sweep.over, each)] for n, sweep in sweeps.items()}
-    for name, study in studies.items():
-        if name in tried:
-            yield from _sweep(scene, study, tried[name])
-        elif isinstance(study.thing, Stability):
-            from softmark.interpreter.study.stability.asking import doubts
-
-            yield from doubts(scene, study)
-        else:
-            yield from _asking(scene, study, tried)
-
-
-@dataclass(frozen=True)
-class _Tried:
-    """A value of a sweep in its place: the number that it is there, SI, and the errors of the scene with it."""
-
-    variant: Variant
-    number: float | None
-    errors: list[Diagnostic]
-
-
-def _spread(over: Sequence[Variant], most: int) -> Sequence[Variant]:
-    """All values, or as many as may be tried, the first and the last among them; a comparison looks at the others."""
-    if len(over) <= most:
-        return over
-    return [over[round(i * (len(over) - 1) / (most - 1))] for i in range(most)]
-
-
-def _try(scene: Scene, sweep: Sweep, variant: Variant) -> _Tried:
-    from softmark.interpreter.face.api import varied
-
-    other, diagnostics = varied(scene, [override_of(sweep, variant)])
-    return _Tried(variant, value_in(other, sweep.target.name), [d for d in diagnostics if d.severity == "error"])
-
-
-def override_of(sweep: Sweep, variant: Variant) -> Override:
-    """The override that puts one value of a sweep in its place."""
-    place = Place(variant.at.source, [])
-    return Override(sweep.target.name, variant.node, place, sweep.target.span, written="sweep({}, over = [...])",
-                    text=f"{sweep.target.name}={variant.text}")  # fmt: skip
-
-
-def chain(scene: Scene, sweep: Declared) -> list[Declared]:
-    """A sweep and those that it is combined with, outermost first. Stops at what is no sweep."""
-    found = [sweep]
-    while (name := getattr(found[-1].thing, "with_", None)) is not None:
-        found.append(scene.declared[name])
-    return found
-
-
-def _sweep(scene: Scene, study: Declared, tried: Sequence[_Tried]) -> Iterator[Diagnostic]:
-    if study.thing.with_ is not None:
-        yield from _is_sweep(scene, study, "with")
-    links = chain(scene, study)
-    targets = [link.thing.target.name for link in links if isinstance(link.thing, Sweep)]
-    twice = next((name for name in targets if targets.count(name) > 1), None)
-    if twice is not None:
-        yield _at(study, "with", "E510", f"`{study.name}` varies `{twice}` twice", "the same again",
-                  "combine it with a sweep of something else")  # fmt: skip
-    for name in study.thing.models or ():
-        if scene.declared[name].kind != "model" or "." in name:
-            yield _at(study, "models", "E510", f"`{name}` is not a model of this scene", "not its own", "")
-    for one in tried:
-        if one.errors:
-            yield _variant_error(study.thing.target, one)
-
-
-def _variant_error(target: Target, tried: _Tried) -> Diagnostic:
-    """An error of the scene with one value: the first at the value itself, else the first as a consequence of it."""
-    places, source = (tried.variant.at.span, target.span), tried.variant.at.source
-    own = (d for d in tried.errors if d.source is source and d.span is not None
-           and any(p.start <= d.span.start and d.span.end <= p.end for p in places))  # fmt: skip
-    return next(own, None) or _consequence(target.name, tried.variant, tried.errors[0])
-
-
-def _consequence(name: str, variant: Variant, error: Diagnostic) -> Diagnostic:
-    """An error elsewhere in the scene, told of the value that brings it about."""
-    note = ""
-    if error.span is not None and error.source is not None:
-        note = f"{error.code} in {error.source.name}, line {error.span.line}"
-    message = f"with `{name} = {variant.text}` the scene is in error: {error.message}"
-    notes = (note,) if note else ()
-    return Diagnostic("E511", message, variant.at.source, variant.at.span, "not possible here", error.help, notes)
-
-
-def _asking(scene: Scene, study: Declared, tried: Mapping[str, Sequence[_Tried]]) -> Iterator[Diagnostic]:
-    """A convergence or a front of something that is no sweep, or of one that cannot be asked."""
-    if study.thing.over is None:
-        return
-    found = list(_is_sweep(scene, study, "over"))
-    yield from found
-    if found or not isinstance(study.thing, Convergence):
-        return
-    sweep = scene.declared[study.thing.over]
-    values = tried.get(sweep.name)
-    if values is None:  # of another file
-        values = [_try(scene, sweep.thing, v) for v in _spread(sweep.thing.over, 20)]
-    numbers = {one.number for one in values if one.number is not None}
-    if len(numbers) < FEWEST:
-        message = f"`{study.name}` needs at least {FEWEST} different numbers to see an order"
-        yield _at(study, "over", "E510", message, f"`{sweep.name}` has {len(numbers)}",
-                  "add values to the sweep, such as halves of the last")  # fmt: skip
-
-
-def _is_sweep(scene: Scene, study: Declared, field: str) -> Iterator[Diagnostic]:
-    name = getattr(study.thing, "with_" if field == "with" else field)
-    other = scene.declared[name]
-    if not isinstance(other.thing, Sweep):
-        word = other.constructor.name
-        sweeps = [n for n, d in scene.of_kind("study").items() if isinstance(d.thing, Sweep)]
-        example = "declare one: `study NAME = sweep(h, over = [10, 5] mm)`"
-        help = f"sweeps: {schema.listed(sweeps)}" if sweeps else example
-        yield _at(study, field, "E213", f"expected a sweep, found the {word} `{name}`", f"a {word}", help)
-
-
-def _at(study: Declared, field: str, code: str, message: str, label: str, help: str) -> Diagnostic:
-    at = study.at(field)
-    return Diagnostic(code, message, at.source, at.span, label, help)
-
-
-def value_in(scene: Scene, name: str) -> float | None:
-    """The number, SI, that a parameter or a field has in a scene; None where it is none."""
-    if name in scene.parameters:
-        value = scene.parameters[name].value
-        return value.value if isinstance(value, Quantity) else None
-    owner, _, attribute = name.rpartition(".")
-    declared = scene.declared.get(owner)
-    field = declared.constructor.field(attribute) if declared else None
-    found = getattr(declared.thing, field.attribute) if declared and field else None
-    return float(found) if isinstance(found, int | float) and not isinstance(found, bool) else None

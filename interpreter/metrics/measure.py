@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import field
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,34 +12,11 @@ from numpy.typing import NDArray
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.seen import Known, Measurement, Seen
 from softmark.interpreter.metrics.undefined import Undefined
-from softmark.interpreter.models.shared.prepared import History
-from softmark.interpreter.problem.case import Case
-from softmark.interpreter.results.report import MetricResult, ProbeResult, Timing, clean
-from softmark.records import dataclass
+from softmark.interpreter.problem.view import View
+from softmark.interpreter.results.report import MetricResult, ProbeResult, clean
 
 Floats = NDArray[np.float64]
 SAMPLES = 5000  # of a metric that a report keeps
-
-
-@dataclass(frozen=True)
-class View:
-    """What is known of a model or a reference once it is solved or read.
-
-    `displacement` is None where there is no field of displacements: nothing was found, or a surface was measured.
-    """
-
-    name: str
-    body: str
-    case: Case
-    message: str | None = None  # why there is nothing
-    displacement: Callable[[Floats], Floats] | None = None
-    probes: Mapping[str, ProbeResult] = field(default_factory=dict)
-    weights: Mapping[str, Floats] = field(default_factory=dict)
-    surface: Any = None  # measured: points, triangles, uncertainty; or how to register it onto a computed one
-    uncertainty: float = 0.0  # m, of a reference
-    clock: Mapping[str, Timing | None] = field(default_factory=dict)
-    history: History | None = None
-    solve: Mapping[str, Any] = field(default_factory=dict)
 
 
 def metrics_of(

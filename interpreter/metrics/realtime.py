@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.seen import Seen
-    from softmark.interpreter.models.shared.prepared import History
+    from softmark.interpreter.results.history import History
 else:
     from softmark.solvers.base.deferred import np
 

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.interpreter.models.shared.prepared import History
     from softmark.interpreter.problem.case import Case
+    from softmark.interpreter.results.history import History
     from softmark.interpreter.results.report import Timing
 
     Floats = NDArray[np.float64]

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.models import builders
 from softmark.interpreter.models.shared.prepared import Prepared, Workshop
 from softmark.interpreter.problem.case import Case, case_for
 
@@ -16,10 +17,10 @@ def prepared_model(
     declared: Declared, case: Case, workshop: Workshop
 ) -> tuple[Prepared, tuple[float, float]]:
     """A model built for a case, and the wall and CPU seconds of building it, imports excluded. Raises Fault."""
-    declared.thing.load()
+    builders.load(declared.thing)
     workshop.borrowed = (0.0, 0.0)
     wall, cpu = time.perf_counter(), time.process_time()
-    prepared: Prepared = declared.thing.prepare(declared, case, workshop)
+    prepared = builders.build(declared, case, workshop)
     spent = time.perf_counter() - wall, time.process_time() - cpu
     # a mesh that another model has made costs this one what it cost that one
     return prepared, (spent[0] + workshop.borrowed[0], spent[1] + workshop.borrowed[1])

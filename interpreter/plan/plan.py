@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 
 from softmark.grammar import tree
+from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.problem.case import body_of, case_of
 from softmark.records import dataclass
@@ -107,12 +108,12 @@ def _solve(scene: Scene, name: str, asked: Location) -> Task:
 
 
 def _known(reference: Declared) -> str:
-    """What a reference is; one that refines models is one task, which repeats none of theirs."""
+    """What a reference is; `self_converged: quads and hexes at (12, 9, 6) mm, 6 solutions` of one that refines."""
     if not hasattr(reference.thing, "methods"):
         return reference.constructor.name
-    from softmark.interpreter.plan.refinements import words
-
-    return words(reference)
+    names, sizes = reference.thing.methods, reference.thing.sizes.values
+    each = f"{' and '.join(names)} at {units.show_all(sizes, units.LENGTH)}"
+    return f"{reference.constructor.name}: {each}, {len(names) * len(sizes)} solutions"
 
 
 def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...]) -> list[Task]:

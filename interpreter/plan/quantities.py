@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, Literal
 
-from softmark.interpreter.language import overrides, schema, units
+from softmark.interpreter.language import overrides, units
 from softmark.interpreter.language.expressions import Quantity as Number
 from softmark.interpreter.language.expressions import VectorValue
 from softmark.interpreter.language.scene import Declared, Parameter, Scene
@@ -107,7 +107,7 @@ def quantity_of(scene: Scene, name: str) -> Quantity:
         raise KeyError(name)
     value = getattr(declared.thing, field.attribute)
     if field.form in ("choice", "flag") or (field.form == "value" and field.kind == "element"):
-        return _of_choice(name, field, value)
+        return _of_choice(scene, name, field, value)
     if value is None:
         raise Unwalkable(f"`{name}` has no value in the scene", "give the field a value: walks start from there")
     if field.form == "integer":
@@ -143,8 +143,8 @@ def _has(declared: Declared, attribute: str) -> bool:
 # ------------------------------------------------------------------ by form
 
 
-def _of_choice(name: str, field: Field, value: Any) -> Quantity:
-    options = ("yes", "no") if field.form == "flag" else field.options or tuple(schema.words())
+def _of_choice(scene: Scene, name: str, field: Field, value: Any) -> Quantity:
+    options = ("yes", "no") if field.form == "flag" else field.options or tuple(scene.vocabulary.words())
     own = ("yes" if value else "no") if field.form == "flag" else str(value)
     return Quantity(name, "choice", own, own, options=tuple(options))
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.metrics.measure import View
 from softmark.interpreter.problem.case import Case, fault
 from softmark.interpreter.problem.data import located
 from softmark.interpreter.problem.outlying import kept
 from softmark.interpreter.problem.prism_surface import skin_of
+from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import ProbeResult, Shape
 from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.vocabulary.probes import Markers, Nodes, Surface, Volume

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.interpreter.problem.parts.resultants import Resultant
+    from softmark.interpreter.results.loads import Resultant
 
 SCHEMA = "softmark-report/1"
 

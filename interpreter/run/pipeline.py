@@ -18,9 +18,9 @@ from softmark.interpreter.evidence.force_check import loose, watched
 from softmark.interpreter.evidence.wider import reactions
 from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared, Scene, SceneError
-from softmark.interpreter.metrics.measure import View, metrics_of
+from softmark.interpreter.metrics.measure import metrics_of
 from softmark.interpreter.models.prepare import from_a_model, measurement, prepared_model
-from softmark.interpreter.models.shared.prepared import History, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.plan.plan import Plan, plan_of
 from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Case, Fault, case_for, case_of, fault
@@ -35,6 +35,8 @@ from softmark.interpreter.problem.points import (
     seen_finite,
     surface_of,
 )
+from softmark.interpreter.problem.view import View
+from softmark.interpreter.results.history import History
 from softmark.interpreter.results.report import (
     ModelResult,
     ProbeResult,

@@ -2,31 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import field
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
+from softmark.interpreter.language.sweeps import Target, Variant
 from softmark.records import dataclass
-
-if TYPE_CHECKING:
-    from softmark.grammar.tree import Expression, Span
-    from softmark.interpreter.language.scene import Location
-
-
-@dataclass(frozen=True)
-class Target:
-    """What a sweep varies: the full name of a parameter, or of a field as `declared.field`."""
-
-    name: str
-    span: Span = field(compare=False, repr=False)
-
-
-@dataclass(frozen=True)
-class Variant:
-    """One value of a sweep: its text with its unit, as an override takes it, and where it stands."""
-
-    text: str
-    node: Expression = field(compare=False, repr=False)
-    at: Location = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,8 @@ from softmark.records import dataclass
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+SLACK = 1e-6  # of 1/mu: what a factor of a solid with pressures has for 1/K beyond its own (linear/saddle.py)
+
 
 def no_stencils() -> Ints:
     """The stencils of an energy without a Hessian (0, 0)."""

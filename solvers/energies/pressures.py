@@ -16,8 +16,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.energies import kernels
 from softmark.solvers.energies.elastic import POINTS, Elastic, Law
-from softmark.solvers.energies.energy import Energy, Floats, Ints
-from softmark.solvers.linear.saddle import SLACK
+from softmark.solvers.energies.energy import SLACK, Energy, Floats, Ints
 
 
 class Constraint(Protocol):

@@ -21,6 +21,7 @@ from softmark.solvers.base import memory
 from softmark.solvers.base.threads import ALONE
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.sparse.banded import banded
+from softmark.solvers.sparse.motions import Modes
 
 if TYPE_CHECKING:
     from softmark.solvers.sparse.cholesky import Cholesky, Precision
@@ -28,9 +29,6 @@ if TYPE_CHECKING:
     from softmark.solvers.sparse.pardiso import Pardiso
 
 Method = Literal["auto", "cholesky", "superlu", "pardiso", "multigrid"]
-Modes = (
-    Floats | Callable[[], Floats | None] | None
-)  # (n, 6) rigid motions of the unknowns, or what makes them
 
 NAME, CHOLESKY = "SuperLU (scipy)", "multifrontal Cholesky"
 SIGNED, SINGLE = "multifrontal L S L^T", "multifrontal Cholesky in single precision with conjugate gradients"

@@ -12,7 +12,7 @@ from scipy import sparse
 from softmark.solvers.sparse.symbolic import Sketch, Symbolic, plan, sketch
 
 if TYPE_CHECKING:
-    from softmark.solvers.linear.factorisations import Modes
+    from softmark.solvers.sparse.motions import Modes
 
 KEPT = 8  # patterns known at a time
 _LOCK = threading.Lock()

@@ -21,7 +21,6 @@ from scipy import sparse
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Factor, Unsolved
 
-SLACK = 1e-6  # of 1/mu: what the factor has for 1/K beyond its own
 ROUNDS, ENOUGH, USABLE = 20, 1e-13, 1e-8  # of refinement: at most, and relative residuals
 
 

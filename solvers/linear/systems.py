@@ -13,7 +13,8 @@ from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear import factorisations as linear
 from softmark.solvers.linear import saddle
-from softmark.solvers.linear.factorisations import Factor, Modes, Singular, Unsolved, factor
+from softmark.solvers.linear.factorisations import Factor, Singular, Unsolved, factor
+from softmark.solvers.sparse.motions import Modes
 
 if TYPE_CHECKING:
     from softmark.solvers.linear.sequence import LinearSolver

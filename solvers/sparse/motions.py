@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from softmark.solvers.energies.energy import Floats, Ints
+
+Modes = Floats | Callable[[], Floats | None] | None  # (n, 6) rigid motions of the unknowns, or what makes them
 
 
 def rigid_motions(points: Floats, free: Ints) -> Floats:

@@ -9,7 +9,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from softmark.interpreter.language import schema, units
+from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.interpreter.language import units
 from softmark.interpreter.language.schema import Field
 
 Pick = Callable[[Sequence[Any]], Any]
@@ -117,7 +118,7 @@ class Maker:
         for kind in ORDER:
             few = 1 if kind in ("body", "material", "analysis") else self.pick((1, 1, 1, 2, 0))
             few = self.pick((0, 1)) if kind in FUSSY and not self.wrong else few
-            if not self.wrong and not any(self.possible(kind, name) for name in schema.tables()[kind]):
+            if not self.wrong and not any(self.possible(kind, name) for name in CATALOGUE[kind]):
                 continue
             for i in range(few if kind != "analysis" or self.wrong else self.pick((0, 0, 0, 1))):
                 rows.append(self.declaration(kind, f"{kind}{i}"))
@@ -140,11 +141,11 @@ class Maker:
 
     def call(self, kind: str, depth: int = 0) -> str:
         """A constructor of a kind with all fields that it needs, and some that it does not."""
-        known = list(schema.tables()[kind])
+        known = list(CATALOGUE[kind])
         if not self.wrong:
             known = [n for n in known if self.possible(kind, n)] or known
         name = self.pick((*[LIKELY[kind]] * len(known), *known)) if kind in LIKELY else self.pick(known)
-        constructor = schema.constructor(kind, name)
+        constructor = CATALOGUE.constructor(kind, name)
         fields = constructor.fields if constructor else ()
         often = (False, False, True) if self.wrong else (False,) * 12 + (True,)
         given = [
@@ -155,7 +156,7 @@ class Maker:
 
     def possible(self, kind: str, name: str) -> bool:
         """Whether everything that a constructor needs is declared."""
-        constructor = schema.constructor(kind, name)
+        constructor = CATALOGUE.constructor(kind, name)
         needed = [f for f in constructor.fields if f.required] if constructor else []
         return not any(
             (f.form in ("name", "names") and not self._there(f)) or f.form == "file" for f in needed
@@ -259,7 +260,7 @@ class Maker:
 
     def _value(self, asked: Field, depth: int) -> str:
         if asked.kind == "element":
-            return str(self.pick(list(schema.words())))
+            return str(self.pick(list(CATALOGUE.words())))
         there = self.names.get(asked.kind, [])
         if there and self.pick((True, True, False)):
             return str(self.pick(there))

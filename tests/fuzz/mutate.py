@@ -126,16 +126,17 @@ UNITS = [
 @cache
 def vocabulary() -> tuple[str, ...]:
     """Kinds, constructors, fields, choices, functions and signs."""
-    from softmark.interpreter.language import expressions, schema
+    from softmark.interpreter.front.catalogue import CATALOGUE
+    from softmark.interpreter.language import expressions
 
     words: dict[str, None] = dict.fromkeys(
         ("param", "use", "as", "expect", "scene", "softmark", "in", "and", "or", "not")
     )
-    for kind, constructors in schema.tables().items():
+    for kind, constructors in CATALOGUE.items():
         words[kind] = None
         for name in constructors:
             words[name] = None
-            known = schema.constructor(kind, name)
+            known = CATALOGUE.constructor(kind, name)
             words |= dict.fromkeys(w for f in (known.fields if known else ()) for w in (f.name, *f.options))
     words |= dict.fromkeys(expressions.PREDEFINED)
     words |= dict.fromkeys(
@@ -351,14 +352,15 @@ def _option(tokens: Tokens, chance: random.Random, others: list[str]) -> Tokens:
 @cache
 def families() -> dict[str, list[tuple[str, ...]]]:
     """Words that may stand in one another's place, by word."""
-    from softmark.interpreter.language import schema
 
-    groups = [tuple(constructors) for constructors in schema.tables().values()] + [
-        tuple(schema.words()),
+    from softmark.interpreter.front.catalogue import CATALOGUE
+
+    groups = [tuple(constructors) for constructors in CATALOGUE.values()] + [
+        tuple(CATALOGUE.words()),
         ("yes", "no"),
     ]
-    for kind, constructors in schema.tables().items():
-        known = [c for name in constructors if (c := schema.constructor(kind, name)) is not None]
+    for kind, constructors in CATALOGUE.items():
+        known = [c for name in constructors if (c := CATALOGUE.constructor(kind, name)) is not None]
         groups += [field.options for c in known for field in c.fields if field.options]
         groups += [tuple(field.name for field in c.fields) for c in known if c.fields]
     found: dict[str, list[tuple[str, ...]]] = {}

@@ -25,7 +25,8 @@ with guard.instrumented() if GUIDED else nullcontext():
     import scene
 
     from softmark.grammar.diagnostic import Source
-    from softmark.interpreter.face.api import checked, loads
+    from softmark.interpreter.face.api import loads
+    from softmark.interpreter.front.load import checked
     from softmark.interpreter.language.scene import SceneError
     from softmark.interpreter.study.compare import Asked
     from softmark.interpreter.study.expansion.variations import TooMany, expand, read_vary, subject_of

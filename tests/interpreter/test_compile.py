@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.interpreter.face.api import checked
-from softmark.interpreter.language import schema
+from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.interpreter.front.load import checked
 from softmark.interpreter.language.expressions import PREDEFINED, Quantity
 from softmark.interpreter.language.scene import Scene
 
@@ -96,8 +96,8 @@ def test_a_long_chain_of_parameters_in_either_order() -> None:
 
 def field_names() -> list[str]:
     """Every field of every constructor."""
-    kinds = schema.tables()
-    found = (schema.constructor(kind, name) for kind in kinds for name in kinds[kind])
+    kinds = CATALOGUE
+    found = (CATALOGUE.constructor(kind, name) for kind in kinds for name in kinds[kind])
     names = {field.name for c in found if c is not None for field in c.fields}
     return sorted(names - {"x", "z"})  # of frames: which direction of a file is the scene's x
 
@@ -110,8 +110,8 @@ def test_every_field_name_can_name_something(name: str) -> None:
 
 
 def test_words_of_the_vocabulary_can_name_something() -> None:
-    kinds = schema.tables()
-    words = {*kinds, *(n for table in kinds.values() for n in table), *schema.words(), "small", "finite",
+    kinds = CATALOGUE
+    words = {*kinds, *(n for table in kinds.values() for n in table), *CATALOGUE.words(), "small", "finite",
              "corotational"}
     scene = valid("".join(f"param {word} = 3 mm\n" for word in sorted(words - PREDEFINED)) + BEAM)
     assert len(scene.parameters) == len(words - PREDEFINED)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.parse import parse_expression
-from softmark.interpreter.face.api import checked
+from softmark.interpreter.front.load import checked
 from softmark.interpreter.language import units
 from softmark.interpreter.language.expressions import (
     FUNCTIONS,

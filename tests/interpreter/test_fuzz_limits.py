@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from softmark.grammar.diagnostic import Diagnostic, Source, render
-from softmark.interpreter.face.api import checked
+from softmark.interpreter.front.load import checked
 from softmark.interpreter.language.bounded import MOST
 from softmark.interpreter.language.sources import LARGEST, Missing, beginning, read
 from softmark.solvers.mesh.files import ended

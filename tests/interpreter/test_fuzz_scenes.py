@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from softmark.interpreter.language import schema
+from softmark.interpreter.front.catalogue import CATALOGUE
 
 
 @st.composite
@@ -50,6 +50,6 @@ def test_some_are_sound_and_every_constructor_occurs(fuzz_folder: Path) -> None:
     texts = [generate.scene(random.Random(i).choice) for i in range(150)]
     words = {scene.examine(text, fuzz_folder) for text in texts[:40]}
     assert words == {"accepted", "refused"}
-    known = {name for constructors in schema.tables().values() for name in constructors}
+    known = {name for constructors in CATALOGUE.values() for name in constructors}
     missing = {name for name in known if not any(f"{name}(" in text for text in texts)}
     assert not missing

@@ -12,6 +12,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.evidence.error_estimate import is_doubt
+from softmark.interpreter.models.builders import build
 from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.problem.case import case_for
 from softmark.interpreter.problem.parts.resultants import doubts, of_selections, resultants
@@ -32,7 +33,7 @@ def said(text: str) -> dict[str, Any]:
     scene = softmark.loads(text).scene
     declared = next(iter(scene.of_kind("model").values()))
     case = case_for(scene, declared)
-    prepared = declared.thing.prepare(declared, case, Workshop(scene=scene))
+    prepared = build(declared, case, Workshop(scene=scene))
     return {n: r.to_json() | {"doubts": [d.code for d in doubts(case, declared, {n: r})]}
             for n, r in resultants(case, prepared).items()}  # fmt: skip
 
@@ -132,7 +133,7 @@ def test_models_of_other_kinds_say_it_too() -> None:
         scene = softmark.loads(text + moving + full + more).scene
         declared = list(scene.of_kind("model").values())[-1]
         case = case_for(scene, declared)
-        found = resultants(case, declared.thing.prepare(declared, case, Workshop(scene=scene)))["push"]
+        found = resultants(case, build(declared, case, Workshop(scene=scene)))["push"]
         np.testing.assert_allclose(found.force, (0, 0, -0.02 * 0.007 * 1e3), atol=1e-12)
 
 

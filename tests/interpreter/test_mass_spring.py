@@ -12,7 +12,8 @@ import pytest
 
 import softmark
 from softmark.grammar.diagnostic import Source
-from softmark.interpreter.language.compile import compile_scene
+from softmark.interpreter.front.catalogue import compiled
+from softmark.interpreter.models.builders import build
 from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.models.springs.build import PreparedSprings, prepare
 from softmark.interpreter.models.springs.calibration import REACH, Fit, NoFit, doubts, least, scaled
@@ -116,7 +117,7 @@ def test_a_network_and_finite_elements_share_a_mesh() -> None:
 model hex = fem(hex8, strain = corotational, size = 20 mm, mass = lumped)"""
     scene = softmark.loads(BEAM + text).scene
     workshop, case = Workshop(scene=scene), case_of(scene, "beam")
-    built = [scene.declared[n].thing.prepare(scene.declared[n], case, workshop) for n in ("net", "hex")]
+    built = [build(scene.declared[n], case, workshop) for n in ("net", "hex")]
     assert len(workshop.meshes) == 1
     assert built[0].mesh is built[1].mesh
     np.testing.assert_array_equal(built[0].problem.fixed, built[1].problem.fixed)
@@ -337,7 +338,7 @@ probe other = line(twin, from = (0, 0, 0) mm, to = (178, 0, 0) mm)
 metric chosen = {metric}
 model net = mass_spring(stiffness = calibrated(chosen), size = 20 mm, body = beam)"""
     source = Source("my.scene", text)
-    scene, _ = compile_scene(source, Path())
+    scene, _ = compiled(source, Path())
     found = doubts(scene, scene.declared["net"], case_of(scene, "beam"))
     assert [(d.code, d.label) for d in found] == [(code, label)]
 

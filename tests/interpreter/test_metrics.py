@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.interpreter.language import schema, units
+from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.interpreter.language import units
 from softmark.interpreter.metrics import METRICS
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.mean_error import MeanError
@@ -19,7 +20,7 @@ from softmark.interpreter.metrics.seen import Known, Seen
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.metrics.volume_change import VolumeChange
-from softmark.interpreter.models.shared.prepared import History
+from softmark.interpreter.results.history import History
 from softmark.interpreter.results.report import Timing
 
 CASE: Any = SimpleNamespace(material=SimpleNamespace(shear_modulus=3.0, lame_lambda=5.0))
@@ -40,7 +41,7 @@ def seen(X: Any = NOTHING, u: Any = NOTHING, **others: Any) -> Seen:
 
 @pytest.mark.parametrize("name", METRICS)
 def test_every_metric_says_what_its_number_is(name: str) -> None:
-    made = schema.constructor("metric", name)
+    made = CATALOGUE.constructor("metric", name)
     assert made is not None
     samples = {"name": "x", "direction": (0.0, 0.0, 1.0)}
     thing = METRICS[name](**{f.attribute: samples[f.form] for f in made.fields if f.required})

@@ -18,7 +18,7 @@ import pytest
 
 from softmark.grammar.diagnostic import Diagnostic, Source, render
 from softmark.grammar.lex import Token, lex
-from softmark.interpreter.face.api import checked
+from softmark.interpreter.front.load import checked
 from softmark.scenes import ROOT
 
 SCENES = sorted(ROOT.rglob("*.scene"))

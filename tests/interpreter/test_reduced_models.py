@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import softmark
+from softmark.interpreter.models.builders import build
 from softmark.interpreter.models.reduced import words
 from softmark.interpreter.models.reduced.equations import PreparedReduced
 from softmark.interpreter.models.shared.prepared import Workshop
@@ -50,7 +51,7 @@ def said(result: ModelResult) -> dict[str, Any]:
 def prepared(text: str, name: str) -> PreparedReduced:
     scene = softmark.loads(text).scene
     declared = scene.declared[name]
-    built = declared.thing.prepare(declared, case_of(scene, "beam"), Workshop(scene=scene))
+    built = build(declared, case_of(scene, "beam"), Workshop(scene=scene))
     assert isinstance(built, PreparedReduced)
     return built
 

@@ -23,8 +23,8 @@ from softmark.interpreter.evidence.refinement import (
     largest,
     limit,
 )
+from softmark.interpreter.front.refinements import uneven
 from softmark.interpreter.plan.plan import plan_of
-from softmark.interpreter.plan.refinements import uneven
 from softmark.interpreter.results.report import ReferenceResult
 from softmark.interpreter.run.pipeline import Options, run
 from softmark.solvers.mesh.shapes import Box, Cylinder

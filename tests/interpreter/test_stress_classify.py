@@ -108,9 +108,9 @@ def test_a_truth_that_cannot_be_built_refuses_nobody() -> None:
 def test_a_locking_truth_judges_nothing(tmp_path: Any) -> None:
     """The task asks the model that is taken as right what it states, and one that cannot be built is no fault."""
     import softmark
+    from softmark.interpreter.plan.stability import asked_of
     from softmark.interpreter.study.expansion.tasks import perform
     from softmark.interpreter.study.expansion.variations import Subject
-    from softmark.interpreter.study.stability.asking import asked_of
     from softmark.interpreter.study.stability.points import Ground
 
     text = """

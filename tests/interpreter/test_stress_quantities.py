@@ -5,14 +5,14 @@ from __future__ import annotations
 import pytest
 
 import softmark
-from softmark.interpreter.face.api import varied
+from softmark.interpreter.front.check import varied
 from softmark.interpreter.language.overrides import read_one
 from softmark.interpreter.language.scene import Scene
-from softmark.interpreter.language.sweeps import value_in
 from softmark.interpreter.plan.quantities import Quantity, Unwalkable, quantity_of, usual
+from softmark.interpreter.plan.stability import asked_of
+from softmark.interpreter.plan.sweeps import value_in
 from softmark.interpreter.study.expansion.tasks import perform
 from softmark.interpreter.study.expansion.variations import subject_of
-from softmark.interpreter.study.stability.asking import asked_of
 from softmark.interpreter.study.stability.points import Ground
 
 BEAM = """

@@ -9,9 +9,10 @@ import pytest
 import softmark
 from softmark.grammar.diagnostic import Source
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.face.api import LoadedScene, checked
+from softmark.interpreter.face.api import LoadedScene
+from softmark.interpreter.front.load import checked
 from softmark.interpreter.language.scene import Scene
-from softmark.interpreter.language.sweeps import override_of, value_in
+from softmark.interpreter.plan.sweeps import override_of, value_in
 from softmark.interpreter.vocabulary.studies import Sweep
 
 BEAM = """
@@ -72,7 +73,7 @@ def test_values_are_kept_as_texts_with_their_units(study: str, expected: list[st
     ],
 )
 def test_a_value_takes_its_place(target: str, value: str, expected: float) -> None:
-    from softmark.interpreter.face.api import varied
+    from softmark.interpreter.front.check import varied
 
     scene = scene_with(f"study s = sweep({target}, over = {value})")
     sweep: Sweep = scene.declared["s"].thing

@@ -14,7 +14,7 @@ from softmark.interpreter.language.overrides import read
 from softmark.interpreter.study.analysis.lineage import Refinement, orders_of, refinement_of
 from softmark.interpreter.study.analysis.point import Line
 from softmark.interpreter.study.expansion.resolution import resolution_of
-from softmark.interpreter.study.orders import refined, unlike
+from softmark.references.orders import refined, unlike
 
 SIZES = (0.04, 0.02, 0.01)
 
@@ -133,7 +133,7 @@ MOVING = SCENE + "analysis drop = dynamic(duration = 0.1 s, step = dt, integrato
 
 
 def resolved(text: str, model: str, *overrides: str) -> dict[str, Any]:
-    from softmark.interpreter.face.api import varied
+    from softmark.interpreter.front.check import varied
 
     scene, _ = varied(softmark.loads(text).scene, read(overrides, []))
     return resolution_of(scene, model)

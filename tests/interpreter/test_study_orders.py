@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from softmark.interpreter.study.orders import (
+from softmark.references.orders import (
     ErrorOrder,
     Refined,
     observed_order,

@@ -17,6 +17,7 @@ import pytest
 import softmark
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.language.scene import Scene
+from softmark.interpreter.models.builders import build
 from softmark.interpreter.models.fem.build import mesh_of
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.gripping import Grip, grip
@@ -56,7 +57,7 @@ def prepared(source: str, wide: bool = False, folder: Path | None = None) -> Any
     """The model of a scene, built."""
     scene = scene_of(source, folder)
     case = replace(case_of(scene, "bar"), wide=wide)
-    return scene.declared["m"].thing.prepare(scene.declared["m"], case, Workshop(scene=scene))
+    return build(scene.declared["m"], case, Workshop(scene=scene))
 
 
 def moved(source: str, wide: bool = False, folder: Path | None = None) -> np.ndarray:

@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 import softmark
+from softmark.interpreter.models.builders import build
 from softmark.interpreter.models.fem.build import PreparedSolid
 from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.problem.case import case_of
@@ -36,7 +37,7 @@ def prepared(shape: str, load: str, kind: str = "tet4", more: str = "") -> Prepa
         "fem(tet4, strain = small", f"fem({kind}, strain = small{more}"
     )
     scene = softmark.loads(text).scene
-    return scene.declared["solid"].thing.prepare(scene.declared["solid"], case_of(scene, "beam"), Workshop())
+    return build(scene.declared["solid"], case_of(scene, "beam"), Workshop())
 
 
 def nodal_forces(model: PreparedSolid) -> np.ndarray:

@@ -145,14 +145,14 @@ def _default(subjects: list[Subject]) -> str:
 
 
 def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> Request:
-    from softmark.interpreter.cli import leaving
+    from softmark.interpreter.cli import signals
     from softmark.interpreter.study.compare import Request
 
     return Request(
         folder=folder, vary=tuple(parsed.vary), models=tuple(parsed.model), study=parsed.study, jobs=parsed.jobs,
         cluster=parsed.cluster, timeout=parsed.timeout, repeats=parsed.repeats, resume=parsed.resume,
         fresh=parsed.fresh, allow_contaminated=parsed.allow_contaminated, command=shlex.join(["dsl", *sys.argv[1:]]),
-        say=progress.say, saying=leaving.saying,
+        say=progress.say, saying=signals.saying,
     )  # fmt: skip
 
 

@@ -29,10 +29,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(parsed: argparse.Namespace) -> int:
     """Print the script of a shell."""
     from softmark.interpreter.cli.commands.listing import _topics
-    from softmark.interpreter.language import schema
+    from softmark.interpreter.front.catalogue import CATALOGUE
     from softmark.interpreter.language.sources import standard_scenes
 
-    words = sorted({*schema.tables(), *(n for t in schema.tables().values() for n in t), *schema.words()})
+    words = sorted({*CATALOGUE, *(n for t in CATALOGUE.values() for n in t), *CATALOGUE.words()})
     script = {"bash": _bash, "zsh": _zsh, "fish": _fish}[parsed.shell]
     print(script(list(standard_scenes()), words, list(_topics())))
     return 0

@@ -10,7 +10,8 @@ import sys
 from softmark.grammar.diagnostic import visible
 from softmark.grammar.suggest import distance, nearest
 from softmark.interpreter.cli import ranges
-from softmark.interpreter.language import schema, units
+from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.interpreter.language import aliases, units
 from softmark.interpreter.language.schema import Constructor, Field
 
 CODE = re.compile(r"[EW]\d{3}$", re.IGNORECASE)
@@ -62,8 +63,8 @@ def _slip(name: str) -> str | None:
 
 
 def _names() -> list[str]:
-    kinds = schema.tables()
-    words = [*kinds, *(n for table in kinds.values() for n in table), *schema.words(), *schema.WORDS]
+    kinds = CATALOGUE
+    words = [*kinds, *(n for table in kinds.values() for n in table), *CATALOGUE.words(), *aliases.WORDS]
     return [*words, *RESERVED, *CALLS, *PLAIN]
 
 
@@ -148,20 +149,20 @@ def page(name: str) -> str | None:
 
         known = pages().get(name.upper())
         return known.text if known else None
-    if found := schema.find(name):
+    if found := CATALOGUE.find(name):
         return "\n\n".join(_constructor(c) for c in found)
-    if name in schema.tables():
-        rows = [schema.constructor(name, n) for n in schema.tables()[name]]
+    if name in CATALOGUE:
+        rows = [CATALOGUE.constructor(name, n) for n in CATALOGUE[name]]
         lines = "\n".join(f"  {c.name:<24}{c.summary}" for c in rows if c)
         fields = _field_page(name)
         return f"{name}: declared as `{name} NAME = CONSTRUCTOR(...)`\n\n{lines}" + (f"\n\n{fields}" if fields else "")
     if word := _word(name):
         return word
-    if name in schema.words():
-        return f"{name} (element)\n\n{inspect.getdoc(schema.words()[name])}"
+    if name in CATALOGUE.words():
+        return f"{name} (element)\n\n{inspect.getdoc(CATALOGUE.words()[name])}"
     if used := _field_page(name) or _choice_page(name):
         return used
-    meant = schema.WORDS.get(name) or schema.SYNONYMS.get(name) or schema.CHOICES.get(name)
+    meant = aliases.WORDS.get(name) or aliases.SYNONYMS.get(name) or aliases.CHOICES.get(name)
     if name.lower() not in ABSENT and meant and not _unit(name):
         said = f"`{name}` is not a word of this language; what is meant is called `{meant}` here."
         return f"{said}\n\n{page(meant) or _field_page(meant)}"
@@ -181,7 +182,7 @@ def _choice_page(name: str) -> str:
 
 
 def _constructors() -> list[Constructor]:
-    made = (schema.constructor(kind, n) for kind, table in schema.tables().items() for n in table)
+    made = (CATALOGUE.constructor(kind, n) for kind, table in CATALOGUE.items() for n in table)
     return [c for c in made if c is not None]
 
 

@@ -40,13 +40,13 @@ Rows = list[tuple[str, str]]
 
 
 def _topics() -> dict[str, Callable[[], Rows]]:
-    from softmark.interpreter.language import schema
+    from softmark.interpreter.front.catalogue import CATALOGUE
 
     plural = {"body": "bodies", "analysis": "analyses", "published": "published", "study": "studies",
               "stiffness": "stiffnesses"}
     found: dict[str, Callable[[], Rows]] = {
         plural.get(kind, kind + "s"): (lambda kind=kind: _constructors(kind))  # type: ignore[misc]
-        for kind in schema.tables()
+        for kind in CATALOGUE
     }
     own: dict[str, Callable[[], Rows]] = {"elements": _elements, "scenes": _scenes, "codes": _codes,
                                        "data": _data}
@@ -54,16 +54,16 @@ def _topics() -> dict[str, Callable[[], Rows]]:
 
 
 def _constructors(kind: str) -> Rows:
-    from softmark.interpreter.language import schema
+    from softmark.interpreter.front.catalogue import CATALOGUE
 
-    found = (schema.constructor(kind, name) for name in schema.tables()[kind])
+    found = (CATALOGUE.constructor(kind, name) for name in CATALOGUE[kind])
     return [(c.name, c.summary) for c in found if c is not None]
 
 
 def _elements() -> Rows:
-    from softmark.interpreter.language import schema
+    from softmark.interpreter.front.catalogue import CATALOGUE
 
-    return [(name, (cls.__doc__ or "").split("\n")[0]) for name, cls in schema.words().items()]
+    return [(name, (cls.__doc__ or "").split("\n")[0]) for name, cls in CATALOGUE.words().items()]
 
 
 def _scenes() -> Rows:

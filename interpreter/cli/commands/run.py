@@ -63,7 +63,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 def _run(scene: Scene, found: list[Diagnostic], parsed: argparse.Namespace, progress: Progress) -> int:
     from softmark.grammar.diagnostic import visible
-    from softmark.interpreter.cli import leaving
+    from softmark.interpreter.cli import signals
     from softmark.interpreter.cli.commands.scenes import show
     from softmark.interpreter.cli.commands.shelf import Shelf
     from softmark.interpreter.language.scene import SceneError
@@ -75,7 +75,7 @@ def _run(scene: Scene, found: list[Diagnostic], parsed: argparse.Namespace, prog
         show(later)
 
     shelf = Shelf(parsed, scene)
-    leaving.saying(shelf.rescue)
+    signals.saying(shelf.rescue)
     if problem := shelf.unusable():
         progress.clear()
         print(problem, file=sys.stderr)

@@ -41,7 +41,7 @@ def load(
     name: str, overrides: Sequence[str] = (), only: Sequence[str] = ()
 ) -> tuple[Scene | None, list[Diagnostic]]:
     """The checked scene, None if it has errors, and all diagnostics; `only` are the models that are asked for."""
-    from softmark.interpreter.face.api import checked
+    from softmark.interpreter.front.load import checked
 
     try:
         source, folder, file = read_scene(name)

@@ -99,7 +99,8 @@ class Shelf:
 
     def _write(self, report: Report, page: bool = True) -> None:
         from softmark.interpreter.report.files import junit
-        from softmark.interpreter.report.files.files import replace, write
+        from softmark.interpreter.report.files.files import write
+        from softmark.interpreter.results.files import replace
 
         if self.folder is not None:
             folder = self.folder

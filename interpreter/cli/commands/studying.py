@@ -99,7 +99,7 @@ def _refused(progress: Progress, words: str, status: int = 2) -> int:
 def shelved(files: Mapping[str, Callable[[], str]], text: str, folder: Path, parsed: argparse.Namespace) -> bool:
     """Write files into the folder, and the JSON result where `--json` says; whether all went well."""
     from softmark.interpreter.cli.commands.shelf import message
-    from softmark.interpreter.report.files.files import replace
+    from softmark.interpreter.results.files import replace
 
     sound = True
     try:
@@ -114,7 +114,7 @@ def shelved(files: Mapping[str, Callable[[], str]], text: str, folder: Path, par
 def written(place: str, text: str) -> bool:
     """Write the JSON result where `--json` says; whether that went well."""
     from softmark.interpreter.cli.commands.shelf import message
-    from softmark.interpreter.report.files.files import replace
+    from softmark.interpreter.results.files import replace
 
     if place == "-":
         sys.stdout.write(text)

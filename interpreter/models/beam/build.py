@@ -14,7 +14,7 @@ from softmark.interpreter.models.beam.words import Beam6Dof, station
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_rod
 from softmark.interpreter.models.shared.holding import Held, moved_by
-from softmark.interpreter.models.shared.prepared import Solution
+from softmark.interpreter.models.shared.prepared import Solution, Workshop
 from softmark.interpreter.problem.case import Case, coverage, fault
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
 from softmark.records import dataclass
@@ -77,7 +77,11 @@ class PreparedBeam:
         return replace(solution, notes=outcome.doubts(self.declared, found))
 
 
-def prepare(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
+def load(model: Beam6Dof) -> None:
+    """All that building needs is imported with this module."""
+
+
+def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop) -> PreparedBeam:
     """Everything that solving needs. Raises Fault."""
     shape = case.shape
     stations = np.array(model.stations(case))

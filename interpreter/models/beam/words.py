@@ -14,7 +14,6 @@ from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
-    from softmark.interpreter.models.shared.prepared import Prepared, Workshop
     from softmark.interpreter.problem.case import Case
 
 
@@ -28,6 +27,8 @@ class Beam6Dof:
     slender; supports must take whole cross-sections.
     Source: Simo (1985); Simo and Vu-Quoc (1986); Crisfield and Jelenic (1999).
     """
+
+    recovers = True  # finds back to rest from any state
 
     segments: Annotated[int, "1 in [1, 10000]", "elements along the axis"]
     shear: Annotated[bool, "whether cross-sections may shear against the axis"] = True
@@ -135,16 +136,6 @@ class Beam6Dof:
         """One line for the plan."""
         off = [name for name, on in (("shear", self.shear), ("stretch", self.axial)) if not on]
         return f"{self.segments} beam segments, no mesh" + (f", without {' and '.join(off)}" if off else "")
-
-    def load(self) -> None:
-        """Import what building needs, so that no clock counts it."""
-        import softmark.interpreter.models.beam.build  # noqa: F401
-
-    def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-        """Nodes, stiffnesses, supports and loads as arrays. Raises Fault."""
-        from softmark.interpreter.models.beam.build import prepare
-
-        return prepare(self, declared, case)
 
 
 def _still(declared: Declared) -> Diagnostic:

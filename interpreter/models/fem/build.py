@@ -17,6 +17,7 @@ from softmark.interpreter.models.fem.formulations import Unknowns
 from softmark.interpreter.models.fem.start import Start, start_of
 from softmark.interpreter.models.fem.words import LARGE_ANGLE, Fem
 from softmark.interpreter.models.shared import outcome
+from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_solid
 from softmark.interpreter.models.shared.gripping import held_notes
 from softmark.interpreter.models.shared.holding import solid_supports
@@ -181,11 +182,6 @@ def outside(shape: Any, mesh: Mesh, X: Floats) -> float:
     return float(locate(mesh, X).outside.max(initial=0.0)) if getattr(shape, "prebuilt", False) else 0.0
 
 
-def displacement_of(mesh: Mesh, u: Floats) -> Callable[[Floats], Floats]:
-    """Displacements of material points from those of the nodes u (n, 3), m."""
-    return lambda X: locate(mesh, X).interpolate(u)
-
-
 AnyEnergy = TypeVar("AnyEnergy")
 
 
@@ -200,37 +196,9 @@ def _one_cell(energy: AnyEnergy) -> AnyEnergy:
     return one
 
 
-@dataclass(frozen=True)
-class Meshed:
-    """A mesh as files that other programs read want it."""
-
-    mesh: Mesh
-
-    @property
-    def points(self) -> Floats:
-        """Undeformed points (n, 3), m."""
-        return self.mesh.points
-
-    @property
-    def cells(self) -> Any:
-        """Nodes of each cell (m, a)."""
-        return self.mesh.cells
-
-    @property
-    def kind(self) -> str:
-        """The element."""
-        return self.mesh.kind
-
-
-@dataclass(frozen=True)
-class Deformed(Meshed):
-    """A mesh and the displacements of its points."""
-
-    displacement: Floats  # (n, 3) m
-    times: Floats | None = None  # (t,) s
-    frames: Floats | None = None  # (t, n, 3) m: displacements at these times
-    pressures: Floats | None = None  # (m, b) Pa, positive in tension: at four corners of each cell, or one in it
-    left: Floats | None = None  # (n, 3) m: the Newton step that would come next, where it is known
+def load(model: Fem) -> None:
+    """Import what building needs."""
+    import softmark.solvers.mesh.structured  # noqa: F401
 
 
 def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:

@@ -87,6 +87,6 @@ def start_of(declared: Declared, workshop: Workshop) -> Start:
     if workshop.scene is None:
         raise fault("E508", declared.at("start"), f"`{declared.name}` has no scene to find `{name}` in")
     other = workshop.scene.declared[name]
-    other.thing.load()
-    prepared: Prepared = other.thing.prepare(other, case_for(workshop.scene, other), workshop)
-    return Start(name, prepared)
+    if workshop.build is None:
+        raise ValueError("the workshop cannot build another model: make models by `builders.build`")
+    return Start(name, workshop.build(other, case_for(workshop.scene, other), workshop))

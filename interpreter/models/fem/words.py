@@ -16,7 +16,6 @@ from softmark.solvers.mesh.meshable import UnknownElement, meshable
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
-    from softmark.interpreter.models.shared.prepared import Prepared, Workshop
     from softmark.interpreter.problem.case import Case
 
 LARGE_ANGLE = 0.1  # rad: a rotation that small strains misread by 0.5 % strain (1 - cos)
@@ -60,6 +59,8 @@ class Fem:
     `start` names another model of the body whose solution Newton's method starts from, on a coarser mesh or with a
     cheaper strain; what that one takes is part of what this one takes.
     """
+
+    recovers = True  # finds back to rest from any state
 
     element: Annotated[str, "element", "the element: tet4, tet10 or hex8"]
     strain: Annotated[Literal["small", "corotational", "finite"], "how strain is measured"]
@@ -259,17 +260,6 @@ class Fem:
             f", started from {self.start}" if self.start is not None else "",
             f", worst cell of quality {self.quality:g}" if self.quality is not None else "",
         )
-
-    def load(self) -> None:
-        """Import what building needs, so that no clock counts it."""
-        import softmark.interpreter.models.fem.build
-        import softmark.solvers.mesh.structured  # noqa: F401
-
-    def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-        """Mesh, elements, supports and loads as arrays. Raises Fault."""
-        from softmark.interpreter.models.fem.build import prepare
-
-        return prepare(self, declared, case, workshop)
 
 
 def _capped(cap: int, case: Case) -> str:

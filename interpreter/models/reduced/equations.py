@@ -13,7 +13,7 @@ from scipy import sparse
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.fem import build
-from softmark.interpreter.models.fem.build import Meshed, PreparedSolid, displacement_of, outside
+from softmark.interpreter.models.fem.build import PreparedSolid, outside
 from softmark.interpreter.models.reduced.space import Basis, Rest, gradient_of, modal_space, pod_space
 from softmark.interpreter.models.reduced.training import (
     Training,
@@ -25,6 +25,7 @@ from softmark.interpreter.models.reduced.training import (
 )
 from softmark.interpreter.models.reduced.words import PARTS, Modal, Pod
 from softmark.interpreter.models.shared import outcome
+from softmark.interpreter.models.shared.deformed import Meshed, displacement_of
 from softmark.interpreter.models.shared.motion import PreparedMotion
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, case_for, fault
@@ -304,6 +305,10 @@ class MovingReduced(PreparedMotion):
 
 
 # ------------------------------------------------------------------ making one
+
+
+def load(model: Modal | Pod) -> None:
+    """All that building needs is imported with this module."""
 
 
 def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: Workshop) -> Prepared:

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.language import sweeps
 from softmark.interpreter.language.compile import recompiled
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.fem import build
 from softmark.interpreter.models.reduced.words import ADVICE
 from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.models.springs.calibration import scaled
+from softmark.interpreter.plan import sweeps
 from softmark.interpreter.problem.case import Case, case_for, fault
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.models.fem.words import Fem
@@ -11,7 +11,6 @@ from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
-    from softmark.interpreter.models.shared.prepared import Prepared, Workshop
     from softmark.interpreter.problem.case import Case
 
 ADVICE = "such states are new to it: train on a range that holds the scene, and look at `full_residual`"
@@ -21,19 +20,11 @@ PARTS = (0.25, 0.5, 0.75, 1.0)  # of all loads: what a training goes through whe
 class Reduced:
     """What the reduced models share: a model of finite elements that they reduce."""
 
+    recovers = False  # it knows a few fields of displacements only
+
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against reducing that model."""
         return [d for d in (_not_reducible(scene, declared, case), _linear(scene, declared)) if d is not None]
-
-    def load(self) -> None:
-        """Import what building needs, so that no clock counts it."""
-        import softmark.interpreter.models.reduced.equations  # noqa: F401
-
-    def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-        """The space, trained where it needs it, and the equations in it. Raises Fault."""
-        from softmark.interpreter.models.reduced.equations import prepare
-
-        return prepare(cast("Modal | Pod", self), declared, case, workshop)
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.models.beam.words import Beam6Dof
-from softmark.interpreter.models.fem.words import Fem
-from softmark.interpreter.models.springs.words import MassSpring
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -42,7 +39,7 @@ def doubts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
     if known is None:
         return []
     model, word = declared.thing, f"`disturbed = {known.kind}`"
-    if not isinstance(model, Fem | Beam6Dof | MassSpring):
+    if not model.recovers:
         problem = f"{word} has no meaning for `{declared.name}`, which knows a few fields of displacements only"
         return [_refused(declared, None, problem, "cannot be disturbed", "use `fem`, `mass_spring` or `beam6dof`")]
     found = []

@@ -13,8 +13,9 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.meshing import mesh_facts
-from softmark.interpreter.models.shared.prepared import History, Solution, Status
+from softmark.interpreter.models.shared.prepared import Solution, Status
 from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.results.history import History
 from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
@@ -133,7 +134,7 @@ class PreparedMotion:
         )
         facts = _facts(track) | mesh_facts(self.mesh) | ({} if found is None else {"resolution": found.facts})
         status: Status = "capped" if missed else "converged"
-        from softmark.interpreter.models.fem.build import Deformed, displacement_of
+        from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 
         some = picked(len(kept), FRAMES)
         mesh = Deformed(self.mesh, nodes[-1], track.times[kept][some], nodes[some])

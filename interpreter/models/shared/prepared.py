@@ -7,6 +7,7 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.results.history import History
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -19,20 +20,6 @@ if TYPE_CHECKING:
 
 # capped: computed as the scene asks, with steps that were accepted unsolved
 Status = Literal["converged", "capped", "not_converged", "diverged", "failed", "skipped"]
-
-
-@dataclass(frozen=True)
-class History:
-    """What a dynamic analysis went through, at t accepted times; the first is the start."""
-
-    times: NDArray[np.float64]  # (t,) s
-    displacement: Callable[[NDArray[np.float64]], NDArray[np.float64]]  # (n, 3) -> (t, n, 3), m
-    step_s: tuple[float, ...]  # wall seconds of each step
-    step_cpu_s: tuple[float, ...]
-    step: float  # s, the step that the scene asked for
-    solved: tuple[bool, ...] = ()  # whether each step met its tolerance; empty: all did
-    events: tuple[tuple[float, str], ...] = ()  # (time in s, what happened): a step that was halved
-    energies: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)  # (t,) J
 
 
 @dataclass(frozen=True)
@@ -75,12 +62,6 @@ class Model(Protocol):
     def outline(self, case: Case) -> str:
         """What will be built, on one line."""
 
-    def load(self) -> None:
-        """Import what building needs, so that no clock counts it."""
-
-    def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-        """Build. Raises Fault."""
-
 
 @dataclass
 class Workshop:
@@ -90,4 +71,5 @@ class Workshop:
     seconds: dict[tuple[Any, ...], tuple[float, float]] = field(default_factory=dict)  # wall, CPU
     borrowed: tuple[float, float] = (0.0, 0.0)  # what the meshes cost that the present model found made
     scene: Scene | None = None
+    build: Callable[[Declared, Case, Workshop], Prepared] | None = None  # another model: builders.build
     measured: Mapping[str, Any] = field(default_factory=dict)  # what references of measured data hold

@@ -10,8 +10,9 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.fem.build import Deformed, displacement_of, mesh_of, outside, volume_note
+from softmark.interpreter.models.fem.build import mesh_of, outside, volume_note
 from softmark.interpreter.models.shared import outcome
+from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_springs
 from softmark.interpreter.models.shared.gripping import held_notes
 from softmark.interpreter.models.shared.holding import solid_supports
@@ -146,6 +147,14 @@ class MovingSprings(PreparedMotion):
             return still.solve(watch)
         solution = super().solve(watch)
         return replace(solution, facts=solution.facts | still.facts)
+
+
+def load(model: MassSpring) -> None:
+    """Import what building needs."""
+    import softmark.solvers.mesh.structured  # noqa: F401
+
+    if isinstance(model.stiffness, Calibrated):  # its solutions are part of the preparation
+        warm_kernels()
 
 
 def prepare(model: MassSpring, declared: Declared, case: Case, workshop: Workshop) -> Prepared:

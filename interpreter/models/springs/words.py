@@ -14,7 +14,6 @@ from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
-    from softmark.interpreter.models.shared.prepared import Prepared, Workshop
     from softmark.interpreter.problem.case import Case
 
 CAUCHY = 0.25  # Poisson's ratio of every isotropic network of springs
@@ -73,6 +72,8 @@ class MassSpring:
     and does not resist being turned inside out. Between nodes displacements are those of the cell.
     Source: Provot (1995); Van Gelder (1998); for the lattice Love (1906), note B.
     """
+
+    recovers = True  # finds back to rest from any state
 
     stiffness: Annotated[
         Any, "stiffness", "how stiff its springs are, such as `uniform(120 N/m)` or `from_material()`"
@@ -176,17 +177,3 @@ class MassSpring:
             case Calibrated(metric=metric, load=load):
                 return f"fitted to {metric} at {100 * load:g} % of the load"
         return "stiffness from the material"
-
-    def load(self) -> None:
-        """Import what building needs, so that no clock counts it."""
-        import softmark.interpreter.models.springs.build
-        import softmark.solvers.mesh.structured
-
-        if isinstance(self.stiffness, Calibrated):  # its solutions are part of the preparation
-            softmark.interpreter.models.springs.build.warm_kernels()
-
-    def prepare(self, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-        """Mesh, springs, supports and loads as arrays; a calibrated network is fitted. Raises Fault."""
-        from softmark.interpreter.models.springs.build import prepare
-
-        return prepare(self, declared, case, workshop)

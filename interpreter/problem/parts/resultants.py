@@ -13,44 +13,10 @@ from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.parts.patches import Floats
 from softmark.interpreter.problem.parts.surface import Loaded
 from softmark.interpreter.problem.parts.true import selected
+from softmark.interpreter.results.loads import Resultant, Vector
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
-from softmark.records import dataclass
 
 SHOWN = 1e-3  # of a load: what may be missing, or undecided, without a word
-
-Vector = tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class Resultant:
-    """Force in N and moment about the origin in N m of one load at full size, undeformed, and the area in m^2.
-
-    `exact_force` is that on the body itself, None where the body is a mesh of a file. `share` is what was taken of what
-    was asked. Of the area, `remainder` may belong to the selection or not, and `leaning` is selected because a facet
-    stands for a curved surface that no file holds (see `deviation`).
-    """
-
-    force: Vector
-    moment: Vector
-    area: float | None = None
-    exact_force: Vector | None = None
-    share: float = 1.0
-    remainder: float = 0.0
-    leaning: float = 0.0
-
-    @property
-    def missing(self) -> float:
-        """How much of the load may be wrong, relative to it."""
-        return abs(1.0 - self.share) + (self.remainder / self.area if self.area else 0.0)
-
-    def to_json(self) -> dict[str, Any]:
-        """The contract's entry of a load."""
-        return {
-            "force": list(self.force), "moment": list(self.moment), "area": self.area,
-            "exact_force": None if self.exact_force is None else list(self.exact_force), "share": self.share,
-            "remainder": self.remainder, "leaning": self.leaning,
-        }  # fmt: skip
-
 
 def resultants(case: Case, prepared: Any) -> dict[str, Resultant]:
     """Of every load of a model that was built, by name; empty of a model that does not say what it applies."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import field
 
 from softmark.grammar import tree
-from softmark.interpreter.language import schema
+from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.report.page.markup import listed
 from softmark.interpreter.report.run.findings import Findings, Metric, Result
 from softmark.records import dataclass
@@ -93,7 +93,7 @@ def _named_bodies(findings: Findings, name: str) -> Iterator[str]:
     declared = findings.declared.get(name)
     if declared is None or not isinstance(declared.value, tree.Call):
         return
-    known = schema.constructor(declared.kind, declared.value.function.text)
+    known = CATALOGUE.constructor(declared.kind, declared.value.function.text)
     fields = [f.name for f in known.fields] if known else []
     for position, argument in enumerate(declared.value.arguments):
         at = argument.name or (fields[position] if position < len(fields) else "")

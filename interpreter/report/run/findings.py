@@ -8,7 +8,7 @@ from functools import cached_property
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.parse import parse
-from softmark.interpreter.language import schema
+from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.page.markup import count, listed
 from softmark.interpreter.results.report import ModelResult, ProbeResult, ReferenceResult, Report
@@ -93,7 +93,7 @@ class Findings:
         clock = any("verdict" in r.metrics[name].details for r in self.everyone.values() if name in r.metrics)
         if declared is None or not isinstance(declared.value, tree.Call):
             return Metric(name, unit, clock=clock)
-        known = schema.constructor("metric", declared.value.function.text)
+        known = CATALOGUE.constructor("metric", declared.value.function.text)
         fields = dict(_names(declared.value, tuple(f.name for f in known.fields) if known else ()))
         against = fields.get("against")
         return Metric(

@@ -8,8 +8,8 @@ from itertools import takewhile
 from typing import Any
 
 from softmark.interpreter.study.analysis.point import SOLVED, Line, Point, measured, stated, uncertainty_of
-from softmark.interpreter.study.orders import Refined, order_of_errors, refined, unlike
 from softmark.records import dataclass
+from softmark.references.orders import Refined, order_of_errors, refined, unlike
 
 AXES = "xyz"
 TARGETS = ("size", "segments", "step")  # fields that decide how finely a thing is solved

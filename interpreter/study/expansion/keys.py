@@ -8,11 +8,12 @@ model is made from one: then the whole text counts, for what a sweep does to the
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from typing import Any
 
 from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.plan.needs import models_of, reached
 from softmark.interpreter.study.expansion import sources
 
 SPEAKING = ("study", "published")  # kinds that cannot decide what a model comes to
@@ -77,42 +78,16 @@ def needed_models(scene: Scene, model: str) -> tuple[str, ...]:
     needed = {model}
     for declared in scene.declared.values():
         if declared.kind not in (*SPEAKING, "model"):
-            needed.update(_models_of(scene, declared, "name"))
+            needed.update(models_of(scene, declared, "name"))
     return tuple(n for n in scene.declared if n in needed)
-
-
-def reached(scene: Scene, models: Collection[str]) -> list[str]:
-    """Models, and the models and studies that they are made from, and so on."""
-    found, pending = dict.fromkeys(models), list(models)
-    while pending:
-        declared = scene.declared[pending.pop()]
-        for name in (*_named_by(scene, declared, "name"), *_named_by(scene, declared, "names")):
-            if name not in found and scene.declared[name].kind in ("model", "study"):
-                found[name] = None
-                pending.append(name)
-    return list(found)
 
 
 def _refined(scene: Scene) -> list[str]:
     """Models that references refine, each at sizes of its own."""
     found: dict[str, None] = {}
     for reference in scene.of_kind("reference").values():
-        found.update(dict.fromkeys(_models_of(scene, reference, "names")))
+        found.update(dict.fromkeys(models_of(scene, reference, "names")))
     return list(found)
-
-
-def _models_of(scene: Scene, declared: Declared, form: str) -> Iterator[str]:
-    """Models that fields of this form name."""
-    yield from (n for n in _named_by(scene, declared, form) if scene.declared[n].kind == "model")
-
-
-def _named_by(scene: Scene, declared: Declared, form: str) -> Iterator[str]:
-    """Declarations that fields of this form name."""
-    for field in declared.constructor.fields:
-        if field.form == form:
-            value = getattr(declared.thing, field.attribute)
-            names = (value,) if form == "name" else value
-            yield from (n for n in names or () if n in scene.declared)
 
 
 def _unsized(model: Declared) -> Declared:

@@ -10,13 +10,14 @@ import hashlib
 from dataclasses import replace
 from typing import Any
 
+from softmark.interpreter.front.refinements import counted
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem, element_class
-from softmark.interpreter.plan.refinements import counted
+from softmark.interpreter.plan.needs import reached
 from softmark.interpreter.problem.case import Fault, case_for
 from softmark.interpreter.problem.conforming import cuts_of
-from softmark.interpreter.study.expansion.keys import reached, words_of
+from softmark.interpreter.study.expansion.keys import words_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
 
 PROBLEM = ("material", "body", "support", "load", "analysis")  # kinds that say what is to be solved

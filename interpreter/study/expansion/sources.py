@@ -97,11 +97,11 @@ def files_of(thing: Any) -> Iterator[str]:
 @cache
 def _file_fields(cls: Any) -> frozenset[str]:
     """The fields of a constructor's class that hold the name of a file."""
-    from softmark.interpreter.language import schema
+    from softmark.interpreter.front.catalogue import CATALOGUE
 
-    for kind, table in schema.tables().items():
+    for kind, table in CATALOGUE.items():
         for name, known in table.items():
-            constructor = schema.constructor(kind, name) if known is cls else None
+            constructor = CATALOGUE.constructor(kind, name) if known is cls else None
             if constructor is not None:
                 return frozenset(f.attribute for f in constructor.fields if f.form == "file")
     return frozenset()

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.front.requests import needed
 from softmark.interpreter.language.scene import Declared, Scene, SceneError
-from softmark.interpreter.study.expansion.keys import reached
+from softmark.interpreter.plan.needs import reached
 from softmark.interpreter.study.expansion.truths import traces
 
 if TYPE_CHECKING:
@@ -98,12 +98,12 @@ def _truth(report: Report, model: str, metric: str) -> Json:
 
 def scene_of(task: Mapping[str, Any]) -> tuple[Scene, list[Diagnostic]]:
     """The scene of a task, and the warnings about it. Raises SceneError."""
-    from softmark.interpreter.face.api import varied
-    from softmark.interpreter.language.compile import compile_scene
+    from softmark.interpreter.front.catalogue import compiled
+    from softmark.interpreter.front.check import varied
 
     file = task["file"]
     source = Source(task["shown"], task["text"])
-    scene, found = compile_scene(source, Path(task["folder"]), Path(file) if file else None, task["overrides"])
+    scene, found = compiled(source, Path(task["folder"]), Path(file) if file else None, task["overrides"])
     if not any(d.severity == "error" for d in found):
         scene, found = varied(replace(scene, chosen=needed(scene, task["models"])), [])
     if errors := [d for d in found if d.severity == "error" and not _of_another(scene, task, d)]:

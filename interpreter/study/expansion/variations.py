@@ -15,14 +15,16 @@ from typing import Any
 
 from softmark.grammar import layout, tree
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.face.api import varied
+from softmark.interpreter.front.check import varied
 from softmark.interpreter.front.requests import at_name, unknown_models
 from softmark.interpreter.language import overrides
 from softmark.interpreter.language.overrides import Override
 from softmark.interpreter.language.scene import Declared, Scene, SceneError
-from softmark.interpreter.language.sweeps import chain, override_of, value_in, with_unit
+from softmark.interpreter.language.sweeps import with_unit
+from softmark.interpreter.plan.needs import reached
+from softmark.interpreter.plan.sweeps import chain, override_of, value_in
 from softmark.interpreter.study.analysis.point import said_values
-from softmark.interpreter.study.expansion.keys import key_of, key_of_text, needed_models, reached
+from softmark.interpreter.study.expansion.keys import key_of, key_of_text, needed_models
 from softmark.interpreter.study.expansion.tasks import told
 from softmark.interpreter.vocabulary.studies import Stability, Sweep
 from softmark.records import dataclass

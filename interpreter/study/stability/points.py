@@ -8,12 +8,12 @@ from dataclasses import field
 from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.face.api import varied
+from softmark.interpreter.front.check import varied
 from softmark.interpreter.language import overrides
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.plan.quantities import Quantity, Value
+from softmark.interpreter.plan.stability import Asked
 from softmark.interpreter.study.expansion.variations import Subject, task_of
-from softmark.interpreter.study.stability.asking import Asked
 from softmark.interpreter.study.stability.classify import ABOUT_REFERENCES, Classified
 from softmark.interpreter.study.stability.truth import theory_of
 from softmark.records import dataclass

@@ -11,13 +11,13 @@ from typing import Any
 
 from softmark.interpreter.front.requests import at_name, unknown_models
 from softmark.interpreter.language.scene import Declared, Scene, SceneError
+from softmark.interpreter.plan.needs import reached
 from softmark.interpreter.plan.quantities import Quantity, Value
+from softmark.interpreter.plan.stability import Asked, asked_of, judges, no_judge
 from softmark.interpreter.plan.walks import Seen, Walk
 from softmark.interpreter.run.environment import describe, environment
-from softmark.interpreter.study.expansion.keys import reached
 from softmark.interpreter.study.expansion.variations import Subject
 from softmark.interpreter.study.stability import maps
-from softmark.interpreter.study.stability.asking import Asked, asked_of, judges, no_judge
 from softmark.interpreter.study.stability.classify import CLASSES, Classified, classify
 from softmark.interpreter.study.stability.desk import KIND, Desk
 from softmark.interpreter.study.stability.edges import choice_of, edge_of

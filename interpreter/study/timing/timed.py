@@ -154,7 +154,7 @@ def _scene(job: TimingJob) -> tuple[Scene, Declared, Case]:
     from pathlib import Path
 
     from softmark.grammar.diagnostic import Source
-    from softmark.interpreter.language.compile import compile_scene
+    from softmark.interpreter.front.catalogue import compiled
     from softmark.interpreter.language.sources import Missing, locate, read
     from softmark.interpreter.problem.case import case_for
 
@@ -164,7 +164,7 @@ def _scene(job: TimingJob) -> tuple[Scene, Declared, Case]:
     except Missing as missing:
         raise Refused(missing.reason) from missing
     folder = path.parent if path else Path(job.folder)
-    scene, found = compile_scene(source, folder, path, job.overrides)
+    scene, found = compiled(source, folder, path, job.overrides)
     if errors := [d for d in found if d.severity == "error"]:
         raise Refused(f"{errors[0].code}: {errors[0].message}")
     declared = scene.of_kind("model").get(job.model)
@@ -180,7 +180,9 @@ def _prepared(
 
     Where kernels or libraries were loaded meanwhile, it is built once more, unless that takes too long.
     """
-    declared.thing.load()
+    from softmark.interpreter.models import builders
+
+    builders.load(declared.thing)
     before, compiling, begin = memory()["now"], _compilations(), time.perf_counter()
     prepared, setup = _built(scene, declared, case)
     if compiling() and time.perf_counter() - begin < job.patience_s:

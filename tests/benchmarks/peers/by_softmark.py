@@ -9,6 +9,7 @@ from protocol import Found, NotConverged, Problem, main
 
 import softmark.interpreter.models.fem.build  # noqa: F401 - so that no clock counts it
 from softmark.interpreter.face.api import loads
+from softmark.interpreter.models.builders import build
 from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.problem.case import case_of
 from softmark.solvers.linear import factorisations
@@ -30,7 +31,7 @@ def solve(problem: Problem, steps: int) -> Found:
     scene = loads(SCENE.format(**vars(problem), kind=kind)).scene
     declared, case = scene.declared["solid"], case_of(scene, scene.declared["beam"].name)
     mesh = Mesh(problem.points, problem.cells, kind)
-    model = declared.thing.prepare(declared, case, Workshop({("beam", *declared.thing.mesh_key()): mesh}))
+    model = build(declared, case, Workshop({("beam", *declared.thing.mesh_key()): mesh}))
     if len(problem.cells) < 1000:
         model.warm()
         factorisations.warm(10**9)  # the kernels that large matrices need

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from softmark.interpreter.language import units
-from softmark.interpreter.problem.parts.resultants import SHOWN, Resultant
+from softmark.interpreter.problem.parts.resultants import SHOWN
 from softmark.interpreter.report.page.markup import prose, section, tag, text
 from softmark.interpreter.report.run.findings import Findings
+from softmark.interpreter.results.loads import Resultant
 
 LEAD = "The resultant of every load at full size on the undeformed body, and the part of it that the meshes take."
 

@@ -15,6 +15,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
+from softmark.interpreter.results.files import parts
+
 Words = Callable[[], str]
 
 SPENT = {  # what a machine may have no more of, and what to do; by the number of the system's error
@@ -30,22 +32,11 @@ SPENT = {  # what a machine may have no more of, and what to do; by the number o
 NEEDED = 640 << 20  # bytes of addresses: numpy, scipy and numba take 500 MB before anything is computed
 
 _words: list[Words] = []  # what to say of an interrupted command: the last one holds
-_parts: set[str] = set()  # files that are being written under another name
 
 
 def saying(words: Words) -> None:
     """From now on an interrupt says this of what is kept."""
     _words.append(words)
-
-
-def writing(part: str) -> None:
-    """A temporary file that an interrupt must take away."""
-    _parts.add(part)
-
-
-def written(part: str) -> None:
-    """The temporary file has its own name now, or is gone."""
-    _parts.discard(part)
 
 
 def guard() -> None:
@@ -82,7 +73,7 @@ def _leave(number: int, frame: Any) -> None:
     if _words:
         with suppress(Exception):
             text = _words[-1]()
-    for part in list(_parts):
+    for part in list(parts):
         with suppress(OSError):
             os.unlink(part)
     clear = "\r\x1b[K" if os.isatty(2) and os.environ.get("TERM") != "dumb" else ""

@@ -18,9 +18,9 @@ from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.fem.words import Fem, element_class
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for
 from softmark.interpreter.problem.conforming import Cuts, cuts_of
-from softmark.interpreter.study.orders import unlike
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
+from softmark.references.orders import unlike
 from softmark.references.self_converged import SelfConverged
 
 LEAST = 3  # sizes: two tell no order
@@ -48,13 +48,6 @@ def methods_of(scene: Scene, reference: Declared) -> list[Method]:
     """The models that a reference refines. Raises Fault for one of an unclear body."""
     found = (scene.declared[name] for name in reference.thing.methods)
     return [Method(declared, case_for(scene, declared)) for declared in found]
-
-
-def words(reference: Declared) -> str:
-    """What will be done, for the plan: `self_converged: quads and hexes at (12, 9, 6) mm, 6 solutions`."""
-    names, sizes = reference.thing.methods, reference.thing.sizes.values
-    each = f"{' and '.join(names)} at {units.show_all(sizes, units.LENGTH)}"
-    return f"{reference.constructor.name}: {each}, {len(names) * len(sizes)} solutions"
 
 
 # ------------------------------------------------------------------ what speaks against it

@@ -7,10 +7,11 @@ from collections.abc import Iterator
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language.scene import Declared, Location, Scene
+from softmark.interpreter.language.sweeps import Target
 from softmark.interpreter.plan.quantities import Quantity, Unwalkable, quantity_of, usual
 from softmark.interpreter.plan.walks import Until
 from softmark.interpreter.problem.case import Fault, body_of
-from softmark.interpreter.vocabulary.studies import Stability, Target
+from softmark.interpreter.vocabulary.studies import Stability
 from softmark.records import dataclass
 
 MAPPED = 3  # quantities up to which `maps = auto` maps every pair

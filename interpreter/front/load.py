@@ -1,0 +1,31 @@
+"""From the text of a scene to a scene that can be run, and all that is to be said about it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.interpreter.front.catalogue import compiled
+from softmark.interpreter.front.check import check
+from softmark.interpreter.front.requests import needed
+from softmark.interpreter.language.scene import Scene
+
+
+def checked(
+    source: Source, folder: Path, file: Path | None, overrides: Sequence[str] = (), only: Sequence[str] = ()
+) -> tuple[Scene | None, list[Diagnostic]]:
+    """The scene, None if it has errors, and all diagnostics about it; `only` are the models that are asked for.
+
+    What other models cannot do is no error then, but for those that these are made from.
+    """
+    scene, diagnostics = compiled(source, folder, file, overrides)
+    scene = replace(scene, chosen=needed(scene, only))
+    complete = not any(d.severity == "error" for d in diagnostics)
+    diagnostics += check(scene, complete)
+    if scene.of_kind("study") and not any(d.severity == "error" for d in diagnostics):
+        from softmark.interpreter.front import sweeps
+
+        diagnostics += dict.fromkeys(sweeps.check(scene))
+    return (None if any(d.severity == "error" for d in diagnostics) else scene), diagnostics

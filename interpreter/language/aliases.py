@@ -1,0 +1,171 @@
+"""What other programs call our fields, choices and constructors: suggested where they stand, never accepted."""
+
+from __future__ import annotations
+
+# What other programs call our fields: suggested, never accepted.
+SYNONYMS = {
+    "E": "young", "youngs_modulus": "young", "young_modulus": "young", "youngModulus": "young",
+    "youngs": "young", "modulus": "young", "stiffness": "young", "elastic_modulus": "young",
+    "nu": "poisson", "poissons_ratio": "poisson", "poisson_ratio": "poisson", "poissonRatio": "poisson",
+    "v": "poisson",
+    "rho": "density", "mass_density": "density", "totalMass": "density", "total_mass": "density",
+    "mass": "density",
+    "L": "length", "len": "length", "height": "length", "r": "radius", "R": "radius", "diameter": "radius",
+    "h": "size", "mesh_size": "size", "resolution": "size", "element_size": "size", "lc": "size",
+    "elements": "segments", "n": "segments", "nb": "segments", "divisions": "segments", "nodes": "segments",
+    "tol": "tolerance", "threshold": "tolerance", "eps": "tolerance", "maxiter": "max_iterations",
+    "iterations": "max_iterations", "max_iter": "max_iterations",
+    "on": "where", "region": "where", "indices": "where", "box": "where", "selection": "where", "at_": "at",
+    "position": "at", "force": "vector", "value": "vector", "g": "magnitude", "acceleration": "magnitude",
+    "dir": "direction", "start": "from", "end": "to", "begin": "from", "samples": "points", "count": "points",
+    "reference": "against", "ref": "against", "method": "strain", "formulation": "strain",
+    "kinematics": "strain",
+    "fixed": "components", "dofs": "components", "filename": "path", "file": "path", "scale": "unit",
+    "extents": "size", "dimensions": "size", "center": "origin", "centre": "origin",
+    "dt": "step", "delta_t": "step", "time_step": "step", "timestep": "step", "h_t": "step",
+    "t_end": "duration", "end_time": "duration", "total_time": "duration", "final_time": "duration",
+    "time": "duration", "T": "duration", "scheme": "integrator", "time_integration": "integrator",
+    "time_integrator": "integrator", "rayleigh_mass": "damping_mass", "rayleigh_stiffness": "damping_stiffness",
+    "rayleighMass": "damping_mass", "rayleighStiffness": "damping_stiffness", "alpha": "damping_mass",
+    "beta": "damping_stiffness", "rho_inf": "spectral_radius", "rho_infinity": "spectral_radius",
+    "initial_velocity": "velocity", "angular_velocity": "spin", "omega": "spin",
+    "duration": "over", "rise_time": "over", "ramp_time": "over", "stop": "until", "amplitude": "course",
+    "curve": "course", "history": "course", "schedule": "course", "f": "frequency",
+    "k": "stiffness", "spring_constant": "stiffness", "spring_stiffness": "stiffness", "topology": "network",
+    "cells": "network", "quadrature": "integration", "gauss_points": "integration", "lumping": "mass",
+    "mass_matrix": "mass", "units": "unit", "length_unit": "unit", "accuracy": "uncertainty",
+    "precision": "uncertainty", "error": "uncertainty", "registration": "register", "align": "register",
+    "isovalue": "iso", "iso_value": "iso", "level": "iso", "voxel_size": "voxel", "psf": "blur",
+    "models": "of", "model": "of", "frame": "state", "fps": "rate", "refresh": "rate", "hz": "rate",
+    "linear_solver": "linear", "cg_iterations": "linear_cap", "initial_guess": "start", "warm_start": "start",
+    "dtype": "precision", "factorization": "factorisation",
+    "statistics": "statistic", "norm": "statistic", "citation": "source", "parameter": "target", "variable": "target",
+    "values": "over", "range": "over", "sweep": "over", "product": "with", "times": "with",
+}  # fmt: skip
+
+# What is near a field of ours and is another quantity: the number cannot be taken over.
+CONVERTED = {
+    "diameter": "half the diameter", "mass": "mass divided by volume", "total_mass": "mass divided by volume",
+    "totalMass": "mass divided by volume",
+    "center": "not the middle of the shape", "centre": "not the middle of the shape",
+}  # fmt: skip
+
+# What other programs call the choices of a field.
+CHOICES = {
+    "linear": "small", "infinitesimal": "small", "small_strain": "small", "engineering": "small",
+    "corotated": "corotational", "co_rotational": "corotational", "polar": "corotational",
+    "large": "corotational",
+    "svd": "corotational", "qr": "corotational", "nonlinear": "finite", "green_lagrange": "finite",
+    "total_lagrangian": "finite", "hyperelastic": "finite", "finite_strain": "finite",
+    "backward_euler": "implicit_euler", "euler_implicit": "implicit_euler", "euler": "implicit_euler",
+    "implicit": "implicit_euler", "average_acceleration": "newmark", "newmark_beta": "newmark",
+    "crank_nicolson": "trapezoidal", "trapezoid": "trapezoidal", "trapezium": "trapezoidal",
+    "hht": "generalized_alpha", "hht_alpha": "generalized_alpha", "wbz": "generalized_alpha",
+    "generalised_alpha": "generalized_alpha", "chung_hulbert": "generalized_alpha",
+    "bdf": "bdf2", "gear": "bdf2", "implicit_midpoint": "midpoint", "midpoint_rule": "midpoint",
+    "variational": "midpoint", "verlet": "central_differences", "leapfrog": "central_differences",
+    "explicit": "central_differences", "central_difference": "central_differences",
+    "symplectic_euler": "central_differences", "semi_implicit_euler": "central_differences",
+    "reduced": "selective", "sri": "selective", "b_bar": "mean_dilatation", "bbar": "mean_dilatation",
+    "fbar": "mean_dilatation", "f_bar": "mean_dilatation", "F_bar": "mean_dilatation", "q1p0": "mean_dilatation",
+    "u_p": "mixed", "up": "mixed", "hybrid": "mixed", "taylor_hood": "mixed", "herrmann": "mixed",
+    "p2p1": "mixed", "three_field": "mixed", "standard": "displacement", "gauss": "full", "exact": "full",
+    "diagonal": "lumped", "row_sum": "lumped", "equal": "uniform", "per_element": "element", "cell": "element",
+    "average": "mean", "std": "sd", "stdev": "sd", "standard_deviation": "sd", "maximum": "max", "rmse": "rms",
+    "root_mean_square": "rms", "closest": "nearest", "closest_point": "nearest", "normals": "normal",
+    "projected": "normal", "iterative_closest_point": "icp", "held": "clamp",
+    "biggest": "largest", "face": "faces", "body": "all", "tetrahedra": "tet4", "hexahedra": "hex8",
+    "freudenthal": "kuhn", "float32": "single", "float64": "double", "fp32": "single", "fp64": "double",
+    "cg": "conjugate_gradients", "pcg": "conjugate_gradients", "amg": "multigrid", "lu": "superlu", "llt": "cholesky",
+    "ldlt": "cholesky", "direct": "cholesky", "mkl": "pardiso",
+}  # fmt: skip
+
+# What other programs call the elements.
+CELLS = {
+    "brick": "hex8", "hexahedron": "hex8", "hexahedra": "hex8", "hexa": "hex8", "hex": "hex8", "cube": "hex8",
+    "C3D8": "hex8", "H8": "hex8", "Q1": "hex8", "hexahedron8": "hex8", "tetra10": "tet10", "tetrahedron10": "tet10",
+    "quadratic": "tet10", "quadratic_tet": "tet10", "C3D10": "tet10", "P2": "tet10", "T10": "tet10",
+    "tetrahedron": "tet4", "tetra": "tet4", "tetrahedra": "tet4", "tet": "tet4", "C3D4": "tet4", "P1": "tet4",
+    "T4": "tet4",
+}  # fmt: skip
+
+# Words for directions, which depend on how one looks at a scene.
+DIRECTIONS = {
+    "down": "gravity usually pulls along `-z`", "up": "often `+z`", "left": "such as `-x`",
+    "right": "such as `+x`",
+    "forward": "such as `+y`", "back": "such as `-y`", "X": "write `x`", "Y": "write `y`", "Z": "write `z`",
+}  # fmt: skip
+
+# What other programs describe a material by: suggested, never accepted.
+MODULI = {
+    "mu": "young = 2 * mu * (1 + poisson)", "G": "young = 2 * G * (1 + poisson)",
+    "shear_modulus": "young = 2 * shear_modulus * (1 + poisson)", "C10": "young = 4 * C10 * (1 + poisson)",
+    "c10": "young = 4 * c10 * (1 + poisson)", "K": "young = 3 * K * (1 - 2 * poisson)",
+    "bulk_modulus": "young = 3 * bulk_modulus * (1 - 2 * poisson)", "D1": "poisson = 0.5 - young * D1 / 12",
+    "lambda": "poisson = lambda / (2 * (lambda + mu))", "lam": "poisson = lam / (2 * (lam + mu))",
+}  # fmt: skip
+
+# Functions of other languages.
+FUNCTIONS = {
+    "pow": "write `a^b`", "power": "write `a^b`", "ln": "`log` is the natural logarithm",
+    "log10": "write `log(a) / log(10)`",
+    "cbrt": "write `a^(1 / 3)`", "square": "write `a^2`", "fabs": "write `abs(a)`",
+    "norm": "take the root of a sum of squares",
+    "asin": "", "acos": "", "atan": "", "atan2": "", "sinh": "", "cosh": "", "tanh": "", "floor": "",
+    "ceil": "", "round": "",
+    "rad": "write `30 deg`: angles have units", "radians": "write `30 deg`: angles have units",
+    "degrees": "write `30 deg`: angles have units",
+}  # fmt: skip
+
+# What helps where a field is out of its range: (field, whether it is too large).
+ADVICE = {
+    ("magnitude", False): "a magnitude is not negative; `direction` says where it pulls",
+    ("poisson", True): "at 0.5 a solid keeps its volume whatever happens; beyond, it would grow when it is squeezed",
+    ("poisson", False): "Poisson's ratio is above -1, and between 0 and 0.5 for almost every solid",
+}
+
+# What other programs call our constructors and kinds.
+WORDS = {
+    **CELLS,
+    "neohookean": "neo_hookean", "NeoHookean": "neo_hookean", "neohooke": "neo_hookean",
+    "StVK": "st_venant_kirchhoff",
+    "stvk": "st_venant_kirchhoff", "svk": "st_venant_kirchhoff",
+    "saint_venant_kirchhoff": "st_venant_kirchhoff",
+    "hooke": "linear_elastic", "elastic": "linear_elastic", "linear": "linear_elastic",
+    "isotropic": "linear_elastic",
+    "springs": "mass_spring", "spring": "mass_spring", "msm": "mass_spring", "spring_network": "mass_spring",
+    "beam": "beam6dof", "rod": "beam6dof", "cosserat": "beam6dof", "cube": "box", "brick": "box", "block": "box",
+    "rod_shape": "cylinder", "tube": "cylinder", "clamp": "fixed", "fix": "fixed", "dirichlet": "displaced",
+    "encastre": "fixed", "body_force": "gravity", "weight": "gravity", "neumann": "traction",
+    "force": "point_force",
+    "prescribed": "displaced", "displacement_bc": "displaced", "l2": "energy_norm", "l2_norm": "energy_norm",
+    "timoshenko": "simo_reissner", "reissner": "simo_reissner", "euler_bernoulli": "small_deflection",
+    "real_time": "realtime", "hausdorff_distance": "hausdorff", "rmse": "mean_error", "mae": "mean_error",
+    "object": "body", "solid": "body", "boundary": "support", "constraint": "support", "bc": "support",
+    "force_": "load", "solver": "analysis", "simulation": "analysis", "method": "model", "measure": "metric",
+    "error": "metric", "geometry": "shape", "let": "param", "parameter": "param", "const": "param",
+    "var": "param",
+    "import": "use", "include": "use", "assert": "expect", "check": "expect", "observable": "probe",
+    "transient": "dynamic", "time_history": "dynamic", "implicit_dynamic": "dynamic",
+    "rom": "pod", "reduced_order": "pod", "eigenmodes": "modal",
+    "grid_convergence": "self_converged",
+    "quasi_static": "static", "equilibrium": "static", "steady": "static",
+    "mass_springs": "mass_spring", "spring_mass": "mass_spring", "spring_damper": "mass_spring",
+    "van_gelder": "from_material", "auto": "from_material", "fitted": "calibrated", "fit": "calibrated",
+    "tuned": "calibrated", "optimised": "calibrated", "optimized": "calibrated", "constant": "uniform",
+    "stl": "surface", "obj": "surface", "ply": "surface", "scan": "surface", "laser_scan": "surface",
+    "ct_scan": "ct_volume", "ct": "ct_volume", "mri": "ct_volume", "dicom": "ct_volume", "nrrd": "ct_volume",
+    "nifti": "ct_volume", "voxels": "ct_volume", "beads": "markers", "landmarks": "markers",
+    "fiducials": "markers", "tracked_points": "markers", "synthetic_scan": "virtual_scan",
+    "virtual_ct": "virtual_scan", "vertices": "nodes", "interior": "volume", "skin": "surface",
+    "tracked": "follows", "imposed": "displaced", "chamfer": "surface_distance",
+    "mean_distance": "surface_distance", "surface_error": "surface_distance", "frame_rate": "realtime",
+    "mean_absolute_error": "mean_error", "volume_loss": "volume_change", "volume_ratio": "volume_change",
+    "eigenfrequency": "period", "natural_frequency": "period", "trajectory_error": "course_norm",
+    "strain_error": "strain_energy_norm", "linear_ramp": "ramp", "smoothstep": "smooth", "cosine": "sine",
+    "sinusoid": "sine", "impulse": "pulse", "experiment": "reference", "measurement": "reference",
+    "ground_truth": "reference", "truth": "reference", "paper": "published", "table": "published",
+    "parameter_study": "sweep", "grid": "sweep", "vary": "sweep", "refinement": "sweep", "richardson": "convergence",
+    "gci": "convergence", "order": "convergence", "front": "pareto", "trade_off": "pareto", "tradeoff": "pareto",
+    "stress": "stability", "robustness": "stability", "limits": "stability", "extremes": "stability",
+}  # fmt: skip

@@ -1,0 +1,42 @@
+"""What builds each model: its words know nothing of arrays, and what makes arrays of them is imported when asked for.
+
+To add a model: its words in MODELS, and the module that builds it here, with `load(model)`, which imports what
+building needs, and `prepare(model, declared, case, workshop)`, which raises Fault.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.beam.words import Beam6Dof
+from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.reduced.words import Modal, Pod
+from softmark.interpreter.models.shared.prepared import Prepared, Workshop
+from softmark.interpreter.models.springs.words import MassSpring
+from softmark.interpreter.problem.case import Case
+
+BUILDERS: dict[type[Any], str] = {
+    Fem: "softmark.interpreter.models.fem.build",
+    Beam6Dof: "softmark.interpreter.models.beam.build",
+    MassSpring: "softmark.interpreter.models.springs.build",
+    Modal: "softmark.interpreter.models.reduced.equations",
+    Pod: "softmark.interpreter.models.reduced.equations",
+}
+
+
+def load(model: Any) -> None:
+    """Import what building a model needs, so that no clock counts it. Raises KeyError for what is no model."""
+    _builder(model).load(model)
+
+
+def build(declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """A model of a scene as arrays, ready to solve; the workshop may build others for it. Raises Fault."""
+    workshop.build = build
+    prepared: Prepared = _builder(declared.thing).prepare(declared.thing, declared, case, workshop)
+    return prepared
+
+
+def _builder(model: Any) -> Any:
+    return import_module(BUILDERS[type(model)])

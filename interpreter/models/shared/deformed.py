@@ -1,0 +1,48 @@
+"""A mesh and how far its points moved: for fields at material points, and for files that other programs read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from softmark.records import dataclass
+from softmark.solvers.mesh.interpolation import locate
+from softmark.solvers.mesh.mesh import Floats, Mesh
+
+
+def displacement_of(mesh: Mesh, u: Floats) -> Callable[[Floats], Floats]:
+    """Displacements of material points from those of the nodes u (n, 3), m."""
+    return lambda X: locate(mesh, X).interpolate(u)
+
+
+@dataclass(frozen=True)
+class Meshed:
+    """A mesh as files that other programs read want it."""
+
+    mesh: Mesh
+
+    @property
+    def points(self) -> Floats:
+        """Undeformed points (n, 3), m."""
+        return self.mesh.points
+
+    @property
+    def cells(self) -> Any:
+        """Nodes of each cell (m, a)."""
+        return self.mesh.cells
+
+    @property
+    def kind(self) -> str:
+        """The element."""
+        return self.mesh.kind
+
+
+@dataclass(frozen=True)
+class Deformed(Meshed):
+    """A mesh and the displacements of its points."""
+
+    displacement: Floats  # (n, 3) m
+    times: Floats | None = None  # (t,) s
+    frames: Floats | None = None  # (t, n, 3) m: displacements at these times
+    pressures: Floats | None = None  # (m, b) Pa, positive in tension: at four corners of each cell, or one in it
+    left: Floats | None = None  # (n, 3) m: the Newton step that would come next, where it is known

@@ -1,0 +1,36 @@
+"""Sweeps carried out: which are combined, what puts one value in its place, and which number it is there."""
+
+from __future__ import annotations
+
+from softmark.interpreter.language.expressions import Place, Quantity
+from softmark.interpreter.language.overrides import Override
+from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.language.sweeps import Variant
+from softmark.interpreter.vocabulary.studies import Sweep
+
+
+def override_of(sweep: Sweep, variant: Variant) -> Override:
+    """The override that puts one value of a sweep in its place."""
+    place = Place(variant.at.source, [])
+    return Override(sweep.target.name, variant.node, place, sweep.target.span, written="sweep({}, over = [...])",
+                    text=f"{sweep.target.name}={variant.text}")  # fmt: skip
+
+
+def chain(scene: Scene, sweep: Declared) -> list[Declared]:
+    """A sweep and those that it is combined with, outermost first. Stops at what is no sweep."""
+    found = [sweep]
+    while (name := getattr(found[-1].thing, "with_", None)) is not None:
+        found.append(scene.declared[name])
+    return found
+
+
+def value_in(scene: Scene, name: str) -> float | None:
+    """The number, SI, that a parameter or a field has in a scene; None where it is none."""
+    if name in scene.parameters:
+        value = scene.parameters[name].value
+        return value.value if isinstance(value, Quantity) else None
+    owner, _, attribute = name.rpartition(".")
+    declared = scene.declared.get(owner)
+    field = declared.constructor.field(attribute) if declared else None
+    found = getattr(declared.thing, field.attribute) if declared and field else None
+    return float(found) if isinstance(found, int | float) and not isinstance(found, bool) else None

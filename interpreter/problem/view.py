@@ -1,0 +1,38 @@
+"""What is known of a model or a reference once it has answered: what metrics measure and reports draw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.results.history import History
+from softmark.interpreter.results.report import ProbeResult, Timing
+from softmark.records import dataclass
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class View:
+    """What is known of a model or a reference once it is solved or read.
+
+    `displacement` is None where there is no field of displacements: nothing was found, or a surface was measured.
+    """
+
+    name: str
+    body: str
+    case: Case
+    message: str | None = None  # why there is nothing
+    displacement: Callable[[Floats], Floats] | None = None
+    probes: Mapping[str, ProbeResult] = field(default_factory=dict)
+    weights: Mapping[str, Floats] = field(default_factory=dict)
+    surface: Any = None  # measured: points, triangles, uncertainty; or how to register it onto a computed one
+    uncertainty: float = 0.0  # m, of a reference
+    clock: Mapping[str, Timing | None] = field(default_factory=dict)
+    history: History | None = None
+    solve: Mapping[str, Any] = field(default_factory=dict)

@@ -1,0 +1,27 @@
+"""What a motion went through."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import field
+from typing import TYPE_CHECKING
+
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class History:
+    """What a dynamic analysis went through, at t accepted times; the first is the start."""
+
+    times: NDArray[np.float64]  # (t,) s
+    displacement: Callable[[NDArray[np.float64]], NDArray[np.float64]]  # (n, 3) -> (t, n, 3), m
+    step_s: tuple[float, ...]  # wall seconds of each step
+    step_cpu_s: tuple[float, ...]
+    step: float  # s, the step that the scene asked for
+    solved: tuple[bool, ...] = ()  # whether each step met its tolerance; empty: all did
+    events: tuple[tuple[float, str], ...] = ()  # (time in s, what happened): a step that was halved
+    energies: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)  # (t,) J
