@@ -1,1 +1,1 @@
-"""TODO."""
+"""`dsl`: the command line, its commands a file each, the pages of `dsl explain`, signals. Nothing imports this room."""

@@ -1,1 +1,1 @@
-"""TODO."""
+"""softmark from Python: what `import softmark` offers, and its arguments. Imports every room but `cli`."""

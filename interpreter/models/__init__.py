@@ -1,8 +1,9 @@
 """Models: ways to compute the deformation of a body, each a file with its class.
 
-A model has fields for the scene, `doubts(declared, case)` for what speaks against it before anything is built (no
-numpy there), `outline(case)` for the plan, `load()` for its imports, and `prepare(declared, case, workshop)`, which
-builds arrays and returns what `prepared.py` describes. To add a model: one file, one line in MODELS.
+A model has words and a builder. The words are a class with fields for the scene, `doubts(declared, case)` for what
+speaks against it before anything is built (no numpy there), and `outline(case)` for the plan. The builder is a module
+with `load(model)` for its imports and `prepare(model, declared, case, workshop)`, which makes arrays and returns what
+`shared/prepared.py` describes. To add a model: its words and a line in MODELS, its builder and a line in BUILDERS.
 """
 
 from __future__ import annotations

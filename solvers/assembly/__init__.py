@@ -1,1 +1,1 @@
-"""TODO."""
+"""Energies over shared degrees of freedom: sums, patterns, with pressures, in single precision."""

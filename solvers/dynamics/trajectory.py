@@ -12,7 +12,7 @@ from softmark.records import dataclass
 from softmark.solvers.dynamics.balance import Account, Balance
 from softmark.solvers.dynamics.newton import Iteration
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.statics import equilibrium
+from softmark.solvers.statics import problem
 
 NOTHING = Account().balance  # of no motion
 
@@ -73,7 +73,7 @@ class Trajectory:
     balance: Balance = NOTHING  # of the energies
 
 
-class NotConverged(equilibrium.NotConverged):
+class NotConverged(problem.NotConverged):
     """A step failed at its shortest; `trajectory` holds what came before, `iterations` every Newton iteration."""
 
     def __init__(self, reason: str, trajectory: Trajectory, iterations: tuple[Iteration, ...]) -> None:

@@ -1,1 +1,1 @@
-
+"""Meshes: shapes, cells, what an element makes of them, files."""

@@ -164,7 +164,7 @@ def seeds() -> list[bytes]:
 
 def pages_of_codes() -> list[Path]:
     """The pages that `dsl explain` shows."""
-    return sorted((guard.REPOSITORY / "interpreter" / "codes").glob("*.md"))
+    return sorted((guard.REPOSITORY / "interpreter" / "cli" / "codes").glob("*.md"))
 
 
 def texts(found: list[bytes]) -> list[str]:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.parse import parse_expression
+from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language.condition_syntax import selection
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.expressions import Bad, Evaluator, Place, Quantity
@@ -24,7 +25,7 @@ def read(text: str) -> tuple[Condition | None, list[Diagnostic]]:
     found: list[Diagnostic] = []
     node, problems = parse_expression(Source("text", text))
     assert node is not None, problems
-    evaluator = Evaluator(Place(Source("text", text), found), lambda name: Quantity(0.2, LENGTH))
+    evaluator = Evaluator(Place(Source("text", text), found), lambda name: Quantity(0.2, LENGTH), CATALOGUE)
     try:
         return selection(node, evaluator), found
     except Bad:

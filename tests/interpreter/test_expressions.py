@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.parse import parse_expression
+from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.front.load import checked
 from softmark.interpreter.language import units
 from softmark.interpreter.language.expressions import (
@@ -34,7 +35,7 @@ def evaluate(text: str) -> tuple[Value | None, list[Diagnostic]]:
     assert node is not None, problems
     try:
         value: Value | None = Evaluator(Place(Source("text", text), found),
-                                        lambda name: NAMES[name.text]).value(node)
+                                        lambda name: NAMES[name.text], CATALOGUE).value(node)
     except Bad:
         value = None
     assert (value is None) == bool(found)

@@ -15,6 +15,7 @@ import pytest
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.parse import parse_expression
 from softmark.interpreter.evidence.recounted import Sweep
+from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language.condition_syntax import selection
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.expressions import Evaluator, Place, Quantity
@@ -42,7 +43,7 @@ CUT_OFF = math.pi * R**2 - 4 * (R**2 * math.acos(D / R) - D * math.sqrt(R**2 - D
 def condition(text: str) -> Condition:
     node, problems = parse_expression(Source("text", text))
     assert node is not None, problems
-    return selection(node, Evaluator(Place(Source("text", text), []), lambda name: Quantity(0.2, LENGTH)))
+    return selection(node, Evaluator(Place(Source("text", text), []), lambda name: Quantity(0.2, LENGTH), CATALOGUE))
 
 
 def swept(where: Condition, shape: Any, mesh: Mesh) -> float:

@@ -256,7 +256,7 @@ def test_size(page: str, request: pytest.FixtureRequest) -> None:
     [("report.js", 6000), ("raster.js", 7000), ("shapes.js", 13000), ("shapes_controls.js", 10000)],
 )
 def test_scripts_are_small(name: str, limit: int) -> None:
-    script = files("softmark.interpreter.report").joinpath(name).read_text(encoding="utf-8")
+    script = files("softmark.interpreter.report.page").joinpath(name).read_text(encoding="utf-8")
     assert len(script.encode()) < limit
 
 

@@ -130,7 +130,7 @@ def test_names_stand_apart_and_off_the_curves() -> None:
 
 def themes() -> list[dict[str, str]]:
     """The colours of light and of dark paper."""
-    style = files("softmark.interpreter.report").joinpath("report.css").read_text(encoding="utf-8")
+    style = files("softmark.interpreter.report.page").joinpath("report.css").read_text(encoding="utf-8")
     blocks = re.findall(r":root \{(.*?)\}", style, re.S)
     light, dark = (dict(re.findall(r"--([\w-]+): (#[0-9a-f]{3,6})", block)) for block in blocks)
     return [light, {**light, **dark}]

@@ -60,7 +60,7 @@ def hook(event, arguments):
         busy.pop()
 
 sys.addaudithook(hook)
-from softmark.interpreter.cli import main
+from softmark.interpreter.cli.main import main
 stdout, sys.stdout, sys.stderr = sys.stdout, open(os.devnull, "w"), open(os.devnull, "w")
 for scene in sys.stdin.read().split("\n"):
     for command in sys.argv[1:]:

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Networks of springs: `words` for scenes, `build` for arrays, `calibration` of their stiffness."""

@@ -1,1 +1,1 @@
-"""TODO."""
+"""The report on disk: JSON, HTML, JUnit, files for ParaView."""

@@ -1,1 +1,1 @@
-"""TODO."""
+"""What every page is made of: markup, style sheets and scripts, plates with tables."""

@@ -1,1 +1,1 @@
-"""TODO."""
+"""The page and the terminal's text of `dsl stress`."""

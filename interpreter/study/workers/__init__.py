@@ -1,1 +1,1 @@
-"""TODO."""
+"""Processes that carry out tasks, and the journal of what is finished."""

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Meshes from files: formats, what may be wrong with them, and readers that end."""

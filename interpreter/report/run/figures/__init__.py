@@ -1,1 +1,1 @@
-"""TODO."""
+"""Sections of a run's report that draw."""
