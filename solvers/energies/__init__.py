@@ -1,1 +1,1 @@
-"""Energies of solids, rods and springs over plain arrays: value, gradient, Hessian of each. To add one: `energy.Energy`."""
+"""Energies of solids, rods and springs over plain arrays: value, gradient, Hessian. To add one: see `energy.Energy`."""
