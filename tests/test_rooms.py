@@ -16,7 +16,7 @@ ROOMS = {
     ],
     "solvers": [
         "base", "materials", "elements", "mesh", "energies", "sparse",
-        "assembly", "linear", "statics", "dynamics", "reduced", "checks",
+        "assembly", "linear", "statics", "dynamics", "reduced", "checks", "alone",
     ],
 }  # fmt: skip
 ENTRANCE = {"softmark.interpreter", "softmark.interpreter.__main__", "softmark.solvers"}

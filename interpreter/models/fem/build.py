@@ -40,7 +40,7 @@ from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.linear import factorisations, systems
 from softmark.solvers.materials import law_for, parts_for
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.materials.polar import rotations
+from softmark.solvers.materials.polar import least_stretch, rotations
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.mesh.files.reading import Unreadable
 from softmark.solvers.mesh.interpolation import Integration, centre_rule, integration, locate
@@ -142,7 +142,8 @@ class PreparedSolid:
 
     def _beyond_its_law(self, x: Floats) -> tuple[Diagnostic, ...]:
         """Whether a St Venant-Kirchhoff solid is squeezed to where it gives way."""
-        if not isinstance(self.elastic.law, StVenantKirchhoff) or (least := squeezed(self.elastic.F(x))) > GIVES_WAY:
+        least = least_stretch(self.elastic.F(x)) if isinstance(self.elastic.law, StVenantKirchhoff) else 1.0
+        if least > GIVES_WAY:
             return ()
         at = self.declared.at("strain")
         return (
@@ -242,7 +243,7 @@ def at_rest(
         case.analysis.max_iterations,
         None if twin is None else assembly.with_internal([twin]),
         unknowns.of_displacements(soundness(model, elastic)),
-        unknowns.of_displacements(lambda x: squeezed(elastic.F(x)) > FLAT),
+        unknowns.of_displacements(lambda x: least_stretch(elastic.F(x)) > FLAT),
         convex=model.strain == "small" and assembly.conservative,
         extent=mesh.extent,
         path=getattr(case.analysis, "path", "load"),
@@ -282,12 +283,6 @@ def soundness(model: Fem, elastic: Elastic) -> Callable[[Floats], bool]:
         return model.strain == "small" or bool(np.all(np.linalg.det(elastic.F(x)) > 0))
 
     return sound
-
-
-def squeezed(F: Floats) -> float:
-    """The least principal stretch among deformation gradients (n, 3, 3), negative where one is inside out."""
-    least = np.sqrt(np.maximum(np.linalg.eigvalsh(F.transpose(0, 2, 1) @ F)[:, 0], 0.0))
-    return float((np.sign(np.linalg.det(F)) * least).min(initial=1.0))
 
 
 def energies(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> tuple[Energy, Energy | None]:
