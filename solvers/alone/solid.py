@@ -13,13 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
-from softmark.solvers.assembly.mixed import MixedPoints, volumetric
+from softmark.solvers.assembly.solids import elastic_energy
 from softmark.solvers.dynamics.mass import consistent_mass, lumped_mass, mass_points
-from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.materials import MATERIALS, STRAINS, Isotropic, law_for, parts_for
-from softmark.solvers.materials.corotational import Corotational
+from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.materials import MATERIALS, STRAINS, Isotropic, law_for
 from softmark.solvers.mesh.interpolation import Integration, integration, locate
 from softmark.solvers.mesh.mesh import Mesh, jacobians
 
@@ -60,18 +58,24 @@ class Solid:
     """A mesh of a material.
 
     `strain` is `finite` (the material's own law), `corotational` or `small` (its moduli at rest). Cells have
-    displacements alone: linear ones (`tet4`, `hex8`) lock near a Poisson's ratio of 0.5 and are then too stiff; `tet10`
-    hardly does. Raises ValueError for a mesh that is none, a strain that there is not, an incompressible material, and
+    displacements alone: linear ones (`tet4`, `hex8`) lock near a Poisson's ratio of 0.5 and are then too stiff, `tet10`
+    a little; not so `hex8` with `integration` `selective`, the volume at the centre of each cell only. Raises
+    ValueError for a mesh that is none, a strain or an integration that there is not, an incompressible material, and
     NoFiniteLaw for a material without a law of finite strain.
     """
 
     mesh: Mesh
     material: Isotropic
     strain: Literal["small", "corotational", "finite"] = "finite"
+    integration: Literal["full", "selective"] = "full"
 
     def __post_init__(self) -> None:
         if self.strain not in STRAINS:
             raise ValueError(f"no strain is called {self.strain!r}: there are {', '.join(STRAINS)}")
+        if self.integration not in ("full", "selective"):
+            raise ValueError(f"cells are integrated in full or selectively, not {self.integration!r}")
+        if self.integration == "selective" and self.mesh.kind != "hex8":
+            raise ValueError(f"hex8 alone is integrated selectively, not {self.mesh.kind}")
         if self.material.incompressible:
             raise ValueError("a Poisson's ratio of 0.5 has no finite bulk modulus: cells of displacements take less")
         _must_be_sound(self.mesh)
@@ -126,16 +130,10 @@ class Solid:
         """The law at all integration points."""
         return Elastic(self.mesh.cells, self.parts.dNdX, self.parts.w, law_for(self.material, self.strain))
 
-    def energy(self, strain: str) -> Elastic | CorotationalTets:
+    def energy(self, strain: str) -> Energy:
         """Its elastic energy with a measure of strain, in the form that is solved soonest."""
-        cells, dNdX, w = self.mesh.cells, self.parts.dNdX, self.parts.w
-        law = law_for(self.material, strain)
-        laws = parts_for(self.material, strain) if strain == "finite" else None
-        if laws is not None and volumetric(laws[1]):
-            return MixedPoints(cells, dNdX, w, law, volume=laws[1])
-        if isinstance(law, Corotational) and self.mesh.kind == "tet4":
-            return CorotationalTets(cells, dNdX, w, law)
-        return Elastic(cells, dNdX, w, law)
+        selective = self.integration == "selective"
+        return elastic_energy(self.mesh, self.elastic, self.material, strain, selective)
 
     def mass(self, lumped: bool = False) -> Any:
         """The mass matrix, kg: sparse (3n, 3n), or its diagonal (3n,)."""

@@ -30,20 +30,18 @@ from softmark.interpreter.problem.data import located
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.mixed import MixedPoints, volumetric
 from softmark.solvers.assembly.single import SingleAssembly
+from softmark.solvers.assembly.solids import elastic_energy, elastic_parts
 from softmark.solvers.energies import elementwise
-from softmark.solvers.energies.corotational_tets import CorotationalTets
-from softmark.solvers.energies.elastic import Elastic, Together
+from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.elementwise import ElementRotation
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.linear import factorisations, systems
-from softmark.solvers.materials import law_for, parts_for
-from softmark.solvers.materials.corotational import Corotational
+from softmark.solvers.materials import law_for
 from softmark.solvers.materials.polar import least_stretch, rotations
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.mesh.files.reading import Unreadable
-from softmark.solvers.mesh.interpolation import Integration, centre_rule, integration, locate
+from softmark.solvers.mesh.interpolation import Integration, integration, locate
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.meshable import UnknownElement
 from softmark.solvers.reduced.cells import BY_CELL
@@ -289,45 +287,17 @@ def energies(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> tuple[Ener
     """The elastic energy that a model asks for, and its corotational twin where its law is one of finite strain."""
     if model.rotation == "element":
         return _element_rotation(model, case, mesh, elastic), None
-    energy = _integrated(model, case, mesh, elastic, model.strain)
+    selective = model.integration == "selective"
+    energy = elastic_energy(mesh, elastic, case.material, model.strain, selective)
     if model.strain != "finite":
         return energy, None
-    return energy, _integrated(model, case, mesh, elastic, "corotational")
-
-
-def _integrated(model: Fem, case: Case, mesh: Mesh, elastic: Elastic, strain: str) -> Energy:
-    """The energy of a strain measure, as the model integrates it."""
-    first, *others = (
-        _mixed(part, case, strain) for part in _elastic_parts(model, case, mesh, elastic, strain)
-    )
-    if others:
-        return Together((first, *others))
-    if isinstance(first.law, Corotational) and mesh.kind == "tet4":
-        return CorotationalTets(first.cells, first.dNdX, first.w, first.law)
-    return first
-
-
-def _mixed(part: Elastic, case: Case, strain: str) -> Elastic:
-    """The same energy, able to take pressures that a step promises, where its law has a part of the volume alone."""
-    laws = parts_for(case.material, strain) if strain == "finite" else None
-    if laws is None or not volumetric(laws[1]) or part.law == laws[0]:
-        return part
-    return MixedPoints(part.cells, part.dNdX, part.w, part.law, volume=laws[1])
-
-
-def _elastic_parts(model: Fem, case: Case, mesh: Mesh, elastic: Elastic, strain: str) -> tuple[Elastic, ...]:
-    """The law at all points, or shear at all points and volume at the centre."""
-    laws = parts_for(case.material, strain) if model.integration == "selective" else None
-    if laws is None:
-        return (replace(elastic, law=law_for(case.material, strain)),)
-    middle = integration(mesh, rule=centre_rule(mesh.element))
-    return replace(elastic, law=laws[0]), Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])
+    return energy, elastic_energy(mesh, elastic, case.material, "corotational", selective)
 
 
 def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> ElementRotation:
     """One rotation for each cell, and its stiffness at rest, in full or selectively integrated."""
     G, rest = elementwise.mean(elastic.dNdX, elastic.w), np.eye(3)[None]
-    parts = _elastic_parts(model, case, mesh, elastic, "small")
+    parts = elastic_parts(mesh, elastic, case.material, "small", model.integration == "selective")
     K = np.sum([elementwise.stiffness(e.dNdX, e.w, e.law.dPdF(rest)[0]) for e in parts], axis=0)
     return ElementRotation(mesh.points, mesh.cells, G, K, rotations)
 
