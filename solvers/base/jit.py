@@ -12,6 +12,9 @@ constants, its names, the numbers they stand for, its file when it was loaded, a
 Kernels live in `kernels.py` files, in `sparse` and in `corotational_tets.py`; what needs none must not
 import these, for numba is slow to load. A kernel is compiled for the types that it is called with and no others, so
 one that a run does not call costs it nothing.
+
+numba promises nothing of the classes that this is made of, so pyproject.toml bounds its version; tests/solvers/
+test_numba.py says what a newer one lacks before the bound is raised.
 """
 
 from __future__ import annotations
