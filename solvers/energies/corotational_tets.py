@@ -100,10 +100,6 @@ class CorotationalTets:
         """Tangent stiffness, N/m."""
         self._pass(TANGENT + PROJECTED * projected, x, _NONE, data, self._rows(slots), scale)
 
-    def add_both(self, x: Floats, g: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> float:
-        """Forces into g and the tangent into data at once; returns the strain energy, J."""
-        return self._pass(VALUE + FORCE + TANGENT, x, g, data, self._rows(slots), scale)
-
     def add_gradient_kept(self, x: Floats, g: Floats, traces: Floats) -> None:
         """`add_gradient`, and tr(S - I) of each cell into `traces` (m,)."""
         self._pass(FORCE + KEEP, x, g, _NONE, _NO_SLOTS, 1.0, traces)
