@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.evidence.recounted import Unchecked, loads_on
+from softmark.interpreter.evidence.load_check import Unchecked, loads_on
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.beam.words import Beam6Dof, station
 from softmark.interpreter.models.fem.words import Fem

@@ -12,7 +12,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, fault
 from softmark.interpreter.problem.data import located
-from softmark.interpreter.problem.outlying import kept
+from softmark.interpreter.problem.outliers import kept
 from softmark.interpreter.problem.prism_surface import skin_of
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import ProbeResult, Shape

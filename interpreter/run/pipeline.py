@@ -15,7 +15,7 @@ import numpy as np
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.evidence.expectations import judge
 from softmark.interpreter.evidence.force_check import loose, watched
-from softmark.interpreter.evidence.wider import reactions
+from softmark.interpreter.evidence.selection_error import reactions
 from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared, Scene, SceneError
 from softmark.interpreter.metrics.measure import metrics_of
@@ -123,7 +123,7 @@ def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
             _virtual(work, scene.declared[name])
     asked = () if options.stated is None else options.stated or tuple(work.models)
     if asked or options.free:
-        from softmark.interpreter.evidence.asking import state
+        from softmark.interpreter.evidence.stated_errors import state
 
         state(work, asked, options.free)
     return _report(work, partial=False)

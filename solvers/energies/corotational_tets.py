@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from softmark.records import dataclass
 from softmark.solvers.base.jit import kernel
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.energies.small import Nine, nearest_rotation, orthogonalise, set_above_identity
+from softmark.solvers.energies.small_matrices import Nine, nearest_rotation, orthogonalise, set_above_identity
 
 Rows = NDArray[np.int32]
 VALUE, FORCE, TANGENT, PROJECTED, LAGGED, KEEP = 1, 2, 4, 8, 16, 32  # what a pass over the cells computes

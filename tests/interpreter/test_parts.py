@@ -15,7 +15,7 @@ from octant import octant
 
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.parse import parse_expression
-from softmark.interpreter.evidence.recounted import Sweep
+from softmark.interpreter.evidence.load_check import Sweep
 from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language.condition_syntax import selection
 from softmark.interpreter.language.conditions import Condition

@@ -25,7 +25,7 @@ from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.html import render
 from softmark.interpreter.report.run.tables.metric_details import unit_of
 from softmark.interpreter.report.run.terminal import table
-from softmark.interpreter.report.shapes import surfaces
+from softmark.interpreter.report.view3d import surfaces
 from softmark.interpreter.results import vtk
 from softmark.interpreter.results.report import (
     MetricResult,

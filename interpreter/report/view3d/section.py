@@ -16,9 +16,9 @@ from softmark.interpreter.report.page.sheet import Cell, csv_link, short
 from softmark.interpreter.report.run.bodies import bodies
 from softmark.interpreter.report.run.findings import Findings, Result
 from softmark.interpreter.report.run.tables.probes import looks
-from softmark.interpreter.report.shapes.camera import letters, view_of
-from softmark.interpreter.report.shapes.still import View, seen_box, still
-from softmark.interpreter.report.shapes.surfaces import (
+from softmark.interpreter.report.view3d.camera import letters, view_of
+from softmark.interpreter.report.view3d.still import View, seen_box, still
+from softmark.interpreter.report.view3d.surfaces import (
     Floats,
     Small,
     fit,
@@ -27,7 +27,7 @@ from softmark.interpreter.report.shapes.surfaces import (
     packed_triangles,
     step_of,
 )
-from softmark.interpreter.report.shapes.toolbar import DECADES, Kind, colour_bar, time_bar, toolbar
+from softmark.interpreter.report.view3d.toolbar import DECADES, Kind, colour_bar, time_bar, toolbar
 from softmark.interpreter.results.report import Shape
 from softmark.records import dataclass
 
