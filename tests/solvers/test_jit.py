@@ -282,7 +282,7 @@ def test_the_stamp_of_a_kernel_tells_what_it_computes_with() -> None:
 
 def copied(tmp_path: Path) -> list[Path]:
     """All solver sources elsewhere, so that they may be edited."""
-    root = Path(jit.__file__).parent
+    root = Path(jit.__file__).parents[1]
     shutil.copytree(root, tmp_path / "solvers", ignore=shutil.ignore_patterns("__pycache__"))
     return sorted((tmp_path / "solvers").rglob("*.py"))
 
