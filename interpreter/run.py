@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter import units
+from softmark.interpreter import pausing, units
 from softmark.interpreter.cantilever import cantilever_of
 from softmark.interpreter.case import Case, Fault, case_for, case_of, fault
 from softmark.interpreter.environment import describe, environment
@@ -105,6 +105,7 @@ class _Run:
 
 def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
     """The report of a scene. Raises SceneError before anything is solved if something cannot be built."""
+    pausing.end()
     work = _Run(scene, options, plan_of(scene, options.only), warnings=list(warnings))
     _read_all(work)
     _place_all(work)

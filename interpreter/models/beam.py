@@ -18,6 +18,7 @@ from softmark.interpreter.models.rigid import AXES, point_rows
 from softmark.interpreter.scene import Declared
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
 from softmark.records import dataclass
+from softmark.solvers import linear
 from softmark.solvers.assembly import Assembly
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod import RodElastic, RodLoad
@@ -49,8 +50,8 @@ class PreparedBeam:
         return self.rest.reshape(-1, 7)[:, :3]
 
     def warm(self) -> None:
-        """Nothing to compile: beams are numpy."""
-        self.problem.assembly.tangent(self.rest, 1.0)
+        """Nothing to compile, beams are numpy; but what solves for their steps is to be imported."""
+        linear.warm(len(self.problem.assembly.tangent(self.rest, 1.0, projected=True).data))
 
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest."""
