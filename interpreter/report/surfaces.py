@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.picking import picked
-from softmark.interpreter.report.markup import listed
+from softmark.interpreter.report.markup import several
 from softmark.interpreter.results import Shape
 from softmark.records import dataclass
 
@@ -74,7 +74,7 @@ def notes_of(given: Mapping[str, Shape], kept: Mapping[str, Shape]) -> list[str]
             said = f"at {len(own.times)} of {len(shape.times)} moments"
             coarse.setdefault(said, []).append(f"`{name}`")
     return [
-        f"{listed(names)} {'is' if len(names) == 1 else 'are'} drawn {said}."
+        f"{several(names)} {'is' if len(names) == 1 else 'are'} drawn {said}."
         for said, names in coarse.items()
     ]
 
@@ -123,7 +123,8 @@ def _numbered(keys: Ints) -> Ints:
     """One number (n,) for each row of whole numbers (n, 3) from 0, in the same order: rows take ten times as long."""
     size = keys.max(axis=0, initial=0) + 1
     if float(np.prod(size.astype(float))) < 2.0**62:
-        return np.ravel_multi_index(tuple(keys.T), tuple(size))
+        numbered: Ints = np.ravel_multi_index(tuple(keys.T), tuple(size))
+        return numbered
     number: Ints = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
     return number
 
