@@ -157,6 +157,22 @@ def test_a_page_is_made_once_however_many_models_there_are(
     assert len(pages[0].models) == 5
 
 
+def test_versions_of_libraries_are_read_once_however_many_models_there_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A report is made after every model: reading them took as long as a small rod."""
+    from importlib import metadata
+
+    from softmark.interpreter import environment
+    from softmark.interpreter.cli import main
+
+    environment._versions.cache_clear()
+    asked, version = [], metadata.version
+    monkeypatch.setattr(metadata, "version", lambda name: asked.append(name) or version(name))  # type: ignore[func-returns-value]
+    assert main(["run", scene(tmp_path, 5), "--out", str(tmp_path / "out")]) == 0
+    assert sorted(asked) == ["numba", "numpy", "scipy"]
+
+
 class _Report:
     """As much of a report as the shelf looks at; writing it takes time on a clock of our own."""
 
