@@ -18,8 +18,8 @@ if _OURS and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
 from collections.abc import Sequence  # noqa: E402
 from contextlib import suppress  # noqa: E402
 
+from softmark import pausing  # noqa: E402
 from softmark.interpreter.cli import signals  # noqa: E402
-from softmark.solvers.base import pausing  # noqa: E402
 
 COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpreter.cli.commands, summary)
     "check": ("check", "parse, resolve, check dimensions and applicability; run nothing"),

@@ -11,7 +11,7 @@ from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models import builders
 from softmark.interpreter.models.shared.prepared import Prepared, Workshop
 from softmark.interpreter.problem.case import Case, case_for
-from softmark.solvers.base.pausing import loading
+from softmark.pausing import loading
 
 
 def prepared_model(

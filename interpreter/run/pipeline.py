@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softmark import pausing
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.evidence.expectations import judge
 from softmark.interpreter.evidence.force_check import loose, watched
@@ -48,7 +49,6 @@ from softmark.interpreter.results.report import (
     clean,
 )
 from softmark.interpreter.run.environment import describe, environment
-from softmark.solvers.base import pausing
 
 if TYPE_CHECKING:
     from softmark.solvers.statics.equilibrium import Iteration

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.elements.boxes import holding
 from softmark.solvers.elements.element import Element
+from softmark.solvers.mesh.boxes import holding
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 from softmark.solvers.mesh.neighbours import neighbours
 

@@ -72,7 +72,7 @@ import gc, json, os, sys
 searches = []
 gc.callbacks.append(lambda phase, info: searches.append("numba" in sys.modules))
 from softmark.interpreter.run import pipeline as runner
-from softmark.solvers.base import pausing
+from softmark import pausing
 from softmark.interpreter.cli.main import main
 
 solve, before = runner._model, []
@@ -87,7 +87,7 @@ CLOCKED = """
 import json, sys
 
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.models import beam
+from softmark.interpreter.models.beam import build as beam
 
 solve, seen = beam.PreparedBeam.solve, []
 
