@@ -100,7 +100,7 @@ class Frequencies:
         before, spent = self.omega, self._age
         self.omega = self.definite = self._largest("tangent", self.forces.tangent(x, self.forces.factors(time)))
         if self.damping.beta:
-            data = self.forces.stiffness(x)
+            data = self.forces.drag(x)
             self.definite = self._largest("definite", self.forces.pattern.matrix(data))
         self._age, self._interval = 0, self._next(before, spent)
         return self.critical
