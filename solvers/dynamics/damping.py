@@ -62,6 +62,11 @@ class Damping:
         self.begin(stage.acting(motion.x))
         return float(np.linalg.norm(self.force(v) - before))
 
+    def rounding(self, v: Floats) -> float:
+        """Norm of what rounding leaves in its force, N."""
+        free = self.forces.free
+        return float(np.finfo(np.float64).eps * np.linalg.norm(abs(self._C) @ np.abs(v[free]))) if self.active else 0.0
+
     def force(self, v: Floats) -> Floats:
         """C v on the free degrees of freedom, zero on the others (dofs,), N."""
         if not self.active:

@@ -21,6 +21,7 @@ SMALL = 500  # unknowns below which SuperLU is as quick
 REPEATS = 8  # of a step, each with the damping of the state that the last one found
 DRAG = 10.0  # times the tolerance: what part of the largest force damping may be off by, as that of another state
 UNSETTLED = 1e-4  # of the largest force: damping that repeats leave off by more is that of no state
+BLUR = 16.0  # times what rounding leaves in the force of damping: less is no change of it
 SAME = 1e-8  # relative: loads that differ by less are one
 
 
@@ -167,7 +168,8 @@ class System:
         for _ in range(REPEATS):
             motion = self._solved(stage)
             off = self.damping.renew(stage, motion)
-            if off <= enough * self.newton.scale:
+            noise = BLUR * self.damping.rounding(stage.speeding(motion.v))
+            if off <= max(enough * self.newton.scale, noise):
                 return motion
         if off > max(enough, UNSETTLED) * self.newton.scale:
             raise StepFailed("the damping and the state that it belongs to do not settle")
