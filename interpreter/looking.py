@@ -15,7 +15,6 @@ from softmark.interpreter.conditions import Condition
 from softmark.interpreter.datasets import located
 from softmark.interpreter.measuring import View
 from softmark.interpreter.outlying import kept
-from softmark.interpreter.parts.faces import clipped
 from softmark.interpreter.picking import picked
 from softmark.interpreter.results import ProbeResult, Shape
 from softmark.interpreter.scene import Declared
@@ -103,6 +102,8 @@ def _surface(probe: Declared, case: Case) -> Place:
     X, triangles = shape.surface(probe.thing.size or _size(shape))
     if probe.thing.where is None:
         return Place(X, triangles)
+    from softmark.interpreter.parts.faces import clipped
+
     points, part, share = clipped(probe.thing.where, X, triangles)
     if not len(points):
         raise _nothing(probe)
@@ -185,6 +186,8 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
     wheres = [support.thing.where for support in case.supports if isinstance(support.thing, Fixed)]
     if not wheres:
         return None
+    from softmark.interpreter.parts.faces import clipped
+
     points, triangles, _ = clipped(reduce(partial(Condition.junction, "or"), wheres), place.X, place.triangles)
     return (points, triangles) if len(triangles) else None
 
