@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.case import Case, case_for, coverage
+from softmark.interpreter.case import Case, case_for
 from softmark.interpreter.models.beam6dof import Beam6Dof, station
 from softmark.interpreter.models.fem import Fem
 from softmark.interpreter.models.mass_spring import MassSpring
@@ -26,6 +26,7 @@ from softmark.interpreter.models.prepared import Solution
 from softmark.interpreter.recounted import Unchecked, loads_on
 from softmark.interpreter.results import ModelResult, clean
 from softmark.interpreter.scene import Declared, Scene
+from softmark.interpreter.stretches import coverage
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
 from softmark.records import dataclass

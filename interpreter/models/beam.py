@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.case import Case, coverage, fault
+from softmark.interpreter.case import Case, fault
 from softmark.interpreter.models import outcome
 from softmark.interpreter.models.beam6dof import Beam6Dof, station
 from softmark.interpreter.models.disturbing import Disturbance, disturbance_of, of_rod
@@ -17,6 +17,7 @@ from softmark.interpreter.models.holding import Held, moved_by
 from softmark.interpreter.models.prepared import Solution
 from softmark.interpreter.models.rigid import AXES, point_rows
 from softmark.interpreter.scene import Declared
+from softmark.interpreter.stretches import coverage
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
 from softmark.records import dataclass
 from softmark.solvers import linear

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.parse import parse_expression
-from softmark.interpreter.case import coverage, coverages
 from softmark.interpreter.conditions import Condition
 from softmark.interpreter.expressions import Bad, Evaluator, Place, Quantity
 from softmark.interpreter.selections import selection
+from softmark.interpreter.stretches import coverage, coverages
 from softmark.interpreter.units import LENGTH
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
