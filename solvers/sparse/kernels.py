@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.solvers.jit import kernel
+from softmark.solvers.jit import kernel, part
 from softmark.solvers.sparse.blas import GEMM, GEMV, POTRF, SYRK, TRSM, TRSV, call
 
 Ints = NDArray[np.int64]
@@ -18,134 +18,6 @@ Flags = NDArray[np.bool_]
 Values = NDArray[Any]  # of float32 or float64
 Floats = NDArray[np.float64]
 BLOCK = 48  # columns that are factorised without the help of BLAS
-
-
-@kernel
-def minimum_degree(
-    indptr: Ints, indices: Ints, first: int, last: Flags, order: Ints, length: Ints, lists: Ints, flags: Flags,
-    pool: Ints,
-) -> None:  # fmt: skip
-    """Elimination order (n,) of a symmetric graph without loops, by approximate minimum degree.
-
-    Its first `first` places are filled; nodes marked in `last` (n,) are not eliminated. `indices`, the `length` (n,) of
-    each adjacency list, `lists` (10, n + 1), five of -1 and five of 0, `flags` (2, n) True and False, and
-    the memory `pool` are changed: arrays are made outside, for to compile that takes longer than the loops.
-
-    Quotient graph with element absorption and the degree bound of Amestoy, Davis and Duff (1996), without
-    supervariables. An adjacency list keeps its place: it never grows, for each new element replaces an old entry.
-    """
-    n = len(indptr) - 1
-    entries = indices  # elements first, then variables, of each live variable
-    head, after, before = lists[0], lists[1], lists[2]  # variables by degree, in linked lists
-    mark, stamp = lists[3], lists[4]
-    elements, start, count = lists[5], lists[6], lists[7]  # the latter: variables of an element, in `pool`
-    outside = lists[8]  # |L_e \ L_p|
-    degree = lists[9]
-    alive, absorbed = flags[0], flags[1]  # not eliminated
-    for i in range(n):
-        degree[i] = length[i]
-    used = 0
-    for i in range(n - 1, -1, -1):
-        if last[i]:
-            continue
-        d = degree[i]
-        after[i] = head[d]
-        if head[d] >= 0:
-            before[head[d]] = i
-        head[d] = i
-    lowest = 0
-    for step in range(first):
-        while head[lowest] < 0:
-            lowest += 1
-        p = head[lowest]
-        head[lowest] = after[p]
-        if after[p] >= 0:
-            before[after[p]] = -1
-        order[step] = p
-        alive[p] = False
-        # L_p: live variables that p touches, directly or through its elements
-        if used + n > len(pool):
-            larger = np.empty(2 * len(pool) + n, np.int64)
-            for q in range(used):
-                larger[q] = pool[q]
-            pool = larger
-        start[p] = used
-        mark[p] = step
-        for t in range(indptr[p], indptr[p] + length[p]):
-            if t < indptr[p] + elements[p]:
-                e = entries[t]
-                absorbed[e] = True
-                for s in range(start[e], start[e] + count[e]):
-                    i = pool[s]
-                    if alive[i] and mark[i] != step:
-                        mark[i] = step
-                        pool[used] = i
-                        used += 1
-            else:
-                i = entries[t]
-                if alive[i] and mark[i] != step:
-                    mark[i] = step
-                    pool[used] = i
-                    used += 1
-        count[p] = used - start[p]
-        for s in range(start[p], used):
-            i = pool[s]
-            for t in range(indptr[i], indptr[i] + elements[i]):
-                e = entries[t]
-                if not absorbed[e]:
-                    if stamp[e] != step:
-                        stamp[e] = step
-                        live = 0
-                        for q in range(start[e], start[e] + count[e]):
-                            if alive[pool[q]]:
-                                live += 1
-                        outside[e] = live
-                    outside[e] -= 1
-        for s in range(start[p], used):
-            i = pool[s]
-            base = indptr[i]
-            write = base
-            total = count[p] - 1
-            kept = elements[i]
-            buffer_end = base + length[i]
-            # elements that live on, then the new one, then variables not covered by it
-            for t in range(base, base + kept):
-                e = entries[t]
-                if not absorbed[e] and outside[e] > 0:
-                    entries[write] = e
-                    write += 1
-                    total += outside[e]
-            number = write - base
-            hold = write
-            for t in range(base + kept, buffer_end):
-                j = entries[t]
-                if alive[j] and mark[j] != step:
-                    entries[hold] = j
-                    hold += 1
-                    total += 1
-            # the new element goes in front of the variables: the first of them moves to the end
-            if hold > write:
-                entries[hold] = entries[write]
-            entries[write] = p
-            elements[i] = number + 1
-            length[i] = hold + 1 - base
-            new = min(total, min(degree[i] + count[p] - 1, n - step - 2))
-            if last[i]:
-                degree[i] = new
-                continue
-            if before[i] >= 0:
-                after[before[i]] = after[i]
-            else:
-                head[degree[i]] = after[i]
-            if after[i] >= 0:
-                before[after[i]] = before[i]
-            degree[i] = new
-            before[i] = -1
-            after[i] = head[new]
-            if head[new] >= 0:
-                before[head[new]] = i
-            head[new] = i
-            lowest = min(lowest, new)
 
 
 @kernel
@@ -295,7 +167,7 @@ def factorise_signed(
     return 0
 
 
-@kernel
+@part
 def _add(
     U: Values,
     source: int,
