@@ -18,6 +18,7 @@ what only kernels call.
 
 from __future__ import annotations
 
+import functools
 import gc
 import hashlib
 import os
@@ -30,7 +31,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
-from types import CodeType, FunctionType
+from types import CodeType
 from typing import Any, TypeVar, cast
 
 import numba
@@ -39,12 +40,12 @@ from numba.core import caching as _caching
 from numba.core import event as _event
 from numba.core import runtime as _runtime
 from numba.core import serialize as _serialize
-from numba.extending import register_jitable
+
+from softmark.solvers.passes import Passes
 
 caching: Any = _caching  # without types of its own
 event: Any = _event
 njit: Any = numba.njit  # whose types do not know all of its options
-jitable: Any = register_jitable
 serialize: Any = _serialize
 runtime: Any = _runtime
 
@@ -237,9 +238,7 @@ def _value(value: Any, seen: set[Any]) -> list[str]:
     """What a name stands for, as far as machine code depends on it; the same in every process."""
     callee = getattr(value, "py_func", None) or getattr(value, "_defn", None)  # a kernel, an intrinsic
     if callee is not None:
-        return [getattr(getattr(value, "_cache", None), "source", ""), *_told(callee, seen)]
-    if isinstance(value, FunctionType) and value in _parts:
-        return [_parts[value], *_told(value, seen)]
+        return [getattr(getattr(value, "_cache", value), "source", ""), *_told(callee, seen)]
     if isinstance(value, np.ndarray):
         return [str(value.dtype), str(value.shape), hashlib.sha256(value.tobytes()).hexdigest()]
     if isinstance(value, tuple):
@@ -278,8 +277,26 @@ class _Pause(event.Listener):  # type: ignore[misc]
 
 
 event.register("numba:compile", _Pause())
-_LEAN: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}  # C never calls a kernel
-_parts: dict[Any, str] = {}  # functions that are compiled within kernels, and the files they were loaded from
+_LEAN: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,  # nobody calls a kernel from C
+    "pipeline_class": Passes,
+}
+
+
+class _Part:
+    """What numba compiles where a kernel calls it, and Python runs as it is written."""
+
+    def __init__(self, function: Any) -> None:
+        self.py_func = function
+        self.source = _source(function.__code__.co_filename)
+        self._compiled = njit(**_LEAN, no_cpython_wrapper=True, _nrt=False)(function)
+        self._numba_type_ = numba.types.Dispatcher(self._compiled)  # which knows it by a weak reference
+        functools.update_wrapper(self, function)
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.py_func(*arguments)
 
 
 def kernel(function: Kernel) -> Kernel:
@@ -297,8 +314,7 @@ def maker(function: Kernel) -> Kernel:
 
 def part(function: Kernel) -> Kernel:
     """Decorator of a piece of kernels, compiled within them; called from Python it runs there. It makes no array."""
-    _parts[function] = _source(function.__code__.co_filename)
-    return cast(Kernel, jitable(**_LEAN, no_cpython_wrapper=True, _nrt=False)(function))
+    return cast(Kernel, _Part(function))
 
 
 def _kept(function: Kernel, compiled_later: Any) -> Kernel:

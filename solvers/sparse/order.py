@@ -49,10 +49,9 @@ def minimum_degree(graph: sparse.csr_matrix, begin: Ints) -> Ints:
     K = (sparse.diags(np.diff(mixed.indptr) + 1.0) - mixed).tocsc()
     K.sort_indices()
     superlu: Any = lone("scipy.sparse.linalg._dsolve._superlu")
-    indices, indptr = K.indices.astype(np.intc), K.indptr.astype(np.intc)
-    factor = superlu.gstrf(
-        n, K.nnz, K.data, indices, indptr, csc_construct_func=sparse.csc_matrix, ilu=True, options=ORDER | DROP
-    )
+    arrays = K.data, K.indices.astype(np.intc), K.indptr.astype(np.intc)
+    made, options = sparse.csc_matrix, ORDER | DROP
+    factor = superlu.gstrf(n, K.nnz, *arrays, csc_construct_func=made, ilu=True, options=options)
     order = np.empty(n, dtype=np.int64)
     order[factor.perm_c] = begin
     return order
