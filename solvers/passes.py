@@ -37,7 +37,7 @@ class Types(typed_passes.NopythonTypeInference):
 
         context.resolve_function_type = remembered
         try:
-            return bool(super().run_pass(state))
+            return bool(super().run_pass(state))  # type: ignore[no-untyped-call]
         finally:
             if before is None:
                 del context.resolve_function_type
