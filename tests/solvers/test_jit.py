@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba.core.errors import TypingError
 
 from softmark.solvers import jit
 
@@ -299,7 +300,7 @@ def test_a_part_is_compiled_within_its_kernel_and_runs_by_itself_as_it_is_writte
     _doubled_in(x)
     np.testing.assert_array_equal(x, 2.0)
     assert _doubled(1.5) == 3.0
-    assert _doubled(np.float32(1.5)) == 3.0  # a type that no kernel called it with
+    assert _doubled(1) == 2.0  # a type that no kernel called it with
 
 
 @pytest.mark.parametrize("enabled", [True, False])
@@ -319,7 +320,7 @@ def test_compiling_leaves_the_collection_of_garbage_as_it_was(enabled: bool) -> 
     was, watch = gc.isenabled(), Watch()
     gc.enable() if enabled else gc.disable()
     try:
-        with jit.event.install_listener("numba:run_pass", watch), pytest.raises(jit.numba.core.errors.TypingError):
+        with jit.event.install_listener("numba:run_pass", watch), pytest.raises(TypingError):
             jit.kernel(broken)(np.ones(1))
         assert seen
         assert not any(seen)
