@@ -168,15 +168,17 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
     return (place.X, triangles) if len(triangles) else None
 
 
-def surface_of(view: View, place: Place, error: Floats | None, measured_from: str | None) -> Shape | None:
-    """The deformed surface, and some frames of it where there is a history."""
-    if view.displacement is None or place.triangles is None:
+def surface_of(
+    view: View, place: Place, u: Floats, error: Floats | None, measured_from: str | None
+) -> Shape | None:
+    """The surface with its displacements u (n, 3) in m, and some frames of it where there is a history."""
+    if place.triangles is None:
         return None
     times = frames = None
     if view.history is not None:
         chosen = picked(len(view.history.times), FRAMES)
         times, frames = view.history.times[chosen], place.X + view.history.displacement(place.X)[chosen]
-    position = place.X + view.displacement(place.X)
+    position = place.X + u
     if not (np.all(np.isfinite(position)) and (frames is None or np.all(np.isfinite(frames)))):
         return None
     if error is not None and not np.all(np.isfinite(error)):

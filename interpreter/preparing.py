@@ -9,6 +9,7 @@ from typing import Any
 
 from softmark.interpreter.case import Case, case_for
 from softmark.interpreter.models.prepared import Prepared, Workshop
+from softmark.interpreter.pausing import loading
 from softmark.interpreter.scene import Declared, Scene
 
 
@@ -16,7 +17,8 @@ def prepared_model(
     declared: Declared, case: Case, workshop: Workshop
 ) -> tuple[Prepared, tuple[float, float]]:
     """A model built for a case, and the wall and CPU seconds of building it, imports excluded. Raises Fault."""
-    declared.thing.load()
+    with loading():
+        declared.thing.load()
     workshop.borrowed = (0.0, 0.0)
     wall, cpu = time.perf_counter(), time.process_time()
     prepared: Prepared = declared.thing.prepare(declared, case, workshop)
