@@ -102,7 +102,7 @@ def _surface(probe: Declared, case: Case) -> Place:
     X, triangles = shape.surface(probe.thing.size or _size(shape))
     if probe.thing.where is None:
         return Place(X, triangles)
-    from softmark.interpreter.parts.faces import clipped
+    from softmark.interpreter.problem.parts.faces import clipped
 
     points, part, share = clipped(probe.thing.where, X, triangles)
     if not len(points):
@@ -186,7 +186,7 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
     wheres = [support.thing.where for support in case.supports if isinstance(support.thing, Fixed)]
     if not wheres:
         return None
-    from softmark.interpreter.parts.faces import clipped
+    from softmark.interpreter.problem.parts.faces import clipped
 
     points, triangles, _ = clipped(reduce(partial(Condition.junction, "or"), wheres), place.X, place.triangles)
     return (points, triangles) if len(triangles) else None

@@ -48,7 +48,7 @@ def _measured(condition: Condition, shape: Any, station: float, extent: float) -
     held = {bool(condition.holds(x + a, y + b, z + c, extent)) for a, b, c in _offsets(shape)}
     if len(held) == 2:
         return "some"
-    from softmark.interpreter.parts.sections import share
+    from softmark.interpreter.problem.parts.sections import share
 
     taken = share(condition, shape, station)
     if held == {True}:

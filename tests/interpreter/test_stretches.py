@@ -14,7 +14,7 @@ from softmark.interpreter.language.condition_syntax import selection
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.expressions import Evaluator, Place, Quantity
 from softmark.interpreter.language.units import LENGTH
-from softmark.interpreter.parts.sections import share
+from softmark.interpreter.problem.parts.sections import share
 from softmark.interpreter.problem.stretches import borders, coverage, inside
 from softmark.solvers.mesh.shapes import Box, Cylinder, transverse
 
