@@ -14,7 +14,7 @@ from softmark.interpreter.cli.commands import shelf as shelves
 from softmark.interpreter.report.run import html
 from softmark.solvers.energies import rod_kinematics
 
-COMPILED = 28  # functions for one run of corotational tetrahedra; 137 when sorts and LAPACK went through numba
+COMPILED = 27  # functions for one run of corotational tetrahedra; 137 when sorts and LAPACK went through numba
 COUNTING = """
 import sys
 from numba.core import event

@@ -16,7 +16,8 @@ from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_rod
 from softmark.interpreter.models.shared.holding import Held, moved_by
 from softmark.interpreter.models.shared.prepared import Solution, Workshop
-from softmark.interpreter.problem.case import Case, coverage, fault
+from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.stretches import coverage
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly

@@ -38,7 +38,7 @@ from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.elementwise import ElementRotation
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.linear import factorisations, systems
-from softmark.solvers.materials import law_for, parts_for
+from softmark.solvers.materials import drags_for, law_for, parts_for
 from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.polar import rotations
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
@@ -134,7 +134,17 @@ class PreparedSolid:
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *outcome.doubts(self.declared, found))
         facts = solution.facts | mesh_facts(self.mesh)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
-        return replace(solution, facts=facts, notes=notes, mesh=self._deformed(u, found.x, left))
+        message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
+        return replace(solution, message=message, facts=facts, notes=notes, mesh=self._deformed(u, found.x, left))
+
+    def _other_linear(self, found: Equilibrium) -> str:
+        """That Pardiso was asked for and could not be had."""
+        if self.model.linear != "pardiso":
+            return ""
+        from softmark.solvers.sparse import pardiso
+
+        why = pardiso.lacking()
+        return f"`linear = pardiso` found no library ({why}): solved by {found.linear_solver}" if why else ""
 
     def _deformed(self, u: Floats, state: Floats, left: Floats | None) -> Deformed:
         pressures = self.unknowns.pressed(self.problem.assembly.internal[0], state)
@@ -317,16 +327,18 @@ def _mixed(part: Elastic, case: Case, strain: str) -> Elastic:
     laws = parts_for(case.material, strain) if strain == "finite" else None
     if laws is None or not volumetric(laws[1]) or part.law == laws[0]:
         return part
-    return MixedPoints(part.cells, part.dNdX, part.w, part.law, volume=laws[1])
+    return MixedPoints(part.cells, part.dNdX, part.w, part.law, drag=part.drag, volume=laws[1])
 
 
 def _elastic_parts(model: Fem, case: Case, mesh: Mesh, elastic: Elastic, strain: str) -> tuple[Elastic, ...]:
     """The law at all points, or shear at all points and volume at the centre."""
     laws = parts_for(case.material, strain) if model.integration == "selective" else None
+    whole, volume = drags_for(case.material, strain) or (None, None)
     if laws is None:
-        return (replace(elastic, law=law_for(case.material, strain)),)
+        return (replace(elastic, law=law_for(case.material, strain), drag=whole),)
     middle = integration(mesh, rule=centre_rule(mesh.element))
-    return replace(elastic, law=laws[0]), Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])
+    centre = Elastic(mesh.cells, middle.dNdX, middle.w, laws[1], drag=volume)
+    return replace(elastic, law=laws[0], drag=None), centre
 
 
 def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> ElementRotation:
