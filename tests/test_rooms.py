@@ -36,6 +36,7 @@ MANY = {  # and why
     "interpreter/language": "a step of reading is a file",
     "interpreter/metrics": "a metric is a file",
     "interpreter/cli/commands": "a command is a file, and what they share is beside them",
+    "solvers/materials": "a law is a file, and what they share is beside them",
     "solvers/dynamics": "an integrator is a file, and what they share is beside them",
     "references": "a reference is a file",
 }

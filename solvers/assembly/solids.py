@@ -8,7 +8,7 @@ from softmark.solvers.assembly.mixed import MixedPoints, volumetric
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.energy import Energy
-from softmark.solvers.materials import Isotropic, law_for, parts_for
+from softmark.solvers.materials import Isotropic, drags_for, law_for, parts_for
 from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
@@ -32,10 +32,12 @@ def elastic_parts(
 ) -> tuple[Elastic, ...]:
     """The law at all points; or, `selective` and where it comes apart, shear at all points and volume at the centre."""
     laws = parts_for(material, strain) if selective else None
+    whole, volume = drags_for(material, strain) or (None, None)
     if laws is None:
-        return (replace(elastic, law=law_for(material, strain)),)
+        return (replace(elastic, law=law_for(material, strain), drag=whole),)
     middle = integration(mesh, rule=centre_rule(mesh.element))
-    return replace(elastic, law=laws[0]), Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])
+    centre = Elastic(mesh.cells, middle.dNdX, middle.w, laws[1], drag=volume)
+    return replace(elastic, law=laws[0], drag=None), centre
 
 
 def _mixed(part: Elastic, material: Isotropic, strain: str) -> Elastic:
@@ -43,4 +45,4 @@ def _mixed(part: Elastic, material: Isotropic, strain: str) -> Elastic:
     laws = parts_for(material, strain) if strain == "finite" else None
     if laws is None or not volumetric(laws[1]) or part.law == laws[0]:
         return part
-    return MixedPoints(part.cells, part.dNdX, part.w, part.law, volume=laws[1])
+    return MixedPoints(part.cells, part.dNdX, part.w, part.law, drag=part.drag, volume=laws[1])

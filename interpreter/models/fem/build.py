@@ -132,7 +132,17 @@ class PreparedSolid:
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *outcome.doubts(self.declared, found))
         facts = solution.facts | mesh_facts(self.mesh)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
-        return replace(solution, facts=facts, notes=notes, mesh=self._deformed(u, found.x, left))
+        message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
+        return replace(solution, message=message, facts=facts, notes=notes, mesh=self._deformed(u, found.x, left))
+
+    def _other_linear(self, found: Equilibrium) -> str:
+        """That Pardiso was asked for and could not be had."""
+        if self.model.linear != "pardiso":
+            return ""
+        from softmark.solvers.sparse import pardiso
+
+        why = pardiso.lacking()
+        return f"`linear = pardiso` found no library ({why}): solved by {found.linear_solver}" if why else ""
 
     def _deformed(self, u: Floats, state: Floats, left: Floats | None) -> Deformed:
         pressures = self.unknowns.pressed(self.problem.assembly.internal[0], state)
