@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.metrics.metric import Known, Seen
+from softmark.interpreter.metrics.measurement import Known, Seen
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
 from softmark.interpreter.problem.points import _volume
 from softmark.solvers.mesh.shapes import Box
