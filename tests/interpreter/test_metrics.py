@@ -14,7 +14,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.metrics import METRICS
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.mean_error import MeanError
-from softmark.interpreter.metrics.metric import Known, Seen
+from softmark.interpreter.metrics.measurement import Known, Seen
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.realtime import RealTime
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.metrics.metric import Known, Seen
+from softmark.interpreter.metrics.measurement import Known, Seen
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
 from softmark.interpreter.problem.case import case_of
 from softmark.interpreter.problem.points import _volume, held_face
