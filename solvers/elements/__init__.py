@@ -1,4 +1,4 @@
-"""Finite elements: shape functions and quadrature, nothing of any law.
+"""Finite elements: all that is known of a cell by itself, nothing of any law.
 
 To add an element: one file with its class (element.py says what it needs), one line in ELEMENTS.
 """
@@ -19,3 +19,14 @@ ELEMENTS: dict[str, type[Element]] = {
     "tet10": Tet10,
     "hex8": Hex8,
 }
+
+
+class UnknownElement(ValueError):
+    """There is no such element; the message has its name, and those that there are."""
+
+
+def element_of(name: str) -> type[Element]:
+    """The class of an element by its word. Raises UnknownElement."""
+    if name not in ELEMENTS:
+        raise UnknownElement(f"there is no element `{name}`: elements are {', '.join(ELEMENTS)}")
+    return ELEMENTS[name]

@@ -1,26 +1,88 @@
-"""Boundary facets of solid elements: triangles of three and six nodes, quadrilaterals of four."""
+"""Boundary facets of solid elements: triangles of three and six nodes, quadrilaterals of four.
+
+To add a facet: its class (element.py says what it needs), and a line in FACETS.
+"""
 
 from __future__ import annotations
 
+from itertools import product
 from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.solvers.elements.element import Facet
+    from softmark.solvers.elements.element import Facet, Rows
 
     Floats = NDArray[np.float64]
 else:
     from softmark.solvers.base.deferred import np
 
 
-class Tri3:
+Three = tuple[tuple[int, int, int], ...]
+
+
+class Triangle:
+    """The reference triangle with corners (0, 0), (1, 0), (0, 1)."""
+
+    corners: ClassVar[int] = 3
+    square: ClassVar[bool] = False
+    rim: ClassVar[tuple[tuple[float, float], ...]] = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+    centre: ClassVar[tuple[float, float]] = (1 / 3, 1 / 3)
+    halves: ClassVar[Three] = ((0, 1, 2),)
+
+    @staticmethod
+    def powers(degree: int) -> Floats:
+        """Exponents of the monomials (k, 2) of a total degree."""
+        return np.array([(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)], dtype=float)
+
+    @staticmethod
+    def lattice(steps: int) -> Floats:
+        """Local points (k, 2) of so many equal steps along each side."""
+        return Triangle.powers(steps) / steps
+
+    @staticmethod
+    def folded(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
+        """A rule of the square [-1, 1]^2, folded into the triangle: points (q, 2) and weights (q,)."""
+        a, b = 0.5 * (a + 1.0), 0.5 * (b + 1.0)
+        return np.stack([a, (1.0 - a) * b], axis=1), 0.25 * w * (1.0 - a)
+
+
+class Quadrilateral:
+    """The reference square [-1, 1]^2."""
+
+    corners: ClassVar[int] = 4
+    square: ClassVar[bool] = True
+    rim: ClassVar[tuple[tuple[float, float], ...]] = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+    centre: ClassVar[tuple[float, float]] = (0.0, 0.0)
+    halves: ClassVar[Three] = ((0, 1, 2), (0, 2, 3))
+
+    @staticmethod
+    def powers(degree: int) -> Floats:
+        """Exponents of the monomials (k, 2) of a degree in each coordinate."""
+        return np.array(list(product(range(degree + 1), repeat=2)), dtype=float)
+
+    @staticmethod
+    def lattice(steps: int) -> Floats:
+        """Local points (k, 2) of so many equal steps along each side."""
+        found: Floats = 2.0 * Quadrilateral.powers(steps) / steps - 1.0
+        return found
+
+    @staticmethod
+    def folded(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
+        """A rule of the square as it is."""
+        return np.stack([a, b], axis=1), w
+
+
+class Tri3(Triangle):
     """Three-node triangle: N_0 = 1 - xi - eta, N_1 = xi, N_2 = eta."""
 
     nodes: ClassVar[int] = 3
-    corners: ClassVar[int] = 3
-    triangles: ClassVar[tuple[tuple[int, int, int], ...]] = ((0, 1, 2),)
+    between: ClassVar[Rows] = ()
+    triangles: ClassVar[Three] = Triangle.halves
+    pressed: ClassVar[int] = 1
+    bend: ClassVar[int] = 2
+    monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1))
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
@@ -38,12 +100,15 @@ class Tri3:
         return np.broadcast_to(np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]]), (len(xi), 3, 2))
 
 
-class Tri6:
+class Tri6(Triangle):
     """Six-node triangle, sides of second degree: corners L (2 L - 1), then mid-sides 4 L L' of 01, 12, 20."""
 
     nodes: ClassVar[int] = 6
-    corners: ClassVar[int] = 3
-    triangles: ClassVar[tuple[tuple[int, int, int], ...]] = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
+    between: ClassVar[Rows] = ((0, 1), (1, 2), (2, 0))
+    triangles: ClassVar[Three] = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
+    pressed: ClassVar[int] = 4
+    bend: ClassVar[int] = 2
+    monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
@@ -67,12 +132,15 @@ class Tri6:
         return np.concatenate([(4 * L - 1) * dL, 4 * (L * dL[:, after] + L[:, after] * dL)], axis=1)
 
 
-class Quad4:
+class Quad4(Quadrilateral):
     """Four-node quadrilateral on [-1, 1]^2, N = (1 +- xi)(1 +- eta)/4; it need not be flat."""
 
     nodes: ClassVar[int] = 4
-    corners: ClassVar[int] = 4
-    triangles: ClassVar[tuple[tuple[int, int, int], ...]] = ((0, 1, 2), (0, 2, 3))
+    between: ClassVar[Rows] = ()
+    triangles: ClassVar[Three] = Quadrilateral.halves
+    pressed: ClassVar[int] = 2
+    bend: ClassVar[int] = 2
+    monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1), (1, 1))
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
@@ -83,20 +151,15 @@ class Quad4:
     @staticmethod
     def shape(xi: Floats) -> Floats:
         """N (m, 4)."""
-        x, y = 1 + _quad_corners()[0] * xi[:, :1], 1 + _quad_corners()[1] * xi[:, 1:]
-        N: Floats = x * y / 4
+        a, b = np.array(Quad4.rim).T
+        N: Floats = (1 + a * xi[:, :1]) * (1 + b * xi[:, 1:]) / 4
         return N
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
         """dN/dxi (m, 4, 2)."""
-        a, b = _quad_corners()
+        a, b = np.array(Quad4.rim).T
         return np.stack([a * (1 + b * xi[:, 1:]) / 4, b * (1 + a * xi[:, :1]) / 4], axis=2)
-
-
-def _quad_corners() -> Floats:
-    """Local coordinates of the four corners (2, 4)."""
-    return np.array([[-1.0, 1.0, 1.0, -1.0], [-1.0, -1.0, 1.0, 1.0]])
 
 
 FACETS: dict[int, type[Facet]] = {3: Tri3, 6: Tri6, 4: Quad4}  # by their number of nodes

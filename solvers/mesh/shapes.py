@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from softmark.records import dataclass
+from softmark.solvers.elements.cells import Tetrahedron
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rectangle
 
@@ -211,17 +212,17 @@ class Cylinder:
         return side, rings, cells(0.0, self.length, divisions(self.length, size), along(cuts, "along"))
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of a kind (tet4, tet10, hex8) with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
+        """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
         from softmark.solvers.mesh.structured import disc, rounded, solid
 
         mesh = solid(disc(self.radius, size, cuts=cuts), self.length, size, kind, cuts)
-        return _placed(rounded(mesh, self.radius) if kind == "tet10" else mesh, self.axis, self.origin)
+        return _placed(rounded(mesh, self.radius), self.axis, self.origin)
 
     def surface(self, size: float) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of the surface, outward, with edges of about `size` (m)."""
         from softmark.solvers.mesh.mesh import surface
 
-        return surface(self.mesh("tet4", size))
+        return surface(self.mesh(Tetrahedron.linear, size))
 
 
     def side(self, corners: Floats) -> NDArray[np.bool_]:
@@ -326,7 +327,7 @@ class Box:
         )
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of a kind (tet4, tet10, hex8) with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
+        """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
         from softmark.solvers.mesh.structured import rectangle, solid
 
         own = self._turned(cuts)
@@ -337,7 +338,7 @@ class Box:
         """Points (n, 3) in m and triangles (t, 3) of the surface, outward, with edges of about `size` (m)."""
         from softmark.solvers.mesh.mesh import surface
 
-        return surface(self.mesh("tet4", size))
+        return surface(self.mesh(Tetrahedron.linear, size))
 
 
 @dataclass(frozen=True)
@@ -368,7 +369,7 @@ class MeshFile:
     prebuilt: ClassVar[bool] = True
 
     def mesh(self, kind: str, size: float | None = None) -> Mesh:
-        """The cells of the file as a kind (tet4, tet10 or hex8); `size` is ignored. Raises Unreadable."""
+        """The cells of the file as an element; `size` is ignored. Raises Unreadable, UnknownElement."""
         from softmark.solvers.mesh.files.reading import converted, read
 
         return converted(read(self.path, self.unit, self.coincident), kind, self.split)

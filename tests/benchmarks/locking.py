@@ -19,6 +19,7 @@ import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.pressured import with_pressures
+from softmark.solvers.elements.tet10 import Tet10
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.energy import Floats, VectorSpace
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
@@ -28,7 +29,7 @@ from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.mesh.sphere import octant
-from softmark.solvers.mesh.splits import five, quadratic
+from softmark.solvers.mesh.splits import five, with_nodes
 from softmark.solvers.statics.equilibrium import Linear, Statics, equilibrium
 
 RATIOS = (0.3, 0.45, 0.49, 0.499, 0.4999, 0.49999, 0.5)
@@ -89,7 +90,7 @@ def cook(kind: str, form: str, n: int, nu: float = 0.4999, young: float = 250.0,
     points = np.stack([48 * s, 44 * t + s * (44 + t * 16 - 44 * t), z * n * through], axis=1)
     mesh = Mesh(points, cells.reshape(-1, 8), "hex8")
     if kind != "hex8":
-        mesh = five(mesh) if kind == "tet4" else quadratic(five(mesh))
+        mesh = five(mesh) if kind == "tet4" else with_nodes(five(mesh), Tet10)
     x, y, z = mesh.points.T
     fixed = np.concatenate([3 * np.flatnonzero(x < 1e-9) + i for i in range(2)] + [3 * np.arange(len(x)) + 2])
     f = np.zeros_like(mesh.points)

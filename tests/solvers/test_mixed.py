@@ -12,6 +12,7 @@ from scipy.sparse.linalg import spsolve
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.pressured import with_pressures
+from softmark.solvers.elements.tet10 import Tet10
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
@@ -25,7 +26,7 @@ from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.pressures import pressures
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.mesh.sphere import octant
-from softmark.solvers.mesh.splits import quadratic
+from softmark.solvers.mesh.splits import with_nodes
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 FINITE = ("neo_hookean", "neo_hookean_isochoric", "st_venant_kirchhoff")
@@ -86,7 +87,7 @@ def distorted(kind: str) -> Mesh:
     mesh = Box((1.0, 0.8, 0.6)).mesh("tet4" if kind == "tet10" else kind, 0.5)
     shake = 0.04 * np.sin(37.0 * mesh.points[:, [1, 2, 0]] + mesh.points)
     shaken = Mesh(mesh.points + shake, mesh.cells, mesh.kind)
-    return quadratic(shaken) if kind == "tet10" else shaken
+    return with_nodes(shaken, Tet10) if kind == "tet10" else shaken
 
 
 CASES = [("small", "linear_elastic"), ("corotational", "linear_elastic"), *(("finite", name) for name in FINITE)]

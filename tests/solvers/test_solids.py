@@ -7,6 +7,7 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements.tet10 import Tet10
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.loads import DeadForces
@@ -14,7 +15,7 @@ from softmark.solvers.materials import MATERIALS, law_for, parts_for
 from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.mesh.splits import quadratic
+from softmark.solvers.mesh.splits import with_nodes
 from softmark.solvers.statics.equilibrium import Statics, equilibrium
 
 LAWS = [
@@ -55,7 +56,7 @@ def cube(cells: int = 2, kind: str = "tet4") -> Mesh:
     inner = np.all((points > 0.01) & (points < 0.99), axis=1)
     points[inner] += np.random.default_rng(1).uniform(-0.1, 0.1, (inner.sum(), 3)) / cells
     moved = Mesh(points, mesh.cells, mesh.kind)
-    return quadratic(moved) if kind == "tet10" else moved
+    return with_nodes(moved, Tet10) if kind == "tet10" else moved
 
 
 def elastic(mesh: Mesh, law: tuple[str, str], young: float = 1.0, poisson: float = 0.25) -> Elastic:
