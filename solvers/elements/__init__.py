@@ -8,6 +8,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from softmark.solvers.elements.hex8 import Hex8
+from softmark.solvers.elements.hex20 import Hex20
+from softmark.solvers.elements.hex27 import Hex27
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
 
@@ -18,6 +20,8 @@ ELEMENTS: dict[str, type[Element]] = {
     "tet4": Tet4,
     "tet10": Tet10,
     "hex8": Hex8,
+    "hex20": Hex20,
+    "hex27": Hex27,
 }
 
 

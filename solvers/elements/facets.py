@@ -1,4 +1,4 @@
-"""Boundary facets of solid elements: triangles of three and six nodes, quadrilaterals of four.
+"""Boundary facets of solid elements: triangles of three and six nodes, quadrilaterals of four, eight and nine.
 
 To add a facet: its class (element.py says what it needs), and a line in FACETS.
 """
@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from itertools import product
 from typing import TYPE_CHECKING, ClassVar
+
+from softmark.solvers.elements import quadratic
 
 if TYPE_CHECKING:
     import numpy as np
@@ -162,4 +164,74 @@ class Quad4(Quadrilateral):
         return np.stack([a * (1 + b * xi[:, 1:]) / 4, b * (1 + a * xi[:, :1]) / 4], axis=2)
 
 
-FACETS: dict[int, type[Facet]] = {3: Tri3, 6: Tri6, 4: Quad4}  # by their number of nodes
+class Quad8(Quadrilateral):
+    """Eight-node quadrilateral of serendipity: corners, then middles of the sides 01, 12, 23, 30."""
+
+    nodes: ClassVar[int] = 8
+    between: ClassVar[Rows] = ((0, 1), (1, 2), (2, 3), (3, 0))
+    triangles: ClassVar[Three] = ((0, 4, 7), (4, 1, 5), (5, 2, 6), (6, 3, 7), (4, 5, 7), (5, 6, 7))
+    pressed: ClassVar[int] = 5
+    bend: ClassVar[int] = 3
+    monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2), (2, 1), (1, 2))
+
+    @staticmethod
+    def places() -> Floats:
+        """Local points of the nodes (8, 2)."""
+        return _with_middles(Quad8.between)
+
+    @staticmethod
+    def quadrature() -> tuple[Floats, Floats]:
+        """Three by three Gauss points: exact for N times the area vector."""
+        return quadratic.gauss(2)
+
+    @staticmethod
+    def shape(xi: Floats) -> Floats:
+        """N (m, 8)."""
+        return quadratic.serendipity(Quad8.places(), xi)
+
+    @staticmethod
+    def gradient(xi: Floats) -> Floats:
+        """dN/dxi (m, 8, 2)."""
+        return quadratic.serendipity_gradient(Quad8.places(), xi)
+
+
+class Quad9(Quadrilateral):
+    """Nine-node quadrilateral of Lagrange: corners, middles of the sides 01, 12, 23, 30, and the middle."""
+
+    nodes: ClassVar[int] = 9
+    between: ClassVar[Rows] = (*Quad8.between, (0, 1, 2, 3))
+    triangles: ClassVar[Three] = (
+        (0, 4, 8), (4, 1, 8), (1, 5, 8), (5, 2, 8), (2, 6, 8), (6, 3, 8), (3, 7, 8), (7, 0, 8),
+    )  # fmt: skip
+    pressed: ClassVar[int] = 5
+    bend: ClassVar[int] = 4
+    monomials: ClassVar[Rows] = tuple(product(range(3), repeat=2))
+
+    @staticmethod
+    def places() -> Floats:
+        """Local points of the nodes (9, 2)."""
+        return _with_middles(Quad9.between)
+
+    @staticmethod
+    def quadrature() -> tuple[Floats, Floats]:
+        """Three by three Gauss points: exact for N times the area vector."""
+        return quadratic.gauss(2)
+
+    @staticmethod
+    def shape(xi: Floats) -> Floats:
+        """N (m, 9)."""
+        return quadratic.lagrange(Quad9.places(), xi)
+
+    @staticmethod
+    def gradient(xi: Floats) -> Floats:
+        """dN/dxi (m, 9, 2)."""
+        return quadratic.lagrange_gradient(Quad9.places(), xi)
+
+
+def _with_middles(between: Rows) -> Floats:
+    """Corners of the square, and what lies between them (k, 2)."""
+    rim = np.array(Quadrilateral.rim)
+    return np.array([*rim, *(rim[list(ends)].mean(axis=0) for ends in between)])
+
+
+FACETS: dict[int, type[Facet]] = {3: Tri3, 6: Tri6, 4: Quad4, 8: Quad8, 9: Quad9}  # by their number of nodes

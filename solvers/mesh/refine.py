@@ -16,7 +16,7 @@ from softmark.solvers.elements import element_of
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
-WHOLE = 64  # shape functions at the places of new nodes are whole multiples of 1 / WHOLE
+WHOLE = 64  # shape functions at the places of new nodes are whole multiples of 1 / WHOLE, or of half of it, and so on
 QUARTERS = 4  # steps along an edge, at which new nodes lie
 
 
@@ -44,21 +44,30 @@ def finer(mesh: Mesh, shape: Any = None) -> Finer:
     element = element_of(mesh.element.finer)
     places, children = _pattern(mesh.element, element)
     labels = np.random.default_rng(0).integers(1, 2**63, len(mesh.points), dtype=np.uint64)
+    N = mesh.element.shape(places)
     keys, first, inverse = np.unique(
-        _keys(mesh.element.shape(places), labels[mesh.cells]), return_index=True, return_inverse=True
+        _keys(N, _whole(N), labels[mesh.cells]), return_index=True, return_inverse=True
     )
     P = _interpolation(mesh, places, first)
     local = inverse.reshape(len(mesh.cells), len(places))
     cells = local[:, children].reshape(-1, children.shape[1]).astype(np.int64)
     points = P @ mesh.points
     if hasattr(shape, "on_side") or hasattr(shape, "onto_side"):
-        _onto(mesh, _on_facet(mesh.element, places), shape, points, labels, keys)
+        _onto(mesh, _on_facet(mesh.element, places), shape, points, (labels, keys, _whole(N)))
     return Finer(Mesh(points, cells, element.name), P)
 
 
-def _keys(N: Floats, labels: Any) -> Any:
+def _whole(N: Floats) -> int:
+    """What makes shape functions whole numbers."""
+    whole = WHOLE
+    while np.abs(whole * N - np.round(whole * N)).max() > 1e-9:
+        whole *= 2
+    return whole
+
+
+def _keys(N: Floats, whole: int, labels: Any) -> Any:
     """One whole number for each place of each cell (m * l,): the same where it is the same mix of the same nodes."""
-    parts = np.round(WHOLE * N).astype(np.int64).astype(np.uint64)  # (l, a), modulo 2^64
+    parts = np.round(whole * N).astype(np.int64).astype(np.uint64)  # (l, a), modulo 2^64
     with np.errstate(over="ignore"):
         return (labels[:, None, :] * parts[None]).sum(axis=2, dtype=np.uint64).ravel()
 
@@ -84,16 +93,17 @@ def _pattern(own: type[Element], new: type[Element]) -> tuple[Floats, Ints]:
     return lattice, number.reshape(children.shape[:2])
 
 
-def _onto(mesh: Mesh, places: Floats, shape: Any, points: Floats, labels: Any, keys: Any) -> None:
+def _onto(mesh: Mesh, places: Floats, shape: Any, points: Floats, known: tuple[Any, Any, int]) -> None:
     """Move what lies on facets that are inscribed in a curved side out onto it: `points` are changed.
 
-    `places` (s, 2) are those of the new nodes on a facet.
+    `places` (s, 2) are those of the new nodes on a facet, `known` how they were numbered.
     """
+    labels, keys, whole = known
     facet, facets = mesh.element.facet, mesh.facets
     N = facet.shape(places)
     there = np.einsum("sa,fai->sfi", N, mesh.points[facets])
     moved = _moved(shape, mesh.points[facets], there).swapaxes(0, 1).reshape(-1, 3)
-    numbers = np.searchsorted(keys, _keys(N, labels[facets]))
+    numbers = np.searchsorted(keys, _keys(N, whole, labels[facets]))
     away = np.linalg.norm(moved - points[numbers], axis=1) > 1e-12 * mesh.extent
     points[numbers[away]] = moved[away]
 

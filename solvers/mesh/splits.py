@@ -116,14 +116,19 @@ def chessboard(mesh: Mesh) -> Ints:
 
 
 def with_nodes(mesh: Mesh, element: type[Element]) -> Mesh:
-    """Cells of corners alone as another element on them: a node in the middle of every edge and so on, straight."""
+    """The same cells as an element of more nodes, which lie where the cells' own map has them.
+
+    Nodes that both have stand first in both.
+    """
     cells, points, skin = [mesh.cells], [mesh.points], [] if mesh.skin is None else [mesh.skin]
-    count = len(mesh.points)
-    for size in sorted({len(ends) for ends in element.between}):
-        local = np.array([ends for ends in element.between if len(ends) == size])
-        ends = np.sort(mesh.cells[:, local], axis=2)  # (m, k, size)
-        groups, which = np.unique(ends.reshape(-1, size), axis=0, return_inverse=True)
-        points.append(mesh.points[groups].mean(axis=1))
+    count, more = len(mesh.points), element.between[mesh.element.nodes - element.corners :]
+    N = mesh.element.shape(element.places()[mesh.element.nodes :])
+    for size in sorted({len(ends) for ends in more}):
+        some = [k for k, ends in enumerate(more) if len(ends) == size]
+        ends = np.sort(mesh.cells[:, np.array([more[k] for k in some])], axis=2)  # (m, k, size)
+        groups, first, which = np.unique(ends.reshape(-1, size), axis=0, return_index=True, return_inverse=True)
+        cell, place = np.divmod(first, len(some))
+        points.append(np.einsum("na,nai->ni", N[some][place], mesh.points[mesh.cells[cell]]))
         cells.append(count + which.reshape(len(mesh.cells), -1))
         skin += [] if mesh.skin is None else [count + _of_skin(mesh.skin, element, groups)]
         count += len(groups)

@@ -23,8 +23,7 @@ from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, with_nodes
 UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
 
 KINDS = {element.meshio: name for name, element in ELEMENTS.items()}  # meshio's word -> ours
-OTHERS = frozenset({"wedge", "pyramid", "hexahedron20", "hexahedron27"})
-OTHERS |= {"wedge15", "wedge18", "pyramid13", "pyramid14"}
+OTHERS = frozenset({"wedge", "pyramid", "wedge15", "wedge18", "pyramid13", "pyramid14"})
 AGAIN = "write it again as .vtu, .vtk, .msh, .inp or .mesh: it may be cut off, or its name may not say its format"
 FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
 
@@ -86,9 +85,9 @@ def converted(mesh: Mesh, kind: str, split: str) -> Mesh:
         return mesh
     if own.family != element.family:
         mesh = _split(mesh, element, split)
-    elif own.between:
-        mesh = Mesh(*used(mesh.points, mesh.cells[:, : own.corners])[:2], own.linear)
-    return with_nodes(mesh, element) if element.between else mesh
+    elif own.nodes > element.nodes:  # nodes that both have stand first in both
+        return Mesh(*used(mesh.points, mesh.cells[:, : element.nodes])[:2], kind)
+    return with_nodes(mesh, element)
 
 
 def _split(mesh: Mesh, element: type[Element], split: str) -> Mesh:
