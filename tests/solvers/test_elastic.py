@@ -12,6 +12,7 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.mixed import MixedPoints
+from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.materials import MATERIALS, Law
 from softmark.solvers.mesh.mesh import Mesh
@@ -237,7 +238,7 @@ class Tensors:
         self.dPdF, self.dPdF_projected = law.dPdF, law.dPdF_projected
 
 
-@pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
+@pytest.mark.parametrize("kind", ELEMENTS)
 @pytest.mark.parametrize("name", ["neo_hookean", "neo_hookean_isochoric"])
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
 def test_numbers_of_invariants_do_what_tensors_do(
