@@ -26,9 +26,10 @@ class Hex20(Hexahedron):
 
     Corners and middles of edges; 27 Gauss points. Displacements converge with h^3 and strains with h^2 where cells are
     near to parallelepipeds; in cells that are much distorted it loses what `hex27` keeps (Arnold, Boffi and Falk 2002).
-    On a cylinder its mid-edge nodes lie on the true surface. Near incompressibility it locks mildly, as `tet10` does;
-    `formulation = mixed` gives it pressures that are linear between corners. Its lumped masses are those of
-    Hinton, Rock and Zienkiewicz (1976). Source: Zienkiewicz, Taylor and Zhu (2013), section 6.
+    On a cylinder its mid-edge nodes lie on the true surface. Near incompressibility it locks, later than linear cells
+    and sooner than `tet10`: in a thick sphere of two cells at a Poisson ratio of 0.49 it loses 4 %, at 0.499 a third.
+    `formulation = mixed` gives it pressures that are linear between corners, and takes that away. Source: Zienkiewicz,
+    Taylor and Zhu (2013), section 6.
     """
 
     name: ClassVar[str] = "hex20"
@@ -38,7 +39,7 @@ class Hex20(Hexahedron):
     nodes: ClassVar[int] = 20
     order: ClassVar[int] = 2
     constant: ClassVar[bool] = False
-    locks: ClassVar[float] = 0.4995
+    locks: ClassVar[float] = 0.49
     finer: ClassVar[str] = "hex20"
     leaves: ClassVar[float] = 2.5
     most: ClassVar[float] = 1e6

@@ -17,7 +17,7 @@ from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.materials import MATERIALS, Law
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.mesh.structured import split
+from softmark.solvers.mesh.splits import meshed
 from softmark.solvers.statics.equilibrium import NotConverged, Statics, equilibrium
 
 Maker = Callable[..., Law]
@@ -113,7 +113,8 @@ def patch() -> Mesh:
     sides = np.array([[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
     hexahedra = np.concatenate([np.concatenate([sides, sides + 8], axis=1), [np.arange(8, 16)]])
     colour = np.array([0, 1, 0, 1, 1, 0, 1, 0])
-    return split(np.array([*corners, *INNER], dtype=float), hexahedra, np.concatenate([colour, 1 - colour]))
+    points, colours = np.array([*corners, *INNER], dtype=float), np.concatenate([colour, 1 - colour])
+    return meshed(points, hexahedra, colours, ELEMENTS["tet4"])
 
 
 def on_the_patch(energy: Elastic, mesh: Mesh, F: np.ndarray, problem: Problems) -> np.ndarray:
