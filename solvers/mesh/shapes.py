@@ -345,12 +345,12 @@ class Box:
 class MeshFile:
     """A mesh read from a file, in any format that meshio knows (VTK, VTU, Gmsh, Abaqus, ...), and Gmsh's first.
 
-    Its cells are taken as they are, so `size` of a model does not apply: tetrahedra of four or ten nodes, or hexahedra
-    of eight, which are split where a model asks for tetrahedra. `five` tetrahedra for each hexahedron, with matching
-    faces, need a mesh whose points can be coloured like a chessboard. `repeated` are five, cut alike in every
-    hexahedron; `alternating` are six, mirrored by the hexahedron's number, as SOFA split meshes in 2008; `kuhn` are six
-    around one diagonal. The faces of these three need not match: there cells may pass through each other when they
-    deform, and the three serve to repeat what others computed.
+    Its cells are taken as they are, so `size` of a model does not apply: tetrahedra of four or ten nodes, or
+    hexahedra of eight, 20 or 27; those of eight are split where a model asks for tetrahedra. `five` tetrahedra for
+    each hexahedron, with matching faces, need a mesh whose points can be coloured like a chessboard. `repeated` are
+    five, cut alike in every hexahedron; `alternating` are six, mirrored by the hexahedron's number, as SOFA split
+    meshes in 2008; `kuhn` are six around one diagonal. The faces of these three need not match: there cells may
+    pass through each other when they deform, and the three serve to repeat what others computed.
     Points that no cell uses are dropped; cells that are inside out are turned, flat cells are an error. Nodes that lie
     at one place without being one (nearer than 1e-6 of the extent and a hundredth of the shortest edge) make a mesh
     fall apart that looks whole: they are an error, unless `coincident = merge` joins them or `keep` says that a slit

@@ -37,11 +37,12 @@ class Fem:
     mesh the same, which is wrong wherever the mesh is graded.
 
     `formulation` frees elements from locking near incompressibility. `mixed` has pressures as unknowns beside the
-    displacements, and takes every Poisson's ratio up to and including 0.5: linear and continuous in tet10 (Taylor and
-    Hood), the element of choice there, or one in each hex8 (Q1/P0, whose displacements are good while its pressures
-    may alternate from cell to cell). It is for statics. `mean_dilatation` (hex8) takes the mean of the change of
-    volume over each cell: B-bar where strains are small, the consistent form of F-bar where they are finite; the same
-    displacements as mixed hex8, with no other unknowns, for Poisson's ratios below 0.5 and for motion too.
+    displacements, and takes every Poisson's ratio up to and including 0.5: linear and continuous in tet10, hex20 and
+    hex27 (Taylor and Hood), the elements of choice there, or one in each hex8 (Q1/P0, whose displacements are good
+    while its pressures may alternate from cell to cell). It is for statics. `mean_dilatation` (hex8) takes the mean of
+    the change of volume over each cell: B-bar where strains are small, the consistent form of F-bar where they are
+    finite; the same displacements as mixed hex8, with no other unknowns, for Poisson's ratios below 0.5 and for motion
+    too.
 
     Levers trade accuracy, or nothing, for speed; `sweep` varies them, and `dsl compare` says what each costs.
     `cap` stops Newton's method after so many linear systems, at rest from the first, in motion in every step: what
@@ -62,7 +63,7 @@ class Fem:
 
     recovers = True  # finds back to rest from any state
 
-    element: Annotated[str, "element", "the element: tet4, tet10 or hex8"]
+    element: Annotated[str, "element", "the element: tet4, tet10, hex8, hex20 or hex27"]
     strain: Annotated[Literal["small", "corotational", "finite"], "how strain is measured"]
     size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
