@@ -75,4 +75,5 @@ def _product_rule(f: Floats, df: Floats) -> Floats:
     """Derivatives (m, a, d) of products of factors (m, a, d), each of one coordinate, with derivatives df."""
     d = f.shape[2]
     others = [np.prod([f[..., j] for j in range(d) if j != i], axis=0) for i in range(d)]
-    return df * np.stack(others, axis=2)
+    found: Floats = df * np.stack(others, axis=2)
+    return found
