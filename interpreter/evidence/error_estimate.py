@@ -33,7 +33,7 @@ from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.models.beam import ribbon
 from softmark.interpreter.models.beam.words import Beam6Dof
-from softmark.interpreter.models.fem.words import Fem, element_class
+from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.prepared import Solution, Workshop
 from softmark.interpreter.models.springs.words import MassSpring
 from softmark.interpreter.problem.case import Case, Fault, case_for
@@ -41,6 +41,7 @@ from softmark.interpreter.problem.parts.resultants import of_selections
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import ModelResult, ProbeResult, clean
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.solvers.elements import element_of
 
 __all__ = ["DOUBTS", "Seen", "Stated", "Unknown", "doubts_of", "is_doubt", "stated"]
 
@@ -223,7 +224,7 @@ class Stated:
     def _from_finer(self, seen: Seen, thing: Fem) -> float:
         fine = seen.at(self._finer(thing))
         apart, size = fine.apart(seen), fine.size
-        left = finer.LEAVES[thing.element] * apart
+        left = element_of(thing.element).leaves * apart
         if not left <= HOPELESS * size:
             raise Unknown(f"the mesh is too coarse to say: a finer space is {100 * apart / (size or apart):.3g} % away")
         return left
@@ -242,7 +243,7 @@ class Stated:
         near = seen.of(first)
         apart = seen.apart(near)
         orders.must_tell([apart], seen.size)
-        theory = element_class(thing.element).order + 1.0 if isinstance(thing, Fem) else 2.0
+        theory = element_of(thing.element).order + 1.0 if isinstance(thing, Fem) else 2.0
         farther = None
         if second and abs(second[0][1] - ratio) <= 0.25 * ratio:
             farther = near.apart(near.of(second[0][0]))

@@ -19,9 +19,9 @@ from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.problem.case import Case
+from softmark.solvers.elements import element_of
 
 FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes too
-LEAVES = {"tet4": 2.0, "tet10": 2.5, "hex8": 2.5}  # of what the finer space finds: as of first order, or more
 PLAIN = {"cap": None, "linear_cap": None, "start": None, "precision": "double", "linear": "auto",
          "factorisation": "fresh"}  # fmt: skip
 
@@ -81,7 +81,8 @@ def _freed(model: Fem, case: Case, kind: str) -> Any:
 
     thing = plain(model, element=kind)
     full = model.integration == "full" and model.formulation == "displacement" and model.rotation == "point"
-    if kind == "hex8" and full and case.material.poisson >= FREED and mixed_for(case.material, model.strain):
+    freed = "mean_dilatation" in element_of(kind).formulations
+    if freed and full and case.material.poisson >= FREED and mixed_for(case.material, model.strain):
         return replace(thing, formulation="mean_dilatation")
     return thing
 

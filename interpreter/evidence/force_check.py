@@ -34,6 +34,7 @@ from softmark.solvers.checks import solids
 from softmark.solvers.checks.pressures import Pressed, split_of
 from softmark.solvers.checks.rods import Rod, frames
 from softmark.solvers.checks.solids import Balance, Body, Floats, Term
+from softmark.solvers.elements import ELEMENTS
 
 AGREES = 2.0  # times what the solver claims
 LEFT = 50.0  # times the estimate of what rounding leaves
@@ -150,7 +151,7 @@ def _checked(
 def _cells(solution: Solution) -> dict[str, Any]:
     """Cells that are inside out, and the least volume ratio, at integration points and nodes of each."""
     mesh = solution.mesh
-    if mesh is None or getattr(mesh, "cells", None) is None or mesh.kind not in ("tet4", "tet10", "hex8"):
+    if mesh is None or getattr(mesh, "cells", None) is None or mesh.kind not in ELEMENTS:
         return {}
     body = Body(mesh.points, mesh.cells, mesh.kind, np.asarray(mesh.displacement, dtype=np.float64), (), 0.0)
     least, strain = body.volumes()
@@ -234,7 +235,7 @@ def _rebalanced(
 
 
 def _solid(model: Fem, case: Case, mesh: Any) -> Balance:
-    if mesh is None or mesh.kind not in ("tet4", "tet10", "hex8"):
+    if mesh is None or mesh.kind not in ELEMENTS:
         raise Unchecked(f"there is no other formula for {model.element}")
     u = np.asarray(mesh.displacement, dtype=np.float64)
     if model.formulation != "displacement":

@@ -119,7 +119,7 @@ def _whole(surface: Floats, facets: Ints, push: Callable[[Floats], Floats]) -> F
     x, v = np.polynomial.legendre.leggauss(GRID)
     a, b = (0.5 * (t.ravel() + 1.0) for t in np.meshgrid(x, x))
     w = 0.25 * np.outer(v, v).ravel()
-    square = facets.shape[1] == 4
+    square = solids.square(facets.shape[1])
     xi = np.stack([2 * a - 1, 2 * b - 1], axis=1) if square else np.stack([a, (1 - a) * b], axis=1)
     w = 4 * w if square else w * (1 - a)
     found: Floats = np.zeros_like(surface)
@@ -148,7 +148,7 @@ class Sweep:
 
     @property
     def _square(self) -> bool:
-        return bool(self.corners.shape[1] == 4)
+        return solids.square(self.corners.shape[1])
 
     def whole_and_parts(self) -> tuple[Ints, tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
         """Facets that are selected whole (w,), and points of others: facets (p,), local points (p, 2), weights (p,).
@@ -167,7 +167,7 @@ class Sweep:
 
     def _places(self, f: Ints, xi: Floats) -> Any:
         """x, y, z at local points xi (l, m, 2) of facets f (l,)."""
-        kind = solids.FACETS[self.corners.shape[1]]
+        kind = self.corners.shape[1]
         N = solids.shape(kind, xi.reshape(-1, 2)).reshape(*xi.shape[:2], self.corners.shape[1])
         X = np.einsum("lmk,lki->iml", N, self.corners[f])
         return tuple(X) if self.out is None else self.out(tuple(X))
@@ -178,7 +178,7 @@ class Sweep:
         told = np.zeros(n, dtype=np.int64)
         if not n:
             return told
-        places = solids.places(solids.FACETS[self.corners.shape[1]])
+        places = solids.places(self.corners.shape[1])
         X = np.array(self._places(np.arange(n), np.broadcast_to(self._lattice(5, places), (n, 25 + len(places), 2))))
         low, high = X.min(axis=1).T, X.max(axis=1).T  # (f, 3)
         beyond = MARGIN * np.linalg.norm(high - low, axis=1, keepdims=True)

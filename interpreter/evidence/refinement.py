@@ -288,9 +288,7 @@ def _sampled(mesh: Any, points: Floats) -> Sampled:
     Regular points would be nodes of the finer meshes, where errors are not those of the field.
     """
     each = -(-STREWN // len(mesh.cells))
-    xi = np.random.default_rng(0).dirichlet(np.ones(4), size=each)[:, 1:]  # uniform in the unit tetrahedron
-    if mesh.element.corners == 8:
-        xi = np.random.default_rng(0).uniform(-1.0, 1.0, size=(each, 3))
+    xi = mesh.element.strewn(np.random.default_rng(0), each)
     X = np.einsum("qa,mai->mqi", mesh.element.shape(xi), mesh.points[mesh.cells]).reshape(-1, 3)
     return Sampled(np.concatenate([X, points]), np.repeat(mesh.volumes / each, each))
 

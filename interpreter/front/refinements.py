@@ -15,13 +15,14 @@ from typing import Any
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.models.fem.words import Fem, element_class
+from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for
 from softmark.interpreter.problem.conforming import Cuts, cuts_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 from softmark.references.orders import unlike
 from softmark.references.self_converged import SelfConverged
+from softmark.solvers.elements import element_of
 
 LEAST = 3  # sizes: two tell no order
 RATIO = 1.3  # of neighbouring cell sizes, at least (Celik et al. 2008, step 2 of the procedure)
@@ -37,7 +38,7 @@ class Method:
     @property
     def formal(self) -> int:
         """The order in displacements that theory gives its element where the solution is smooth."""
-        return int(element_class(self.declared.thing.element).order) + 1
+        return int(element_of(self.declared.thing.element).order) + 1
 
     def at(self, size: float) -> Declared:
         """The same model with another size."""

@@ -86,7 +86,8 @@ CELLS = {
     "C3D8": "hex8", "H8": "hex8", "Q1": "hex8", "hexahedron8": "hex8", "tetra10": "tet10", "tetrahedron10": "tet10",
     "quadratic": "tet10", "quadratic_tet": "tet10", "C3D10": "tet10", "P2": "tet10", "T10": "tet10",
     "tetrahedron": "tet4", "tetra": "tet4", "tetrahedra": "tet4", "tet": "tet4", "C3D4": "tet4", "P1": "tet4",
-    "T4": "tet4",
+    "T4": "tet4", "C3D20": "hex20", "H20": "hex20", "hexahedron20": "hex20", "serendipity": "hex20", "C3D27": "hex27",
+    "H27": "hex27", "Q2": "hex27", "hexahedron27": "hex27", "triquadratic": "hex27", "quadratic_hex": "hex27",
 }  # fmt: skip
 
 # Words for directions, which depend on how one looks at a scene.

@@ -154,7 +154,7 @@ def _nothing(probe: Declared) -> Fault:
 def _volume(shape: Any, size: float) -> Place:
     """Four points in every tetrahedron, by which integrals of squares of linear fields are exact: at its centroid alone
     the strains of linear elements are better than anywhere else, and their error seems less than it is."""
-    mesh = shape.mesh("tet4", size)
+    mesh = shape.mesh(Tet4.name, size)
     xi, weights = Tet10.quadrature()
     X = Tet4.shape(xi) @ mesh.points[mesh.cells]  # (m, 4, 3)
     return Place(X.reshape(-1, 3), weights=np.outer(mesh.volumes, weights / weights.sum()).ravel())

@@ -1,6 +1,6 @@
 """Meshes and surfaces as files for ParaView: undeformed points with displacements, and surfaces with errors.
 
-A mesh is anything with `points` (n, 3) m, `cells` (m, a), `kind` (tet4, tet10 or hex8, nodes in VTK's order) and
+A mesh is anything with `points` (n, 3) m, `cells` (m, a), `kind` (an element's word, nodes in VTK's order) and
 `displacement` (n, 3) m; `times` (t,) s and `frames` (t, n, 3) m where there is a history. ParaView's filter Warp By
 Vector with `displacement` shows the deformed body.
 """
@@ -18,16 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.results.report import Report, Shape
+from softmark.solvers.elements import element_of
 
 Floats = NDArray[np.float64]
-CELLS = {"tet4": "tetra", "tet10": "tetra10", "hex8": "hexahedron"}
 
 
 def write_vtu(report: Report, folder: str | Path) -> list[Path]:
     """Write vtu/NAME.vtu for each mesh and vtu/NAME-surface.vtu for each surface, in m; their paths.
 
     What has a history gets a file for each moment and NAME.pvd, which ParaView opens as one animation.
-    Raises OSError; ValueError for a kind of cell that VTK does not have.
+    Raises OSError; UnknownElement for a kind of cell that is none.
     """
     target = Path(folder) / "vtu"
     target.mkdir(parents=True, exist_ok=True)
@@ -53,9 +53,7 @@ def _file_name(name: str, taken: set[str]) -> str:
 
 def _mesh(target: Path, name: str, mesh: Any) -> list[Path]:
     """Undeformed points with the displacement at the end or, with a history, at each moment."""
-    if mesh.kind not in CELLS:
-        raise ValueError(f"cells of kind {mesh.kind} cannot be written: VTK files have {', '.join(CELLS)}")
-    X, cells = np.asarray(mesh.points), [(CELLS[mesh.kind], np.asarray(mesh.cells))]
+    X, cells = np.asarray(mesh.points), [(element_of(mesh.kind).meshio, np.asarray(mesh.cells))]
     times, frames = getattr(mesh, "times", None), getattr(mesh, "frames", None)
     if times is None or frames is None:
         return [_write(target / f"{name}.vtu", X, cells, {"displacement": np.asarray(mesh.displacement)})]

@@ -16,6 +16,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.solids import CHUNK, EPS, Floats, Ints, Stress
+from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
@@ -159,7 +160,7 @@ class Pressed:
     """A deformed mesh with pressures: `points` (n, 3), `cells` (m, a), displacements `u` (n, 3), m.
 
     `mu` is the shear modulus in Pa. `pressures` are those of a state, Pa, positive in
-    tension: at the corners of each ten-node tetrahedron (m, 4), or one in each hexahedron (m, 1); None where they are
+    tension: at the corners of each cell (m, c), or one in each (m, 1), as the element has them; None where they are
     M times the mean of g, with M finite.
     """
 
@@ -187,8 +188,9 @@ class Pressed:
     def _spread(self) -> tuple[Ints, Floats]:
         """Where in one list the pressures of each cell are (m, b), and their shape functions (q, b)."""
         xi = solids.rule(self.kind)[0]
-        if self.kind == "tet10":  # by node: continuous, and linear between corners
-            return self.cells[:, :4], solids.shape("tet4", xi)
+        element = ELEMENTS[self.kind]
+        if element.pressures == "corners":  # by node: continuous, and linear between them
+            return self.cells[:, : element.corners], solids.shape(element.linear, xi)
         return np.arange(len(self.cells))[:, None], np.ones((len(xi), 1))
 
     def forces(self) -> tuple[Floats, float, float]:

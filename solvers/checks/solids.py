@@ -10,12 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
+from itertools import product
 from math import factorial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
+from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements.facets import FACETS
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -28,53 +32,51 @@ EPS = float(np.finfo(np.float64).eps)
 
 # ------------------------------------------------------------------ shape functions from their nodes
 
-_TET: list[tuple[int, ...]] = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
-_CUBE = [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)]
-_SQUARE = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
-_SIDES = {10: [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)], 6: [(0, 1), (1, 2), (2, 0)]}
-_POWERS: dict[str, list[tuple[int, ...]]] = {
-    "tet4": _TET,
-    "tet10": [*_TET, (2, 0, 0), (0, 2, 0), (0, 0, 2), (1, 1, 0), (0, 1, 1), (1, 0, 1)],
-    "hex8": [*_TET, (1, 1, 0), (0, 1, 1), (1, 0, 1), (1, 1, 1)],
-    "tri3": [(0, 0), (1, 0), (0, 1)],
-    "tri6": [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)],
-    "quad4": [(0, 0), (1, 0), (0, 1), (1, 1)],
-}
-FACETS = {3: "tri3", 6: "tri6", 4: "quad4"}
+Cell = str | int  # an element by its word, a facet by its number of nodes
 
 
 @cache
-def places(kind: str) -> Floats:
-    """Local points of the nodes of a cell or facet (a, d), in the order of VTK."""
-    if kind in ("hex8", "quad4"):
-        return np.array(_CUBE if kind == "hex8" else _SQUARE, dtype=float)
-    d = len(_POWERS[kind][0])
-    corners = np.array([p[:d] for p in _TET[: d + 1]], dtype=float)
-    nodes = len(_POWERS[kind])
-    return np.array([*corners, *(0.5 * (corners[a] + corners[b]) for a, b in _SIDES.get(nodes, []))])
+def _known(kind: Cell) -> Any:
+    """What a cell or facet says of itself: where its nodes lie and which monomials it has, no formula of its own."""
+    return ELEMENTS[kind] if isinstance(kind, str) else FACETS[kind]
 
 
-def _monomials(kind: str, xi: Floats) -> Floats:
+@cache
+def places(kind: Cell) -> Floats:
+    """Local points of the nodes of a cell or facet (a, d), in the order of VTK: corners, and what lies between them."""
+    known, d = _known(kind), len(_known(kind).monomials[0])
+    cube = [[-1, 1, 1, -1, -1, 1, 1, -1], [-1, -1, 1, 1, -1, -1, 1, 1], [-1, -1, -1, -1, 1, 1, 1, 1]]
+    simplex = [[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    corners = np.array(cube if square(kind) else simplex, dtype=float).T[: known.corners, :d]
+    return np.array([*corners, *(corners[list(ends)].mean(axis=0) for ends in known.between)])
+
+
+def square(kind: Cell) -> bool:
+    """Whether a cell is a cube, or a facet a square; else it is a tetrahedron or a triangle."""
+    return bool(_known(kind).corners == 2 ** len(_known(kind).monomials[0]))
+
+
+def _monomials(kind: Cell, xi: Floats) -> Floats:
     """xi^p eta^q zeta^r of the element's polynomials (q, a)."""
-    found: Floats = np.prod(xi[:, None, :] ** np.array(_POWERS[kind]), axis=2)
+    found: Floats = np.prod(xi[:, None, :] ** np.array(_known(kind).monomials), axis=2)
     return found
 
 
 @cache
-def _coefficients(kind: str) -> Floats:
+def _coefficients(kind: Cell) -> Floats:
     """What makes shape functions of monomials (a, a): N_a is one at its own node and zero at the others."""
     return np.asarray(np.linalg.inv(_monomials(kind, places(kind))), dtype=np.float64)
 
 
-def shape(kind: str, xi: Floats) -> Floats:
+def shape(kind: Cell, xi: Floats) -> Floats:
     """Shape functions (q, a) at local points xi (q, d)."""
     found: Floats = _monomials(kind, xi) @ _coefficients(kind)
     return found
 
 
-def slope(kind: str, xi: Floats) -> Floats:
+def slope(kind: Cell, xi: Floats) -> Floats:
     """dN/dxi (q, a, d) at local points xi (q, d)."""
-    powers, columns = np.array(_POWERS[kind]), []
+    powers, columns = np.array(_known(kind).monomials), []
     for axis in range(xi.shape[1]):
         lower = powers.copy()
         lower[:, axis] = np.maximum(powers[:, axis] - 1, 0)
@@ -86,21 +88,32 @@ def slope(kind: str, xi: Floats) -> Floats:
 
 
 @cache
-def rule(kind: str, centre: bool = False) -> tuple[Floats, Floats]:
+def rule(kind: Cell, centre: bool = False) -> tuple[Floats, Floats]:
     """Local points (q, d) and weights (q,) that define the stiffness of a cell, or the load on a facet.
 
-    Hammer, Marlowe and Stroud (1956) for ten-node tetrahedra, Strang and Fix (1973) for six-node triangles.
+    Gauss's in cubes and squares; Hammer, Marlowe and Stroud (1956) for ten-node tetrahedra, Strang and Fix (1973) for
+    six-node triangles; and else the centre.
     """
-    if kind in ("hex8", "quad4"):
-        corners = places(kind)
-        return (corners[:1] * 0.0, np.array([8.0])) if centre else (corners / np.sqrt(3.0), np.ones(len(corners)))
-    if kind == "tet10" and not centre:
+    d, many = len(_known(kind).monomials[0]), len(_known(kind).quadrature()[1])
+    if square(kind):
+        return _gauss(kind, 1 if centre else round(many ** (1 / d)))
+    if many == 4 and not centre:
         a = (5.0 - np.sqrt(5.0)) / 20.0
-        return a + (1.0 - 4.0 * a) * np.array(_TET, dtype=float), np.full(4, 1.0 / 24.0)
-    if kind == "tri6":
+        return a + (1.0 - 4.0 * a) * places(kind)[:4], np.full(4, 1.0 / 24.0)
+    if many == 6 and not centre:
         return _strang()
-    d = len(_POWERS[kind][0])
     return np.full((1, d), 1.0 / (d + 1)), np.array([1.0 / 6.0 if d == 3 else 0.5])
+
+
+def _gauss(kind: Cell, n: int) -> tuple[Floats, Floats]:
+    """n points along each direction of a cube or square."""
+    corners = places(kind)[: _known(kind).corners]
+    d = corners.shape[1]
+    if n == 2:
+        return corners / np.sqrt(3.0), np.ones(len(corners))
+    t, w = {1: ([0.0], [2.0]), 3: ([-np.sqrt(0.6), 0.0, np.sqrt(0.6)], [5 / 9, 8 / 9, 5 / 9])}[n]
+    xi = np.array(list(product(t, repeat=d)))
+    return xi, np.prod(np.array(list(product(w, repeat=d))), axis=1)
 
 
 def _strang() -> tuple[Floats, Floats]:
@@ -117,8 +130,8 @@ def _strang() -> tuple[Floats, Floats]:
 @cache
 def _mass_rule(kind: str) -> tuple[Floats, Floats]:
     """Points and weights for products of shape functions: of degree five in tetrahedra (Stroud 1971)."""
-    if kind == "hex8":
-        return rule("hex8")
+    if square(kind):
+        return rule(kind)
     (a, u), (b, v), (c, w) = (_by_moments(3, power) for power in (2, 1, 0))
     xi, weights = [], []
     for i in range(3):
@@ -281,7 +294,7 @@ class Body:
         Strain is that of Green-Lagrange: it does not see rotations.
         """
         xi = np.concatenate([rule(self.kind)[0], places(self.kind)])
-        if self.kind == "tet4":  # the same everywhere
+        if len(places(self.kind)) == 4:  # the same everywhere
             xi = xi[:1]
         least, most = [], []
         for some in self._chunks(self.cells):
@@ -320,7 +333,8 @@ def weights_of(points: Floats, cells: Ints, kind: str, density: float, how: str,
         xi, w = rule(kind)
         whole = density * float((w * gradients(points, cells, kind, xi)[1]).sum())
         return np.full(nodes, whole / nodes)
-    xi, w = rule(kind) if kind == "tet4" else _mass_rule(kind)  # a quarter of a linear tetrahedron for each node
+    few = len(places(kind)) == 4  # a quarter of a linear tetrahedron for each node
+    xi, w = rule(kind) if few else _mass_rule(kind)
     N, carried = shape(kind, xi), np.zeros(nodes)
     size = max(1, CHUNK // len(w))
     for start in range(0, len(cells), size):
@@ -339,7 +353,7 @@ def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats
 
     `push` makes of the area vectors dA (f, q, 3), outward, the forces on them (f, q, 3).
     """
-    kind = FACETS[facets.shape[1]]
+    kind = facets.shape[1]
     xi, weights = rule(kind)
     x = points[facets] - points[facets[:, :1]]
     t = np.einsum("fai,qaj->jfqi", x, slope(kind, xi))
@@ -352,7 +366,7 @@ def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats
 
 def part_forces(points: Floats, facets: Ints, xi: Floats, w: Floats, push: Callable[[Floats], Floats]) -> Floats:
     """The same of parts of facets: local points xi (p, 2), weights w (p,) in local area, each on its facet (p, k)."""
-    kind, found = FACETS[facets.shape[1]], np.zeros_like(points)
+    kind, found = facets.shape[1], np.zeros_like(points)
     x = points[facets] - points[facets[:, :1]]
     t = np.einsum("pai,paj->jpi", x, slope(kind, xi))
     force = w[:, None, None] * shape(kind, xi)[:, :, None] * push(np.cross(t[0], t[1]))[:, None]

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from scipy import sparse
 
-from softmark.solvers.base.gauss_jacobi import gauss_jacobi
 from softmark.solvers.energies.energy import Floats, Ints
 
 
 class Shape(Protocol):
     """What of an element a mass needs."""
 
+    constant: ClassVar[bool]
+
     @staticmethod
-    def quadrature() -> tuple[Floats, Floats]:
-        """Points (q, 3) and weights (q,)."""
+    def mass_quadrature() -> tuple[Floats, Floats]:
+        """Points (q, 3) and weights (q,) that integrate products of shape functions."""
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
@@ -34,21 +35,12 @@ def mass_points(points: Floats, cells: Ints, element: type[Shape]) -> tuple[Floa
     Tetrahedra get the conical product rule of degree 5 (Stroud 1971), exact up to quadratic shape functions;
     other cells their own rule.
     """
-    xi, weights = _conical(3) if cells.shape[1] in (4, 10) else element.quadrature()
+    xi, weights = element.mass_quadrature()
     gradient = element.gradient(xi)
-    if cells.shape[1] == 4:  # the same everywhere in a cell
+    if element.constant:  # the same everywhere in a cell
         gradient = gradient[:1]
     dXdxi = np.einsum("mai,qaj->mqij", points[cells], gradient)
     return element.shape(xi), weights * np.linalg.det(dXdxi)
-
-
-def _conical(n: int) -> tuple[Floats, Floats]:
-    """n^3 points on the unit tetrahedron, degree 2n - 1: Gauss-Jacobi along three edges of a collapsed cube."""
-    rules = [gauss_jacobi(n, power) for power in (2, 1, 0)]
-    (a, wa), (b, wb), (c, wc) = (((1 + s) / 2, w / 2 ** (3 - i)) for i, (s, w) in enumerate(rules))
-    a, b, c = (t.ravel() for t in np.meshgrid(a, b, c, indexing="ij"))
-    xi = np.stack([a, (1 - a) * b, (1 - a) * (1 - b) * c], axis=1)
-    return xi, np.einsum("i,j,k->ijk", wa, wb, wc).ravel()
 
 
 def consistent_mass(

@@ -1,26 +1,90 @@
-"""Boundary facets of solid elements: triangles of three and six nodes, quadrilaterals of four."""
+"""Boundary facets of solid elements: triangles of three and six nodes, quadrilaterals of four, eight and nine.
+
+To add a facet: its class (element.py says what it needs), and a line in FACETS.
+"""
 
 from __future__ import annotations
 
+from itertools import product
 from typing import TYPE_CHECKING, ClassVar
+
+from softmark.solvers.elements import quadratic
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.solvers.elements.element import Facet
+    from softmark.solvers.elements.element import Facet, Rows
 
     Floats = NDArray[np.float64]
 else:
     from softmark.solvers.base.deferred import np
 
 
-class Tri3:
+Three = tuple[tuple[int, int, int], ...]
+
+
+class Triangle:
+    """The reference triangle with corners (0, 0), (1, 0), (0, 1)."""
+
+    corners: ClassVar[int] = 3
+    square: ClassVar[bool] = False
+    rim: ClassVar[tuple[tuple[float, float], ...]] = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+    centre: ClassVar[tuple[float, float]] = (1 / 3, 1 / 3)
+    halves: ClassVar[Three] = ((0, 1, 2),)
+
+    @staticmethod
+    def powers(degree: int) -> Floats:
+        """Exponents of the monomials (k, 2) of a total degree."""
+        return np.array([(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)], dtype=float)
+
+    @staticmethod
+    def lattice(steps: int) -> Floats:
+        """Local points (k, 2) of so many equal steps along each side."""
+        return Triangle.powers(steps) / steps
+
+    @staticmethod
+    def folded(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
+        """A rule of the square [-1, 1]^2, folded into the triangle: points (q, 2) and weights (q,)."""
+        a, b = 0.5 * (a + 1.0), 0.5 * (b + 1.0)
+        return np.stack([a, (1.0 - a) * b], axis=1), 0.25 * w * (1.0 - a)
+
+
+class Quadrilateral:
+    """The reference square [-1, 1]^2."""
+
+    corners: ClassVar[int] = 4
+    square: ClassVar[bool] = True
+    rim: ClassVar[tuple[tuple[float, float], ...]] = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+    centre: ClassVar[tuple[float, float]] = (0.0, 0.0)
+    halves: ClassVar[Three] = ((0, 1, 2), (0, 2, 3))
+
+    @staticmethod
+    def powers(degree: int) -> Floats:
+        """Exponents of the monomials (k, 2) of a degree in each coordinate."""
+        return np.array(list(product(range(degree + 1), repeat=2)), dtype=float)
+
+    @staticmethod
+    def lattice(steps: int) -> Floats:
+        """Local points (k, 2) of so many equal steps along each side."""
+        found: Floats = 2.0 * Quadrilateral.powers(steps) / steps - 1.0
+        return found
+
+    @staticmethod
+    def folded(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
+        """A rule of the square as it is."""
+        return np.stack([a, b], axis=1), w
+
+
+class Tri3(Triangle):
     """Three-node triangle: N_0 = 1 - xi - eta, N_1 = xi, N_2 = eta."""
 
     nodes: ClassVar[int] = 3
-    corners: ClassVar[int] = 3
-    triangles: ClassVar[tuple[tuple[int, int, int], ...]] = ((0, 1, 2),)
+    between: ClassVar[Rows] = ()
+    triangles: ClassVar[Three] = Triangle.halves
+    pressed: ClassVar[int] = 1
+    bend: ClassVar[int] = 2
+    monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1))
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
@@ -38,12 +102,15 @@ class Tri3:
         return np.broadcast_to(np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]]), (len(xi), 3, 2))
 
 
-class Tri6:
+class Tri6(Triangle):
     """Six-node triangle, sides of second degree: corners L (2 L - 1), then mid-sides 4 L L' of 01, 12, 20."""
 
     nodes: ClassVar[int] = 6
-    corners: ClassVar[int] = 3
-    triangles: ClassVar[tuple[tuple[int, int, int], ...]] = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
+    between: ClassVar[Rows] = ((0, 1), (1, 2), (2, 0))
+    triangles: ClassVar[Three] = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
+    pressed: ClassVar[int] = 4
+    bend: ClassVar[int] = 2
+    monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
@@ -67,12 +134,15 @@ class Tri6:
         return np.concatenate([(4 * L - 1) * dL, 4 * (L * dL[:, after] + L[:, after] * dL)], axis=1)
 
 
-class Quad4:
+class Quad4(Quadrilateral):
     """Four-node quadrilateral on [-1, 1]^2, N = (1 +- xi)(1 +- eta)/4; it need not be flat."""
 
     nodes: ClassVar[int] = 4
-    corners: ClassVar[int] = 4
-    triangles: ClassVar[tuple[tuple[int, int, int], ...]] = ((0, 1, 2), (0, 2, 3))
+    between: ClassVar[Rows] = ()
+    triangles: ClassVar[Three] = Quadrilateral.halves
+    pressed: ClassVar[int] = 2
+    bend: ClassVar[int] = 2
+    monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1), (1, 1))
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
@@ -83,20 +153,85 @@ class Quad4:
     @staticmethod
     def shape(xi: Floats) -> Floats:
         """N (m, 4)."""
-        x, y = 1 + _quad_corners()[0] * xi[:, :1], 1 + _quad_corners()[1] * xi[:, 1:]
-        N: Floats = x * y / 4
+        a, b = np.array(Quad4.rim).T
+        N: Floats = (1 + a * xi[:, :1]) * (1 + b * xi[:, 1:]) / 4
         return N
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
         """dN/dxi (m, 4, 2)."""
-        a, b = _quad_corners()
+        a, b = np.array(Quad4.rim).T
         return np.stack([a * (1 + b * xi[:, 1:]) / 4, b * (1 + a * xi[:, :1]) / 4], axis=2)
 
 
-def _quad_corners() -> Floats:
-    """Local coordinates of the four corners (2, 4)."""
-    return np.array([[-1.0, 1.0, 1.0, -1.0], [-1.0, -1.0, 1.0, 1.0]])
+class Quad8(Quadrilateral):
+    """Eight-node quadrilateral of serendipity: corners, then middles of the sides 01, 12, 23, 30."""
+
+    nodes: ClassVar[int] = 8
+    between: ClassVar[Rows] = ((0, 1), (1, 2), (2, 3), (3, 0))
+    triangles: ClassVar[Three] = ((0, 4, 7), (4, 1, 5), (5, 2, 6), (6, 3, 7), (4, 5, 7), (5, 6, 7))
+    pressed: ClassVar[int] = 5
+    bend: ClassVar[int] = 3
+    monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2), (2, 1), (1, 2))
+
+    @staticmethod
+    def places() -> Floats:
+        """Local points of the nodes (8, 2)."""
+        return _with_middles(Quad8.between)
+
+    @staticmethod
+    def quadrature() -> tuple[Floats, Floats]:
+        """Three by three Gauss points: exact for N times the area vector."""
+        return quadratic.gauss(2)
+
+    @staticmethod
+    def shape(xi: Floats) -> Floats:
+        """N (m, 8)."""
+        return quadratic.serendipity(Quad8.places(), xi)
+
+    @staticmethod
+    def gradient(xi: Floats) -> Floats:
+        """dN/dxi (m, 8, 2)."""
+        return quadratic.serendipity_gradient(Quad8.places(), xi)
 
 
-FACETS: dict[int, type[Facet]] = {3: Tri3, 6: Tri6, 4: Quad4}  # by their number of nodes
+class Quad9(Quadrilateral):
+    """Nine-node quadrilateral of Lagrange: corners, middles of the sides 01, 12, 23, 30, and the middle."""
+
+    nodes: ClassVar[int] = 9
+    between: ClassVar[Rows] = (*Quad8.between, (0, 1, 2, 3))
+    triangles: ClassVar[Three] = (
+        (0, 4, 8), (4, 1, 8), (1, 5, 8), (5, 2, 8), (2, 6, 8), (6, 3, 8), (3, 7, 8), (7, 0, 8),
+    )  # fmt: skip
+    pressed: ClassVar[int] = 5
+    bend: ClassVar[int] = 4
+    monomials: ClassVar[Rows] = tuple(product(range(3), repeat=2))
+
+    @staticmethod
+    def places() -> Floats:
+        """Local points of the nodes (9, 2)."""
+        return _with_middles(Quad9.between)
+
+    @staticmethod
+    def quadrature() -> tuple[Floats, Floats]:
+        """Three by three Gauss points: exact for N times the area vector."""
+        return quadratic.gauss(2)
+
+    @staticmethod
+    def shape(xi: Floats) -> Floats:
+        """N (m, 9)."""
+        return quadratic.lagrange(Quad9.places(), xi)
+
+    @staticmethod
+    def gradient(xi: Floats) -> Floats:
+        """dN/dxi (m, 9, 2)."""
+        return quadratic.lagrange_gradient(Quad9.places(), xi)
+
+
+def _with_middles(between: Rows) -> Floats:
+    """Corners of the square, and what lies between them (k, 2)."""
+    rim = np.array(Quadrilateral.rim)
+    return np.array([*rim, *(rim[list(ends)].mean(axis=0) for ends in between)])
+
+
+FACETS: dict[int, type[Facet]] = {3: Tri3, 6: Tri6, 4: Quad4, 8: Quad8, 9: Quad9}  # by their number of nodes

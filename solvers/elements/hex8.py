@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
+from softmark.solvers.elements.cells import Hexahedron
 from softmark.solvers.elements.facets import Quad4
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.solvers.elements.element import Facet
+    from softmark.solvers.elements.element import Facet, Rows
 
     Floats = NDArray[np.float64]
 else:
     from softmark.solvers.base.deferred import np
 
 
-class Hex8:
+class Hex8(Hexahedron):
     """Eight-node hexahedron, trilinear displacement: better than linear tetrahedra, stiff in bending all the same.
 
     N_a = (1 + xi_a xi)(1 + eta_a eta)(1 + zeta_a zeta)/8 on [-1, 1]^3, eight Gauss points. Displacements
@@ -27,34 +28,44 @@ class Hex8:
     and Hughes 1978). Source: Zienkiewicz, Taylor and Zhu (2013), sections 6 and 10.
     """
 
+    name: ClassVar[str] = "hex8"
+    described: ClassVar[str] = "hexahedra"
+    briefly: ClassVar[str] = "linear hexahedra"
+    meshio: ClassVar[str] = "hexahedron"
     nodes: ClassVar[int] = 8
-    corners: ClassVar[int] = 8
     order: ClassVar[int] = 1
-    dimension: ClassVar[int] = 3
-    family: ClassVar[str] = "hexahedra"
+    constant: ClassVar[bool] = False
     locks: ClassVar[float] = 0.45
-    centre: ClassVar[tuple[float, float, float]] = (0.0, 0.0, 0.0)
-    volume: ClassVar[float] = 8.0
-    facets: ClassVar[tuple[tuple[int, ...], ...]] = (
-        (0, 3, 2, 1),
-        (4, 5, 6, 7),
-        (0, 1, 5, 4),
-        (1, 2, 6, 5),
-        (2, 3, 7, 6),
-        (3, 0, 4, 7),
-    )
+    finer: ClassVar[str] = "hex8"
+    leaves: ClassVar[float] = 2.5
+    most: ClassVar[float] = 4e6
+    pressures: ClassVar[str | None] = "cell"
+    formulations: ClassVar[tuple[str, ...]] = ("displacement", "mixed", "mean_dilatation")
+    integrations: ClassVar[tuple[str, ...]] = ("full", "selective")
+    springs: ClassVar[bool] = True
+    between: ClassVar[Rows] = ()
+    turned: ClassVar[tuple[int, ...]] = Hexahedron.mirror
+    facets: ClassVar[Rows] = Hexahedron.sides
     facet: ClassVar[type[Facet]] = Quad4
+    monomials: ClassVar[Rows] = (
+        (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (0, 1, 1), (1, 0, 1), (1, 1, 1),
+    )  # fmt: skip
+    warp: ClassVar[int] = 2
 
     @staticmethod
     def places() -> Floats:
         """Local points of the nodes (8, 3)."""
-        low = [(-1.0, -1.0, -1.0), (1.0, -1.0, -1.0), (1.0, 1.0, -1.0), (-1.0, 1.0, -1.0)]
-        return np.array([*low, *((x, y, 1.0) for x, y, _ in low)])
+        return Hexahedron.rim()
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
         """Points (8, 3) and weights (8,) on the cube [-1, 1]^3."""
         return Hex8.places() / 3**0.5, np.ones(8)
+
+    @staticmethod
+    def mass_quadrature() -> tuple[Floats, Floats]:
+        """The same points."""
+        return Hex8.quadrature()
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
@@ -69,8 +80,3 @@ class Hex8:
         corners = Hex8.places()
         x, y, z = np.moveaxis(1 + xi[:, None, :] * corners, 2, 0)  # (m, 8) each
         return np.stack([y * z, z * x, x * y], axis=2) * corners / 8
-
-    @staticmethod
-    def clip(xi: Floats) -> Floats:
-        """Each coordinate within [-1, 1]."""
-        return np.clip(xi, -1.0, 1.0)

@@ -8,6 +8,8 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
+from softmark.solvers.elements.facets import FACETS
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -16,22 +18,17 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.base.deferred import np
 
-DEGREES = {3: 1, 6: 4}  # nodes of a triangle -> degree of shape functions times its area vector
-
 
 @cache
 def _powers(nodes: int) -> Floats:
-    """Exponents of the monomials (q, 2): of a total degree on triangles, up to squares in each on quadrilaterals."""
-    if nodes == 4:
-        return np.array([(i, j) for i in range(3) for j in range(3)], dtype=float)
-    n = DEGREES[nodes]
-    return np.array([(i, j) for i in range(n + 1) for j in range(n + 1 - i)], dtype=float)
+    """Exponents of the monomials (q, 2): of a degree in all on triangles, in each coordinate on squares."""
+    return FACETS[nodes].powers(FACETS[nodes].pressed)
 
 
 @cache
 def places(nodes: int) -> Floats:
     """The points (q, 2) of a facet of so many nodes, in its local coordinates."""
-    return _powers(nodes) - 1.0 if nodes == 4 else _powers(nodes) / DEGREES[nodes]
+    return FACETS[nodes].lattice(FACETS[nodes].pressed)
 
 
 @cache
@@ -63,8 +60,4 @@ def fine(nodes: int, n: int = 10) -> tuple[Floats, Floats]:
     """n^2 Gauss points (q, 2) and weights (q,) of a whole facet, for what is smooth and no polynomial: its area."""
     x, w = np.polynomial.legendre.leggauss(n)
     a, b = (t.ravel() for t in np.meshgrid(x, x))
-    w = np.outer(w, w).ravel()
-    if nodes != 4:
-        a, b = 0.5 * (a + 1.0), 0.5 * (b + 1.0)
-        w, b = 0.25 * w * (1.0 - a), (1.0 - a) * b
-    return np.stack([a, b], axis=1), w
+    return FACETS[nodes].folded(a, b, np.outer(w, w).ravel())

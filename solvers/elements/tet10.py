@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
+from softmark.solvers.elements.cells import Tetrahedron, joined, mirrored
 from softmark.solvers.elements.facets import Tri6
 from softmark.solvers.elements.tet4 import Tet4
 
@@ -11,16 +12,16 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.solvers.elements.element import Facet
+    from softmark.solvers.elements.element import Facet, Rows
 
     Floats = NDArray[np.float64]
 else:
     from softmark.solvers.base.deferred import np
 
-EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # corners of the nodes 4 to 9
+EDGES = Tetrahedron.edges  # corners of the nodes 4 to 9
 
 
-class Tet10:
+class Tet10(Tetrahedron):
     """Ten-node tetrahedron, quadratic displacement: bends well, follows curved surfaces, locks mildly only.
 
     Corners L_a (2 L_a - 1), mid-edge nodes 4 L_a L_b of the edges 01, 12, 02, 03, 13, 23, with L the barycentric
@@ -30,21 +31,29 @@ class Tet10:
     Costs about eight times a four-node tetrahedron. Source: Zienkiewicz, Taylor and Zhu (2013), section 6.
     """
 
+    name: ClassVar[str] = "tet10"
+    described: ClassVar[str] = "ten-node tetrahedra"
+    briefly: ClassVar[str] = "tet10"
+    meshio: ClassVar[str] = "tetra10"
     nodes: ClassVar[int] = 10
-    corners: ClassVar[int] = 4
     order: ClassVar[int] = 2
-    dimension: ClassVar[int] = 3
-    family: ClassVar[str] = "tetrahedra"
+    constant: ClassVar[bool] = False
     locks: ClassVar[float] = 0.4995
-    centre: ClassVar[tuple[float, float, float]] = (0.25, 0.25, 0.25)
-    volume: ClassVar[float] = 1 / 6
-    facets: ClassVar[tuple[tuple[int, ...], ...]] = (
-        (0, 2, 1, 6, 5, 4),
-        (0, 1, 3, 4, 8, 7),
-        (1, 2, 3, 5, 9, 8),
-        (0, 3, 2, 7, 9, 6),
-    )
+    finer: ClassVar[str] = "tet10"
+    leaves: ClassVar[float] = 2.5
+    most: ClassVar[float] = 4e6
+    pressures: ClassVar[str | None] = "corners"
+    formulations: ClassVar[tuple[str, ...]] = ("displacement", "mixed")
+    integrations: ClassVar[tuple[str, ...]] = ("full",)
+    springs: ClassVar[bool] = False
+    between: ClassVar[Rows] = EDGES
+    turned: ClassVar[tuple[int, ...]] = mirrored(Tetrahedron.mirror, EDGES)
+    facets: ClassVar[Rows] = joined(Tetrahedron.sides, 4, EDGES, Tri6)
     facet: ClassVar[type[Facet]] = Tri6
+    monomials: ClassVar[Rows] = (
+        *Tet4.monomials, (2, 0, 0), (0, 2, 0), (0, 0, 2), (1, 1, 0), (0, 1, 1), (1, 0, 1),
+    )  # fmt: skip
+    warp: ClassVar[int] = 3
 
     @staticmethod
     def places() -> Floats:
@@ -71,8 +80,3 @@ class Tet10:
         L, dL = Tet4.shape(xi)[:, :, None], Tet4.gradient(xi)
         a, b = np.array(EDGES).T
         return np.concatenate([(4 * L - 1) * dL, 4 * (L[:, a] * dL[:, b] + L[:, b] * dL[:, a])], axis=1)
-
-    @staticmethod
-    def clip(xi: Floats) -> Floats:
-        """As in the four-node tetrahedron."""
-        return Tet4.clip(xi)

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
+from softmark.solvers.elements.cells import Tetrahedron
 from softmark.solvers.elements.facets import Tri3
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.solvers.elements.element import Facet
+    from softmark.solvers.elements.element import Facet, Rows
 
     Floats = NDArray[np.float64]
 else:
     from softmark.solvers.base.deferred import np
 
 
-class Tet4:
+class Tet4(Tetrahedron):
     """Four-node tetrahedron, linear displacement: cheap, stiff in bending, locks near incompressibility.
 
     N_0 = 1 - xi - eta - zeta, N_1 = xi, N_2 = eta, N_3 = zeta, one integration point (exact, since the gradient
@@ -25,21 +26,32 @@ class Tet4:
     stiff (volumetric locking). Source: Zienkiewicz, Taylor and Zhu (2013), section 5.
     """
 
+    name: ClassVar[str] = "tet4"
+    described: ClassVar[str] = "four-node tetrahedra"
+    briefly: ClassVar[str] = "linear tetrahedra"
+    meshio: ClassVar[str] = "tetra"
     nodes: ClassVar[int] = 4
-    corners: ClassVar[int] = 4
     order: ClassVar[int] = 1
-    dimension: ClassVar[int] = 3
-    family: ClassVar[str] = "tetrahedra"
+    constant: ClassVar[bool] = True
     locks: ClassVar[float] = 0.45
-    centre: ClassVar[tuple[float, float, float]] = (0.25, 0.25, 0.25)
-    volume: ClassVar[float] = 1 / 6
-    facets: ClassVar[tuple[tuple[int, ...], ...]] = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
+    finer: ClassVar[str] = "tet10"
+    leaves: ClassVar[float] = 2.0
+    most: ClassVar[float] = 2e7
+    pressures: ClassVar[str | None] = None
+    formulations: ClassVar[tuple[str, ...]] = ("displacement",)
+    integrations: ClassVar[tuple[str, ...]] = ("full",)
+    springs: ClassVar[bool] = True
+    between: ClassVar[Rows] = ()
+    turned: ClassVar[tuple[int, ...]] = Tetrahedron.mirror
+    facets: ClassVar[Rows] = Tetrahedron.sides
     facet: ClassVar[type[Facet]] = Tri3
+    monomials: ClassVar[Rows] = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
+    warp: ClassVar[int] = 0
 
     @staticmethod
     def places() -> Floats:
         """Local points of the nodes (4, 3)."""
-        return np.concatenate([np.zeros((1, 3)), np.eye(3)])
+        return Tetrahedron.rim()
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
@@ -56,10 +68,3 @@ class Tet4:
         """dN/dxi (m, 4, 3) at local points xi (m, 3)."""
         dN = np.array([[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
         return np.broadcast_to(dN, (len(xi), 4, 3))
-
-    @staticmethod
-    def clip(xi: Floats) -> Floats:
-        """Barycentric coordinates below zero become zero, and the others keep their proportions."""
-        N = np.maximum(Tet4.shape(xi), 0.0)
-        inside: Floats = N[:, 1:] / N.sum(axis=1, keepdims=True)
-        return inside

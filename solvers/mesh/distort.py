@@ -16,9 +16,6 @@ SEED = 20  # of the directions
 FLAT = 1e-9  # sine between facets that are taken for one plane
 HALVINGS = 120  # of the bracket of the amplitude: to its last digit
 
-# of each corner of a hexahedron the three others that it shares edges with, right-handed, in the order of VTK
-CORNERS = np.array([[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]])
-
 
 class TooPoor(Exception):
     """The mesh has a cell of less quality than was asked for already; the message has the quality that it has."""
@@ -26,32 +23,12 @@ class TooPoor(Exception):
 
 def qualities(mesh: Mesh) -> Floats:
     """Mean ratio of every cell (m,), 1 at best; 0 or below where a cell is flat or inside out."""
-    if mesh.kind == "hex8":
-        corners = mesh.points[mesh.cells]  # (m, 8, 3)
-        J = corners[:, CORNERS] - corners[:, :, None]  # (m, 8, 3, 3)
-        found: Floats = _ratio(J).min(axis=1)
-        folded = (jacobians(mesh, mesh.element.quadrature()[0]) <= 0.0).any(axis=1)
-        return np.where(folded, np.minimum(found, 0.0), found)
-    corners = mesh.points[mesh.cells[:, :4]]
-    J = corners[:, 1:] - corners[:, :1]
-    i, j = np.triu_indices(4, 1)
-    squares = np.sum((corners[:, i] - corners[:, j]) ** 2, axis=(1, 2))
-    volume = _determinants(J) / 6.0
-    signed: Floats = 12.0 * np.cbrt(3.0 * volume) * np.abs(np.cbrt(3.0 * volume)) / squares
-    return signed
-
-
-def _determinants(J: Floats) -> Floats:
-    """Triple products of three rows (..., 3, 3): to the last digit where they are small, as an LU's are not."""
-    det: Floats = np.einsum("...i,...i->...", np.cross(J[..., 0, :], J[..., 1, :]), J[..., 2, :])
-    return det
-
-
-def _ratio(J: Floats) -> Floats:
-    """3 det^(2/3) / |J|^2, with the sign of the determinant."""
-    root = np.cbrt(_determinants(J))
-    ratio: Floats = 3.0 * root * np.abs(root) / np.sum(J**2, axis=(-2, -1))
-    return ratio
+    element = mesh.element
+    found = element.ratio(mesh.points[mesh.cells[:, : element.corners]])
+    if not element.warps:
+        return found
+    folded = (jacobians(mesh, element.quadrature()[0]) <= 0.0).any(axis=1)
+    return np.where(folded, np.minimum(found, 0.0), found)
 
 
 def worst(mesh: Mesh) -> tuple[float, int]:
@@ -96,19 +73,15 @@ def _ways(mesh: Mesh) -> Floats:
     normals = _normals(mesh)
     for node, found in normals.items():
         ways[node] = _along(ways[node], found)
-    if mesh.kind == "tet10":
-        from softmark.solvers.elements.tet10 import EDGES
-
-        middles, ends = mesh.cells[:, 4:], mesh.cells[:, np.array(EDGES)]
-        ways[middles] = 0.5 * (ways[ends[..., 0]] + ways[ends[..., 1]])
+    for node, corners in enumerate(mesh.element.between, mesh.element.corners):
+        ways[mesh.cells[:, node]] = ways[mesh.cells[:, list(corners)]].mean(axis=1)
     return ways
 
 
 def _reach(mesh: Mesh) -> Floats:
     """The shortest distance from a node to another corner of its cells (n,), m."""
-    corners = 8 if mesh.kind == "hex8" else 4
     reach = np.full(len(mesh.points), np.inf)
-    i, j = np.triu_indices(corners, 1)
+    i, j = np.triu_indices(mesh.element.corners, 1)
     a, b = mesh.cells[:, i].ravel(), mesh.cells[:, j].ravel()
     length = np.linalg.norm(mesh.points[a] - mesh.points[b], axis=1)
     np.minimum.at(reach, a, length)
@@ -119,7 +92,7 @@ def _reach(mesh: Mesh) -> Floats:
 def _normals(mesh: Mesh) -> dict[int, list[Floats]]:
     """The different normals of the facets around each corner of the boundary; a facet that is not plane has several."""
     found: dict[int, list[Floats]] = {}
-    triangles = mesh.facets[:, :3] if mesh.kind == "tet10" else mesh.faces
+    triangles = mesh.facets[:, np.array(mesh.element.facet.halves)].reshape(-1, 3)
     a, b, c = (mesh.points[triangles[:, k]] for k in range(3))
     n = np.cross(b - a, c - a)
     n /= np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-300)

@@ -68,7 +68,7 @@ def locate(mesh: Mesh, X: Floats) -> Located:
     and extrapolated linearly, so the caller must look at `outside`. A point on a face that two cells share is given to
     either.
     """
-    return _in_tetrahedra(mesh, X) if mesh.kind == "tet4" else _in_curved_cells(mesh, X)
+    return _in_tetrahedra(mesh, X) if mesh.element.constant else _in_curved_cells(mesh, X)
 
 
 # ------------------------------------------------------------------ four-node tetrahedra, in closed form

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
-from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements import element_of
 
 if TYPE_CHECKING:
     from softmark.solvers.elements.element import Element
@@ -33,13 +33,13 @@ class Mesh:
 
     @property
     def element(self) -> type[Element]:
-        """The element of its cells."""
-        return ELEMENTS[self.kind]
+        """The element of its cells. Raises UnknownElement."""
+        return element_of(self.kind)
 
     @cached_property
     def volumes(self) -> Floats:
         """Signed volume of each cell by the element's quadrature, m^3 (m,)."""
-        if self.kind == "tet4":
+        if self.element.constant:
             a, b, c, d = (self.points[self.cells[:, i]] for i in range(4))
             volumes: Floats = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0
             return volumes

@@ -8,24 +8,13 @@ import numpy as np
 from scipy.optimize import nnls
 
 from softmark.records import dataclass
+from softmark.solvers.elements.element import Element
+from softmark.solvers.elements.hex8 import Hex8
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 Diagonals = Literal["faces", "all"]
 
 EDGE, FACE, BODY = 0, 1, 2  # what a spring runs along
-
-TET_EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
-HEX_EDGES = (
-    *((0, 1), (1, 2), (2, 3), (3, 0)),
-    *((4, 5), (5, 6), (6, 7), (7, 4)),
-    *((0, 4), (1, 5), (2, 6), (3, 7)),
-)
-HEX_FACE_DIAGONALS = (
-    *((0, 2), (1, 3), (4, 6), (5, 7)),
-    *((0, 5), (1, 4), (1, 6), (2, 5)),
-    *((2, 7), (3, 6), (3, 4), (0, 7)),
-)
-HEX_BODY_DIAGONALS = ((0, 6), (1, 7), (2, 4), (3, 5))
 
 # Shares of E V / l0^2 that make a cube isotropic with Young's modulus E, as edge, face and body diagonal; in each row
 # 12 edges, 12 face diagonals and 4 body diagonals add up to 6. A lattice of cubes with edge a has the elasticities
@@ -54,31 +43,29 @@ class Network:
 
 
 def network(mesh: Mesh, diagonals: Diagonals = "all") -> Network:
-    """The springs of a mesh of four-node tetrahedra, whose edges they are, or of eight-node hexahedra.
+    """The springs of a mesh: the edges of its cells, and of hexahedra diagonals.
 
     Tetrahedra have the share 1 for each edge, which is the rule of Van Gelder (1998); see `shares` for hexahedra.
     """
-    pairs, what = _local(mesh.kind, diagonals)
+    pairs, what = _local(mesh.element, diagonals)
     ends = np.sort(mesh.cells[:, pairs].reshape(-1, 2), axis=1)  # (m springs, 2)
     nodes = int(ends.max()) + 1
     keys, first, which = np.unique(ends @ [nodes, 1], return_index=True, return_inverse=True)
     edges = np.stack(np.divmod(keys, nodes), axis=1)
     volumes = np.repeat(mesh.volumes, len(pairs))
     share = np.ones(len(ends))
-    if mesh.kind == "hex8":
+    if mesh.element.diagonals[0]:
         share = shares(mesh.points[mesh.cells], diagonals).ravel()
     along = np.tile(what, len(mesh.cells))[first]
     volume, weight = np.bincount(which, volumes), np.bincount(which, share * volumes)
     return Network(edges, along, np.bincount(which), volume.astype(float), weight.astype(float))
 
 
-def _local(kind: str, diagonals: Diagonals) -> tuple[Ints, Ints]:
+def _local(element: type[Element], diagonals: Diagonals) -> tuple[Ints, Ints]:
     """Pairs of a cell's nodes (s, 2), and what each runs along (s,)."""
-    families: dict[int, tuple[tuple[int, int], ...]] = {EDGE: TET_EDGES if kind == "tet4" else HEX_EDGES}
-    if kind == "hex8":
-        families[FACE] = HEX_FACE_DIAGONALS
-        if diagonals == "all":
-            families[BODY] = HEX_BODY_DIAGONALS
+    families = {EDGE: element.edges, FACE: element.diagonals[0]}
+    if diagonals == "all":
+        families[BODY] = element.diagonals[1]
     pairs = np.array([pair for family in families.values() for pair in family], dtype=np.int64)
     what = np.repeat(list(families), [len(family) for family in families.values()])
     return pairs, what.astype(np.int64)
@@ -93,7 +80,7 @@ def shares(corners: Floats, diagonals: Diagonals) -> Floats:
     CUBE. With body diagonals, bricks up to 1.6 times as long as wide become isotropic; with the shares of a cube one
     of 1.4 would be too stiff lengthwise by a half.
     """
-    pairs, what = _local("hex8", diagonals)
+    pairs, what = _local(Hex8, diagonals)
     usual = np.array(CUBE[diagonals])[what]
     d = corners[:, pairs[:, 1]] - corners[:, pairs[:, 0]]
     n = d / np.linalg.norm(d, axis=2, keepdims=True)  # (m, springs, 3)

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.elements.tet4 import Tet4
+from softmark.solvers.elements import element_of
 from softmark.solvers.mesh.interpolation import Rule
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
-
-PAIRED = ("tet10", "hex8")  # elements that have pressures to go with their displacements
 
 
 @dataclass(frozen=True)
@@ -22,14 +20,16 @@ class Pressures:
 
 
 def pressures(mesh: Mesh, rule: Rule | None = None) -> Pressures:
-    """Linear and continuous, at the corners of ten-node tetrahedra; constant in each hexahedron.
+    """Continuous and linear between corners, or one in each cell, as the element says.
 
     Raises KeyError for elements that have none: a linear tetrahedron has too few displacements for any pressure.
     """
     xi, _ = rule or mesh.element.quadrature()
-    if mesh.kind == "tet10":
-        corners, numbers = np.unique(mesh.cells[:, :4], return_inverse=True)
-        return Pressures(numbers.reshape(-1, 4).astype(np.int64), Tet4.shape(xi), len(corners))
-    if mesh.kind == "hex8":
+    element = mesh.element
+    if element.pressures == "corners":
+        corners, numbers = np.unique(mesh.cells[:, : element.corners], return_inverse=True)
+        cells = numbers.reshape(-1, element.corners).astype(np.int64)
+        return Pressures(cells, element_of(element.linear).shape(xi), len(corners))
+    if element.pressures == "cell":
         return Pressures(np.arange(len(mesh.cells))[:, None], np.ones((len(xi), 1)), len(mesh.cells))
     raise KeyError(mesh.kind)

@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from softmark.records import dataclass
+from softmark.solvers.elements.cells import Tetrahedron
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rectangle
 
@@ -211,17 +212,17 @@ class Cylinder:
         return side, rings, cells(0.0, self.length, divisions(self.length, size), along(cuts, "along"))
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of a kind (tet4, tet10, hex8) with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
+        """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
         from softmark.solvers.mesh.structured import disc, rounded, solid
 
         mesh = solid(disc(self.radius, size, cuts=cuts), self.length, size, kind, cuts)
-        return _placed(rounded(mesh, self.radius) if kind == "tet10" else mesh, self.axis, self.origin)
+        return _placed(rounded(mesh, self.radius), self.axis, self.origin)
 
     def surface(self, size: float) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of the surface, outward, with edges of about `size` (m)."""
         from softmark.solvers.mesh.mesh import surface
 
-        return surface(self.mesh("tet4", size))
+        return surface(self.mesh(Tetrahedron.linear, size))
 
 
     def side(self, corners: Floats) -> NDArray[np.bool_]:
@@ -326,7 +327,7 @@ class Box:
         )
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of a kind (tet4, tet10, hex8) with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
+        """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
         from softmark.solvers.mesh.structured import rectangle, solid
 
         own = self._turned(cuts)
@@ -337,19 +338,19 @@ class Box:
         """Points (n, 3) in m and triangles (t, 3) of the surface, outward, with edges of about `size` (m)."""
         from softmark.solvers.mesh.mesh import surface
 
-        return surface(self.mesh("tet4", size))
+        return surface(self.mesh(Tetrahedron.linear, size))
 
 
 @dataclass(frozen=True)
 class MeshFile:
     """A mesh read from a file, in any format that meshio knows (VTK, VTU, Gmsh, Abaqus, ...), and Gmsh's first.
 
-    Its cells are taken as they are, so `size` of a model does not apply: tetrahedra of four or ten nodes, or hexahedra
-    of eight, which are split where a model asks for tetrahedra. `five` tetrahedra for each hexahedron, with matching
-    faces, need a mesh whose points can be coloured like a chessboard. `repeated` are five, cut alike in every
-    hexahedron; `alternating` are six, mirrored by the hexahedron's number, as SOFA split meshes in 2008; `kuhn` are six
-    around one diagonal. The faces of these three need not match: there cells may pass through each other when they
-    deform, and the three serve to repeat what others computed.
+    Its cells are taken as they are, so `size` of a model does not apply: tetrahedra of four or ten nodes, or
+    hexahedra of eight, 20 or 27; those of eight are split where a model asks for tetrahedra. `five` tetrahedra for
+    each hexahedron, with matching faces, need a mesh whose points can be coloured like a chessboard. `repeated` are
+    five, cut alike in every hexahedron; `alternating` are six, mirrored by the hexahedron's number, as SOFA split
+    meshes in 2008; `kuhn` are six around one diagonal. The faces of these three need not match: there cells may
+    pass through each other when they deform, and the three serve to repeat what others computed.
     Points that no cell uses are dropped; cells that are inside out are turned, flat cells are an error. Nodes that lie
     at one place without being one (nearer than 1e-6 of the extent and a hundredth of the shortest edge) make a mesh
     fall apart that looks whole: they are an error, unless `coincident = merge` joins them or `keep` says that a slit
@@ -368,7 +369,7 @@ class MeshFile:
     prebuilt: ClassVar[bool] = True
 
     def mesh(self, kind: str, size: float | None = None) -> Mesh:
-        """The cells of the file as a kind (tet4, tet10 or hex8); `size` is ignored. Raises Unreadable."""
+        """The cells of the file as an element; `size` is ignored. Raises Unreadable, UnknownElement."""
         from softmark.solvers.mesh.files.reading import converted, read
 
         return converted(read(self.path, self.unit, self.coincident), kind, self.split)

@@ -1,4 +1,4 @@
-"""Hexahedra into tetrahedra, and four-node tetrahedra into ten-node ones.
+"""Hexahedra into tetrahedra, and cells of corners alone into cells with nodes between them.
 
 The choice of diagonals is a choice of model: it moves the tip of a bent beam of linear tetrahedra by several per cent.
 """
@@ -9,7 +9,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from softmark.solvers.elements.tet10 import EDGES
+from softmark.solvers.elements import element_of
+from softmark.solvers.elements.cells import Hexahedron, Tetrahedron
+from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 
@@ -17,35 +19,29 @@ class NotTwoColourable(Exception):
     """The points of a mesh cannot be coloured so that every edge joins two colours."""
 
 
-# The five tetrahedra of a hexahedron whose corner 0 is even: four corners cut off at the odd points
-# 1, 3, 4, 6 and one in the middle on the even points 0, 2, 5, 7.
-_EVEN = np.array([[1, 2, 0, 5], [3, 0, 2, 7], [4, 5, 7, 0], [6, 7, 5, 2], [0, 2, 7, 5]])
-_ODD = np.array([[0, 1, 3, 4], [2, 3, 1, 6], [5, 4, 6, 1], [7, 6, 4, 3], [1, 3, 4, 6]])
 # Six around the diagonal from corner 0 to corner 6, one for each path along three edges between them.
 _KUHN = np.array([[0, 1, 2, 6], [0, 1, 5, 6], [0, 3, 2, 6], [0, 3, 7, 6], [0, 4, 5, 6], [0, 4, 7, 6]])
 # The same diagonal with other faces: 1-3 below, 5-7 above, as SOFA has it.
 _SIX = np.array([[0, 5, 1, 6], [0, 1, 3, 6], [1, 3, 6, 2], [6, 3, 0, 7], [6, 7, 0, 5], [7, 5, 4, 0]])
-_HEX_EDGES = np.array(
-    [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]]
-)
 _MIRROR_X, _MIRROR_Z = np.array([1, 0, 3, 2, 5, 4, 7, 6]), np.array([4, 5, 6, 7, 0, 1, 2, 3])
 
 
-def split(points: Floats, hexahedra: Ints, colour: Ints) -> Mesh:
-    """Five tetrahedra for each hexahedron, with diagonals between points of one colour (n,), 0 or 1."""
+def meshed(points: Floats, hexahedra: Ints, colour: Ints, element: type[Element]) -> Mesh:
+    """Cells of an element made of hexahedra (m, 8); diagonals are between points of one colour (n,), 0 or 1."""
     even = colour[hexahedra[:, 0]] == 0
-    cells = np.where(even[:, None, None], hexahedra[:, _EVEN], hexahedra[:, _ODD]).reshape(-1, 4)
-    return Mesh(points, positive(points, cells))
+    own, other = (hexahedra[:, np.array(part)] for part in element.split)
+    cells = np.where(even[:, None, None], own, other).reshape(-1, element.corners)
+    return with_nodes(Mesh(points, positive(points, cells, element), element.linear), element)
 
 
 def five(mesh: Mesh) -> Mesh:
     """Five tetrahedra for each hexahedron; neighbours agree on their diagonals. Raises NotTwoColourable."""
-    return split(mesh.points, mesh.cells, chessboard(mesh))
+    return meshed(mesh.points, mesh.cells, chessboard(mesh), element_of(Tetrahedron.linear))
 
 
 def repeated(mesh: Mesh) -> Mesh:
     """Five for each hexahedron, cut alike in all by the order of their nodes, whatever the neighbours do."""
-    return _loose(mesh, mesh.cells[:, _EVEN].reshape(-1, 4))
+    return _loose(mesh, mesh.cells[:, np.array(Tetrahedron.split[0])].reshape(-1, 4))
 
 
 def kuhn(mesh: Mesh) -> Mesh:
@@ -77,7 +73,7 @@ SPLITS: dict[str, Callable[[Mesh], Mesh]] = {
 
 def _loose(mesh: Mesh, cells: Ints) -> Mesh:
     """Tetrahedra of hexahedra; where they do not match, the boundary is that of the hexahedra."""
-    cells = positive(mesh.points, cells)
+    cells = positive(mesh.points, cells, element_of(Tetrahedron.linear))
     whole = Mesh(mesh.points, cells)
     if len(whole.facets) == 2 * len(mesh.facets):
         return whole
@@ -91,11 +87,11 @@ def _loose(mesh: Mesh, cells: Ints) -> Mesh:
     return Mesh(mesh.points, cells, skin=np.array(skin, dtype=np.int64))
 
 
-def positive(points: Floats, cells: Ints) -> Ints:
-    """Four-node cells with two corners swapped where the volume is negative."""
-    flipped = np.where(Mesh(points, cells).volumes < 0)[0]
+def positive(points: Floats, cells: Ints, element: type[Element]) -> Ints:
+    """Cells of corners alone, turned where the volume is negative."""
+    flipped = np.where(Mesh(points, cells, element.linear).volumes < 0)[0]
     cells = cells.copy()
-    cells[flipped, 2:] = cells[flipped, :1:-1]
+    cells[flipped] = cells[flipped][:, np.array(element_of(element.linear).turned)]
     return cells
 
 
@@ -104,7 +100,7 @@ def chessboard(mesh: Mesh) -> Ints:
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-    ends = mesh.cells[:, _HEX_EDGES].reshape(-1, 2)
+    ends = mesh.cells[:, np.array(Hexahedron.edges)].reshape(-1, 2)
     count = len(mesh.points)
     graph = coo_matrix((np.ones(len(ends)), ends.T), shape=(count, count)).tocsr()
     graph = graph + graph.T
@@ -119,21 +115,35 @@ def chessboard(mesh: Mesh) -> Ints:
     return colour
 
 
-def quadratic(mesh: Mesh) -> Mesh:
-    """Ten-node tetrahedra with straight edges: a point in the middle of every edge."""
-    ends = np.sort(mesh.cells[:, np.array(EDGES)], axis=2)  # (m, 6, 2)
-    pairs, which = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)
-    middles = mesh.points[pairs].mean(axis=1)
-    cells = np.concatenate([mesh.cells, len(mesh.points) + which.reshape(-1, 6)], axis=1)
-    skin = None if mesh.skin is None else _quadratic_skin(mesh, pairs)
-    return Mesh(np.concatenate([mesh.points, middles]), cells.astype(np.int64), "tet10", skin)
+def with_nodes(mesh: Mesh, element: type[Element]) -> Mesh:
+    """The same cells as an element of more nodes, which lie where the cells' own map has them.
+
+    Nodes that both have stand first in both.
+    """
+    cells, points, skin = [mesh.cells], [mesh.points], [] if mesh.skin is None else [mesh.skin]
+    count, more = len(mesh.points), element.between[mesh.element.nodes - element.corners :]
+    N = mesh.element.shape(element.places()[mesh.element.nodes :])
+    for size in sorted({len(ends) for ends in more}):
+        some = [k for k, ends in enumerate(more) if len(ends) == size]
+        ends = np.sort(mesh.cells[:, np.array([more[k] for k in some])], axis=2)  # (m, k, size)
+        groups, first, which = np.unique(ends.reshape(-1, size), axis=0, return_index=True, return_inverse=True)
+        cell, place = np.divmod(first, len(some))
+        points.append(np.einsum("na,nai->ni", N[some][place], mesh.points[mesh.cells[cell]]))
+        cells.append(count + which.reshape(len(mesh.cells), -1))
+        skin += [] if mesh.skin is None else [count + _of_skin(mesh.skin, element, groups)]
+        count += len(groups)
+    whole = np.concatenate(cells, axis=1).astype(np.int64)
+    outer = None if mesh.skin is None else np.concatenate(skin, axis=1)
+    return Mesh(np.concatenate(points), whole, element.name, outer)
 
 
-def _quadratic_skin(mesh: Mesh, pairs: Ints) -> Ints:
-    """Six-node facets of the skin: mid-points found by the ends of their edges, which are in order."""
-    skin = mesh.facets
-    count = len(mesh.points)
-    keys = pairs @ [count, 1]
-    sides = np.sort(skin[:, [[0, 1], [1, 2], [2, 0]]], axis=2) @ [count, 1]
-    six: Ints = np.concatenate([skin, count + np.searchsorted(keys, sides)], axis=1)
-    return six
+def _of_skin(skin: Ints, element: type[Element], groups: Ints) -> Ints:
+    """Which of the groups of corners (g, size), in order, lie between the corners of facets (f, k)."""
+    size = groups.shape[1]
+    local = np.array([ends for ends in element.facet.between if len(ends) == size], dtype=np.int64).reshape(-1, size)
+    sides = np.sort(skin[:, local], axis=2).reshape(-1, size)
+    known, number = np.unique(np.concatenate([groups, sides]), axis=0, return_inverse=True)
+    place = np.empty(len(known), dtype=np.int64)
+    place[number[: len(groups)]] = np.arange(len(groups))
+    found: Ints = place[number[len(groups) :]].reshape(len(skin), -1)
+    return found

@@ -11,11 +11,11 @@ from __future__ import annotations
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.solvers.elements import element_of
 from softmark.solvers.mesh.cuts import SAME, Cut, along, lines
 from softmark.solvers.mesh.divisions import OFF_CENTRE, circles, divisions, of_disc, of_rectangle
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
-from softmark.solvers.mesh.meshable import meshable
-from softmark.solvers.mesh.splits import quadratic, split
+from softmark.solvers.mesh.splits import meshed
 
 
 @dataclass(frozen=True)
@@ -142,27 +142,21 @@ def extrude(
 
 
 def solid(section: Section, length: float, size: float, kind: str, cuts: tuple[Cut, ...] = ()) -> Mesh:
-    """The extruded section as hexahedra (`hex8`), or split into tetrahedra (`tet4`, or `tet10` with straight edges).
-
-    Raises UnknownElement.
-    """
-    meshable(kind)
-    points, hexahedra, colour = extrude(section, length, size, cuts)
-    if kind == "hex8":
-        return Mesh(points, hexahedra, "hex8")
-    linear = split(points, hexahedra, colour)
-    return linear if kind == "tet4" else quadratic(linear)
+    """The extruded section as hexahedra, or split into tetrahedra; with straight edges. Raises UnknownElement."""
+    element = element_of(kind)
+    return meshed(*extrude(section, length, size, cuts), element)
 
 
 def rounded(mesh: Mesh, radius: float) -> Mesh:
-    """Ten-node cells of a cylinder along z, their mid-edge points on its side moved out onto it.
+    """Cells of a cylinder along z, what lies between corners on its side moved out onto it.
 
-    Facets with all three corners on the side are of the side; only their edges are curved.
+    Facets with all corners on the side are of the side; only these are curved.
     """
+    corners = mesh.element.facet.corners
     r = np.hypot(mesh.points[:, 0], mesh.points[:, 1])
     side = np.abs(r - radius) < 1e-9 * radius
-    facets = mesh.facets[side[mesh.facets[:, :3]].all(axis=1)]
-    middles = np.unique(facets[:, 3:])
+    facets = mesh.facets[side[mesh.facets[:, :corners]].all(axis=1)]
+    middles = np.unique(facets[:, corners:])
     points = mesh.points.copy()
     points[middles, :2] *= (radius / r[middles])[:, None]
     return Mesh(points, mesh.cells, mesh.kind)

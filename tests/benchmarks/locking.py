@@ -20,6 +20,7 @@ import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.pressured import with_pressures
+from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.energy import Floats, VectorSpace
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
@@ -28,7 +29,7 @@ from softmark.solvers.materials import MATERIALS, law_for, mixed_for, parts_for
 from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.mesh.splits import five, quadratic
+from softmark.solvers.mesh.splits import chessboard, meshed
 from softmark.solvers.statics.equilibrium import Linear, Statics, equilibrium
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "shared"))
@@ -37,7 +38,8 @@ from octant import octant
 RATIOS = (0.3, 0.45, 0.49, 0.499, 0.4999, 0.49999, 0.5)
 FORMS = (
     ("tet4", "displacement"), ("hex8", "displacement"), ("tet10", "displacement"), ("hex8", "selective"),
-    ("hex8", "mean_dilatation"), ("hex8", "mixed"), ("tet10", "mixed"),
+    ("hex8", "mean_dilatation"), ("hex8", "mixed"), ("tet10", "mixed"), ("hex20", "displacement"), ("hex20", "mixed"),
+    ("hex27", "displacement"), ("hex27", "mixed"),
 )  # fmt: skip
 
 
@@ -90,9 +92,8 @@ def cook(kind: str, form: str, n: int, nu: float = 0.4999, young: float = 250.0,
     used, cells = np.unique(bricks.cells[layer], return_inverse=True)
     s, t, z = s[used], t[used], z[used]
     points = np.stack([48 * s, 44 * t + s * (44 + t * 16 - 44 * t), z * n * through], axis=1)
-    mesh = Mesh(points, cells.reshape(-1, 8), "hex8")
-    if kind != "hex8":
-        mesh = five(mesh) if kind == "tet4" else quadratic(five(mesh))
+    bricks = Mesh(points, cells.reshape(-1, 8), "hex8")
+    mesh = meshed(points, bricks.cells, chessboard(bricks), ELEMENTS[kind])
     x, y, z = mesh.points.T
     fixed = np.concatenate([3 * np.flatnonzero(x < 1e-9) + i for i in range(2)] + [3 * np.arange(len(x)) + 2])
     f = np.zeros_like(mesh.points)
@@ -143,14 +144,14 @@ def main() -> None:
     print("Lamé's sphere, relative error".ljust(32) + "".join(f"{nu:>10g}" for nu in RATIOS))
     rows: list[tuple[str, list[float | None]]] = []
     for kind, form in FORMS:
-        n = max(1, given.along // 2) if kind == "tet10" else given.along
+        n = max(1, given.along // 2) if ELEMENTS[kind].order == 2 else given.along
         errors = [sphere_error(kind, form, n, nu) if nu < 0.5 or form == "mixed" else None for nu in RATIOS]
         rows.append((f"{kind} {form.replace('_', ' ')}", errors))
         print(rows[-1][0].ljust(32) + "".join(f"{'-' if e is None else f'{e:.2e}':>10}" for e in errors), flush=True)
     print("\nCook's membrane, plane strain, nu = 0.4999: rise of C, 7.403 in the limit")
     print("cells along a side".ljust(32) + "".join(f"{n:>10}" for n in (4, 8, 16)))
     for kind, form in FORMS:
-        sides = [n // 2 if kind == "tet10" else n for n in (4, 8, 16)]
+        sides = [n // 2 if ELEMENTS[kind].order == 2 else n for n in (4, 8, 16)]
         rises = [cook(kind, form, n) for n in sides]
         print(f"{kind} {form.replace('_', ' ')}".ljust(32) + "".join(f"{rise:>10.3f}" for rise in rises), flush=True)
     if given.svg:

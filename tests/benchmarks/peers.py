@@ -24,7 +24,9 @@ from typing import Any
 
 import numpy as np
 
-from softmark.solvers.mesh.splits import quadratic, split
+from softmark.solvers.elements.tet4 import Tet4
+from softmark.solvers.elements.tet10 import Tet10
+from softmark.solvers.mesh.splits import meshed, with_nodes
 from softmark.solvers.mesh.structured import disc, extrude
 
 HERE = Path(__file__).parent / "peers"
@@ -56,8 +58,8 @@ def installed(name: str) -> bool:
 
 def write(path: Path, across: float, along: float, ten: bool, share: float = 1.0) -> int:
     """The file of a problem, under a share of the weight; how many cells it has."""
-    mesh = split(*extrude(disc(0.019, across), 0.178, along))
-    mesh = quadratic(mesh) if ten else mesh
+    mesh = meshed(*extrude(disc(0.019, across), 0.178, along), Tet4)
+    mesh = with_nodes(mesh, Tet10) if ten else mesh
     points = np.ascontiguousarray(mesh.points[:, [2, 0, 1]])  # the axis along x
     np.savez(
         path, points=points, cells=mesh.cells, young=60e3, poisson=NU, density=1070.0, gravity=9.81 * share

@@ -38,13 +38,14 @@ from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.dynamics.scheme import Motion
 from softmark.solvers.dynamics.trajectory import Trajectory, timing
+from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.loads import DeadForces
 from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.splits import split
+from softmark.solvers.mesh.splits import meshed
 from softmark.solvers.mesh.structured import disc, extrude
 
 L, R, E, NU, RHO, DOWN = 0.178, 0.019, 60e3, 0.49, 1070.0, 9.81
@@ -60,7 +61,7 @@ WAYS: dict[str, dict[str, Any]] = {
 def beam(cells: int, integrator: str) -> tuple[Mesh, Dynamics]:
     """The mesh and the problem of the beam that is let go."""
     across, layers = SIZES[cells]
-    mesh = split(*extrude(disc(R, across), L, L / layers))
+    mesh = meshed(*extrude(disc(R, across), L, L / layers), Tet4)
     mesh = Mesh(np.ascontiguousarray(mesh.points[:, [2, 0, 1]]), mesh.cells)  # the axis along x
     parts = integration(mesh)
     law = Corotational(E / (2 * (1 + NU)), E * NU / ((1 + NU) * (1 - 2 * NU)))

@@ -16,11 +16,12 @@ import meshio
 import numpy as np
 import pytest
 
+from softmark.solvers.elements.tet10 import Tet10
 from softmark.solvers.mesh.files.flaws import overlap
 from softmark.solvers.mesh.files.reading import Unreadable
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
-from softmark.solvers.mesh.splits import five, quadratic
+from softmark.solvers.mesh.splits import five, with_nodes
 
 Parts = tuple[np.ndarray, np.ndarray]  # points in mm, cells
 NAMES = {"tet4": "tetra", "hex8": "hexahedron", "tet10": "tetra10"}
@@ -37,7 +38,7 @@ def grid(nx: int, ny: int = 1) -> Mesh:
 
 def bar(kind: str = "tet4", count: int = 3) -> Parts:
     mesh = grid(count)
-    mesh = mesh if kind == "hex8" else five(mesh) if kind == "tet4" else quadratic(five(mesh))
+    mesh = mesh if kind == "hex8" else five(mesh) if kind == "tet4" else with_nodes(five(mesh), Tet10)
     return 1e3 * mesh.points, mesh.cells.copy()
 
 

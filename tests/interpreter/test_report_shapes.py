@@ -36,6 +36,7 @@ from softmark.interpreter.results.report import (
     Report,
     Shape,
 )
+from softmark.solvers.elements import ELEMENTS
 
 SCENE = """softmark 1
 scene "Shapes"
@@ -345,13 +346,7 @@ def test_histograms_count_every_point(page: str) -> None:
 
 def solid(kind: str) -> SimpleNamespace:
     """One cell of a kind, moved along x, with three moments."""
-    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
-    if kind == "tet10":
-        pairs = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
-        corners = np.concatenate([corners, [(corners[a] + corners[b]) / 2 for a, b in pairs]])
-    if kind == "hex8":
-        square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)
-        corners = np.concatenate([np.column_stack([square, np.full(4, z)]) for z in (0.0, 1.0)])
+    corners = ELEMENTS[kind].places()
     u = np.zeros_like(corners)
     u[:, 0] = 0.5
     frames = np.array([0 * u, 0.5 * u, u])
@@ -361,7 +356,7 @@ def solid(kind: str) -> SimpleNamespace:
     )
 
 
-@pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
+@pytest.mark.parametrize("kind", ELEMENTS)
 def test_meshes_are_undeformed_with_displacements(kind: str, tmp_path: Path) -> None:
     body = solid(kind)
     still = SimpleNamespace(points=body.points, cells=body.cells, kind=kind, displacement=body.displacement)
@@ -369,7 +364,7 @@ def test_meshes_are_undeformed_with_displacements(kind: str, tmp_path: Path) -> 
     mesh = meshio.read(tmp_path / "vtu" / "a.vtu")
     np.testing.assert_array_equal(mesh.points, body.points)
     np.testing.assert_array_equal(mesh.point_data["displacement"], body.displacement)
-    assert mesh.cells[0].type == vtk.CELLS[kind]
+    assert mesh.cells[0].type == ELEMENTS[kind].meshio
     np.testing.assert_array_equal(mesh.cells[0].data, body.cells)
 
 

@@ -19,6 +19,7 @@ from softmark.interpreter.evidence import orders
 from softmark.interpreter.evidence.budget import Budget, Overspent
 from softmark.interpreter.evidence.probe_answers import Unknown
 from softmark.interpreter.run.pipeline import Options, run
+from softmark.solvers.elements import ELEMENTS
 
 BEAM = """
 material gel  = neo_hookean(young = 60 kPa, poisson = {poisson}, density = 1000 kg/m^3)
@@ -49,7 +50,8 @@ def ratio(report: Any, name: str) -> float:
 
 SLOW = pytest.mark.slow
 KINDS = [
-    "tet4", pytest.param("tet10", marks=SLOW), "hex8", pytest.param("hex8, formulation = mean_dilatation", marks=SLOW),
+    "tet4", pytest.param("tet10", marks=SLOW), "hex8", "hex20", pytest.param("hex27", marks=SLOW),
+    pytest.param("hex8, formulation = mean_dilatation", marks=SLOW),
 ]  # fmt: skip
 
 
@@ -94,7 +96,7 @@ def test_elements_that_lock_have_one_that_holds_or_none(element: str, poisson: f
         assert 1.0 <= ratio(report, "m") <= 3.0
 
 
-@pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
+@pytest.mark.parametrize("kind", ELEMENTS)
 def test_a_mesh_from_a_file_has_one(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import meshio
 
@@ -102,7 +104,7 @@ def test_a_mesh_from_a_file_has_one(kind: str, tmp_path: Path, monkeypatch: pyte
 
     for name, element, size in (("own", kind, 5e-3), ("fine", "tet10", 2e-3)):
         mesh = Box((0.04, 0.01, 0.01)).mesh(element, size)
-        word = {"tet4": "tetra", "tet10": "tetra10", "hex8": "hexahedron"}[element]
+        word = ELEMENTS[element].meshio
         meshio.Mesh(mesh.points, [(word, mesh.cells)]).write(tmp_path / f"{name}.vtu")
     monkeypatch.chdir(tmp_path)
     files = (f'mesh("{tmp_path}/{name}.vtu", unit = 1 m)' for name in ("own", "fine"))

@@ -20,10 +20,13 @@ load     weight  = gravity(9.81 m/s^2)
 model    tets    = fem(tet4, strain = corotational, size = 10 mm)
 model    quads   = fem(tet10, strain = corotational, size = 10 mm)
 model    hexes   = fem(hex8, strain = finite, size = 10 mm)
+model    ser     = fem(hex20, strain = finite, size = 10 mm)
+model    lag     = fem(hex27, strain = finite, size = 10 mm)
 model    springs = mass_spring(size = 10 mm, network = hex8, stiffness = from_material())
 probe    edge    = line(block, from = (0, 0, 0) mm, to = (60, 0, 0) mm, points = 7)
 """
-CELLS = {"tets": "tetra", "quads": "tetra10", "hexes": "hexahedron", "springs": "hexahedron"}
+CELLS = {"tets": "tetra", "quads": "tetra10", "hexes": "hexahedron", "ser": "hexahedron20", "lag": "hexahedron27",
+         "springs": "hexahedron"}
 
 
 @pytest.fixture

@@ -39,6 +39,8 @@ metric drop = displacement(axis, along = -z)
 MODELS = """model tet = fem(tet4, strain = corotational, size = 10 mm)
 model hex = fem(hex8, strain = finite, integration = selective, size = 10 mm)
 model ten = fem(tet10, strain = small, size = 15 mm)
+model ser = fem(hex20, strain = corotational, size = 15 mm)
+model lag = fem(hex27, strain = finite, mass = lumped, size = 15 mm)
 model cell = fem(hex8, strain = corotational, rotation = element, size = 10 mm)
 model single = fem(hex8, strain = finite, precision = single, size = 10 mm)
 model springs = mass_spring(size = 10 mm, stiffness = from_material())
@@ -50,6 +52,7 @@ PRESSED = "".join(
     f"model {kind}_{strain} = fem({element}, strain = {strain}, size = 15 mm, formulation = {formulation})\n"
     for kind, element, formulation in (
         ("ten", "tet10", "mixed"), ("hex", "hex8", "mixed"), ("mean", "hex8", "mean_dilatation"),
+        ("ser", "hex20", "mixed"), ("lag", "hex27", "mixed"),
     )
     for strain in ("small", "corotational", "finite")
 )  # fmt: skip
@@ -85,6 +88,8 @@ load prod = point_force(b, at = (0, 0, 30) mm, vector = (0, 1, 0) mN)
 model ten = fem(tet10, strain = finite, size = 10 mm)
 model hex = fem(hex8, strain = corotational, size = 8 mm)
 model tet = fem(tet4, strain = small, size = 8 mm, mass = lumped)
+model ser = fem(hex20, strain = finite, size = 10 mm)
+model lag = fem(hex27, strain = corotational, size = 10 mm)
 probe top = point(b, at = (0, 0, 40) mm)
 """).run()
     for model in report.models.values():

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from softmark.solvers.elements import element_of
+from softmark.solvers.elements.cells import Hexahedron
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
-from softmark.solvers.mesh.splits import five, quadratic
+from softmark.solvers.mesh.splits import chessboard, meshed
 
 
 def octant(inner: float, outer: float, along: int, through: int, kind: str) -> Mesh:
@@ -19,11 +21,7 @@ def octant(inner: float, outer: float, along: int, through: int, kind: str) -> M
     points = (radii[:, None, None] * directions).reshape(-1, 3)
     lower = quads[None] + len(directions) * np.arange(through)[:, None, None]
     cells = np.concatenate([lower, lower + len(directions)], axis=2).reshape(-1, 8)
-    bricks = Mesh(points, cells, "hex8")
-    if kind == "hex8":
-        return bricks
-    linear = five(bricks)
-    return linear if kind == "tet4" else _curved(quadratic(linear))
+    return _curved(meshed(points, cells, chessboard(Mesh(points, cells, Hexahedron.linear)), element_of(kind)))
 
 
 def _cap(n: int) -> tuple[Floats, Ints]:
@@ -42,11 +40,9 @@ def _cap(n: int) -> tuple[Floats, Ints]:
 
 def _curved(mesh: Mesh) -> Mesh:
     """Mid-edge nodes moved out to the sphere of both their corners, where these lie on one."""
-    from softmark.solvers.elements.tet10 import EDGES
-
-    a, b = (mesh.cells[:, list(ends)].ravel() for ends in zip(*EDGES, strict=True))
-    middle, r = mesh.cells[:, 4:].ravel(), np.linalg.norm(mesh.points, axis=1)
-    same = np.abs(r[a] - r[b]) < 1e-9 * r[a]
-    points = mesh.points.copy()
-    points[middle[same]] *= (r[a] / r[middle])[same][:, None]
+    r, points = np.linalg.norm(mesh.points, axis=1), mesh.points.copy()
+    for node, ends in enumerate(mesh.element.between, mesh.element.corners):
+        middle, around = mesh.cells[:, node], r[mesh.cells[:, list(ends)]]
+        same = np.ptp(around, axis=1) < 1e-9 * around[:, 0]
+        points[middle[same]] = mesh.points[middle[same]] * (around[:, 0] / r[middle])[same][:, None]
     return Mesh(points, mesh.cells, mesh.kind)

@@ -13,6 +13,7 @@ from softmark.interpreter.models.builders import build
 from softmark.interpreter.models.fem.build import PreparedSolid
 from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.problem.case import case_of
+from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.materials import Law
@@ -53,7 +54,7 @@ def moment(points: np.ndarray, forces: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("shape", [BOX, CYLINDER])
-@pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
+@pytest.mark.parametrize("kind", ELEMENTS)
 @pytest.mark.parametrize("mass", ["consistent", "lumped"])
 def test_gravity_is_the_weight_at_the_centroid(shape: str, kind: str, mass: str) -> None:
     """rho V g of the mesh, and its moment about the origin: the centroid is at (L/2, 0, 0). Round-off."""
@@ -74,7 +75,7 @@ def test_uniform_mass_is_the_same_on_every_node() -> None:
     np.testing.assert_allclose(forces, np.tile([0, 0, -weight / len(forces)], (len(forces), 1)), rtol=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
+@pytest.mark.parametrize("kind", ELEMENTS)
 def test_traction_is_a_force_at_the_middle_of_its_face(kind: str) -> None:
     """Area 40 mm x 60 mm, at (L, 0, 0). Round-off."""
     model = prepared(BOX, "traction(beam, where = x >= L, vector = (100, 20, -300) Pa)", kind)
@@ -130,7 +131,7 @@ def test_dead_forces_are_the_derivative_of_their_potential() -> None:
     assert load.stencils.shape == (0, 0)
 
 
-KINDS = pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
+KINDS = pytest.mark.parametrize("kind", ELEMENTS)
 
 
 def pressed(

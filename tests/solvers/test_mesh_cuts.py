@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from softmark.solvers.elements import UnknownElement
 from softmark.solvers.mesh.clip import Pieces
 from softmark.solvers.mesh.cuts import LEAST, Cut, lines
 from softmark.solvers.mesh.distort import qualities
 from softmark.solvers.mesh.divisions import OFF_CENTRE
 from softmark.solvers.mesh.files.reading import converted
-from softmark.solvers.mesh.meshable import UnknownElement
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 KINDS = ("tet4", "tet10", "hex8")

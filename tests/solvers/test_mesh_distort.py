@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.linear.factorisations import factor
 from softmark.solvers.materials import Law
@@ -16,7 +17,7 @@ from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh, jacobians
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
-KINDS = ("tet4", "tet10", "hex8")
+KINDS = tuple(ELEMENTS)
 SHAPES = (Box((2.0, 1.0, 1.0)), Cylinder(2.0, 0.5))
 
 

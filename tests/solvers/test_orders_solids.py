@@ -37,10 +37,29 @@ EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # of nodes 4 to 9, in 
 CORNERS = np.array([(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)])
 
 
+def middles(kind: str) -> np.ndarray:
+    """Nodes of quadratic hexahedra: corners, then edges in the order of VTK, of `hex27` faces and the middle too."""
+    rings = [(0, -1, -1), (1, 0, -1), (0, 1, -1), (-1, 0, -1), (0, -1, 1), (1, 0, 1), (0, 1, 1), (-1, 0, 1)]
+    edges = [*rings, (-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+    faces = [(-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0), (0, 0, -1), (0, 0, 1), (0, 0, 0)]
+    return np.array([*CORNERS.tolist(), *edges, *(faces if kind == "hex27" else [])], dtype=float)
+
+
+MIDDLES = {kind: middles(kind) for kind in ("hex20", "hex27")}
+
+
+def vandermonde(kind: str, xi: np.ndarray) -> np.ndarray:
+    """Monomials up to squares in each coordinate; of serendipity with one square at most (q, a)."""
+    powers = np.array([p for p in np.ndindex(3, 3, 3) if kind == "hex27" or p.count(2) <= 1])
+    return np.asarray(np.prod(xi[:, None, :] ** powers, axis=2))
+
+
 def shape(kind: str, xi: np.ndarray) -> np.ndarray:
     """N (q, a) at local points (q, 3), real or complex."""
     if kind == "hex8":
         return np.asarray(np.prod(1 + CORNERS * xi[:, None, :], axis=2) / 8)
+    if kind in MIDDLES:
+        return vandermonde(kind, xi) @ np.linalg.inv(vandermonde(kind, MIDDLES[kind]))
     L = np.concatenate([1 - xi.sum(axis=1, keepdims=True), xi], axis=1)
     if kind == "tet4":
         return L
@@ -54,8 +73,8 @@ def shape_slope(kind: str, xi: np.ndarray) -> np.ndarray:
 
 def quadrature(kind: str) -> tuple[np.ndarray, np.ndarray]:
     """Points (q, 3) and weights (q,): Gauss in a cube, for the unit tetrahedron folded (Duffy 1982)."""
-    t, w = np.polynomial.legendre.leggauss(4 if kind == "tet10" else 3)
-    if kind == "hex8":
+    t, w = np.polynomial.legendre.leggauss(3 if kind in ("tet4", "hex8") else 4)
+    if kind.startswith("hex"):
         cube = np.stack([x.ravel() for x in np.meshgrid(t, t, t)], axis=1)
         return cube, np.prod([x.ravel() for x in np.meshgrid(w, w, w)], axis=0)
     a, b, c = (x.ravel() for x in np.meshgrid((t + 1) / 2, (t + 1) / 2, (t + 1) / 2))
@@ -228,6 +247,8 @@ ELEMENTS = [
     ("hex8", "full", (8, 12), (2.0, 1.0)),  # 1.993 1.000, 1.991 1.000, 1.962 0.992, 1.950 0.992
     ("hex8", "selective", (8, 12), (2.0, 1.0)),  # 2.002 1.002, 2.004 1.003, 1.978 0.995, 1.974 0.996
     ("tet10", "full", (6, 8), (3.0, 2.0)),  # 2.949 1.972, 2.948 1.973, 2.929 1.957, 2.925 1.957
+    ("hex20", "full", (6, 8), (3.0, 2.0)),  # 3.019 2.038, 3.019 2.038, 3.067 2.072, 3.074 2.073
+    ("hex27", "full", (4, 6), (3.0, 2.0)),  # 3.009 1.995, 3.011 1.996, 2.993 1.977, 2.998 1.978
 ]
 
 
@@ -328,6 +349,8 @@ CURVED = [
     ("hex8", "full", (12, 16), (2.0, 1.0)),  # 1.997 1.001, 1.991 0.998
     ("hex8", "selective", (12, 16), (2.0, 1.0)),  # 1.998 1.001, 1.996 0.998
     ("tet10", "full", (8, 12), (3.0, 2.0)),  # 2.965 1.960, 3.003 1.956
+    ("hex20", "full", (8, 12), (3.0, 2.0)),  # 3.012 1.988, 3.005 2.004
+    ("hex27", "full", (8, 12), (3.0, 2.0)),  # 3.011 1.987, 3.002 1.988
 ]
 
 

@@ -11,6 +11,7 @@ from scipy import sparse
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.mass import consistent_mass, mass_points
+from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies import elementwise
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic import Elastic, Together
@@ -155,7 +156,7 @@ def test_a_modal_derivative_is_the_second_derivative_of_the_response() -> None:
 # ------------------------------------------------------------------ cells
 
 
-@pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
+@pytest.mark.parametrize("kind", ELEMENTS)
 def test_cells_apart_add_up_and_all_cells_are_the_whole(kind: str) -> None:
     """The same sums in another order: rounding of forces of order 1e-2."""
     mesh = block(kind)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.refine import Unmatched, finer
@@ -15,7 +16,7 @@ BODIES = {"box": Box((0.03, 0.02, 0.01)), "cylinder": Cylinder(0.04, 0.01)}
 
 
 @pytest.mark.parametrize("body", BODIES)
-@pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
+@pytest.mark.parametrize("kind", ELEMENTS)
 def test_it_is_the_same_body_and_holds_the_coarse_space(kind: str, body: str) -> None:
     mesh = BODIES[body].mesh(kind, 7e-3)
     found = finer(mesh)
@@ -30,13 +31,13 @@ def test_it_is_the_same_body_and_holds_the_coarse_space(kind: str, body: str) ->
     np.testing.assert_allclose(fine[inside], coarse[inside], atol=1e-9)
 
 
-@pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
+@pytest.mark.parametrize("kind", ELEMENTS)
 def test_new_nodes_of_a_cylinder_lie_on_it(kind: str) -> None:
     """What is missing of the volume falls with h^2 where facets are flat, with h^4 where they are curved."""
     shape = BODIES["cylinder"]
     mesh = shape.mesh(kind, 7e-3)
     lost, less = (abs(1 - m.volumes.sum() / shape.volume) for m in (mesh, finer(mesh, shape).mesh))
-    assert less < (0.3 if kind != "tet10" else 0.1) * lost
+    assert less < (0.3 if ELEMENTS[kind].order == 1 else 0.1) * lost
 
 
 def test_curved_facets_of_a_mesh_of_its_own_are_kept() -> None:

@@ -14,7 +14,7 @@ from softmark.solvers.materials import MATERIALS, law_for, parts_for
 from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.mesh.splits import quadratic
+from softmark.solvers.mesh.splits import with_nodes
 from softmark.solvers.statics.equilibrium import Statics, equilibrium
 
 LAWS = [
@@ -28,7 +28,7 @@ OBJECTIVE = [law for law in LAWS if law[1] != "small"]
 NONE = np.zeros(0, dtype=np.int64)
 
 
-KINDS = pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
+KINDS = pytest.mark.parametrize("kind", ELEMENTS)
 
 # MacNeal and Harder (1985), the distorted hexahedron inside the unit cube
 INNER = [
@@ -49,13 +49,12 @@ def nested() -> Mesh:
 def cube(cells: int = 2, kind: str = "tet4") -> Mesh:
     """A unit cube whose inner points are moved, so that no cell is special."""
     mesh = Box((1.0, 1.0, 1.0)).mesh("tet4", 1.0 / cells)
-    if kind == "hex8":
+    if ELEMENTS[kind].family == "hexahedra":
         mesh = Box((1.0, 1.0, 1.0)).mesh(kind, 1.0 / cells)
     points = mesh.points.copy()
     inner = np.all((points > 0.01) & (points < 0.99), axis=1)
     points[inner] += np.random.default_rng(1).uniform(-0.1, 0.1, (inner.sum(), 3)) / cells
-    moved = Mesh(points, mesh.cells, mesh.kind)
-    return quadratic(moved) if kind == "tet10" else moved
+    return with_nodes(Mesh(points, mesh.cells, mesh.kind), ELEMENTS[kind])
 
 
 def elastic(mesh: Mesh, law: tuple[str, str], young: float = 1.0, poisson: float = 0.25) -> Elastic:
@@ -102,7 +101,7 @@ def test_derivatives_against_finite_differences(law: tuple[str, str]) -> None:
 
 
 @pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8", "nested"])
+@pytest.mark.parametrize("kind", [*ELEMENTS, "nested"])
 def test_patch_of_small_strain(law: tuple[str, str], kind: str) -> None:
     # MacNeal and Harder (1985): u = 1e-3 (2x + y + z)/2 and cyclic, E = 1e6, nu = 0.25: sxx = 2000, sxy = 400. A
     # thousandth of strain makes the nonlinear laws differ from the linear by that part of themselves

@@ -32,6 +32,7 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.single import SingleAssembly
 from softmark.solvers.assembly.solids import elastic_energy, elastic_parts
+from softmark.solvers.elements import ELEMENTS, UnknownElement
 from softmark.solvers.energies import elementwise
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.elementwise import ElementRotation
@@ -43,7 +44,6 @@ from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.mesh.files.reading import Unreadable
 from softmark.solvers.mesh.interpolation import Integration, integration, locate
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.meshable import UnknownElement
 from softmark.solvers.reduced.cells import BY_CELL
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
@@ -342,12 +342,22 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
                 error.code,
                 at,
                 f"the mesh of `{case.body.name}` cannot be used: {error}",
-                help=error.remedy
-                or "hex8 takes hexahedra; tet4 and tet10 take tetrahedra, or hexahedra that are split",
+                help=error.remedy or _takes(),
             ) from error
         workshop.seconds[key] = time.perf_counter() - wall, time.process_time() - cpu
     mesh: Mesh = workshop.meshes[key]
     return mesh
+
+
+def _takes() -> str:
+    """Which cells of a file each element can be made of."""
+    families = ("hexahedra", "tetrahedra")
+    hexahedra, tetrahedra = ([n for n, e in ELEMENTS.items() if e.family == family] for family in families)
+    takes = "takes" if len(hexahedra) == 1 else "take"
+    return (
+        f"{levers.listed(hexahedra, 'and')} {takes} hexahedra; {levers.listed(tetrahedra, 'and')} take tetrahedra, or "
+        "hexahedra that are split"
+    )
 
 
 def volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:

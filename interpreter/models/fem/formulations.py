@@ -9,6 +9,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.problem.case import fault
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
+from softmark.solvers.elements import element_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-ELEMENTS = {"mixed": ("tet10", "hex8"), "mean_dilatation": ("hex8",)}  # that a formulation is known for
 FREE = (
     "use tet10 or hex8 with `formulation = mixed`, or hex8 with `integration = selective` or `formulation ="
     " mean_dilatation`"
@@ -48,7 +48,7 @@ def _fits(model: Fem, case: Case) -> Iterator[Clash]:
     if model.formulation == "displacement":
         return
     word = f"formulation = {model.formulation}"
-    if model.element not in ELEMENTS[model.formulation]:
+    if model.formulation not in element_of(model.element).formulations:
         yield "E551", "formulation", f"{word} is not one of {model.element}", *_element_words(model)
     elif model.integration == "selective" or model.rotation == "element":
         other = "integration = selective" if model.integration == "selective" else "rotation = element"

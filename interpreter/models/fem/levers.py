@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -10,6 +10,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.problem.case import elsewhere
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Pressure
+from softmark.solvers.elements import ELEMENTS
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
@@ -21,8 +22,6 @@ PACKAGES = {
     "multigrid": "pyamg",
 }  # what a linear solver needs; both are in softmark[fast]
 SYMMETRIC = ("cholesky", "conjugate_gradients")
-
-EVERY = "use `element = tet4`, `tet10` or `hex8`"
 
 Clash = tuple[str, str, str, str]  # field, problem, label, help
 
@@ -39,10 +38,22 @@ def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     return [_refused(declared, *clash) for clash in (*clashes, *_not_installed(model))]
 
 
+def listed(words: Iterable[str], last: str) -> str:
+    """`a, b or c`."""
+    *first, end = words
+    return f"{', '.join(first)} {last} {end}" if first else end
+
+
+def quoted(words: Iterable[str], last: str) -> str:
+    """The same, each as code."""
+    return listed((f"`{word}`" for word in words), last)
+
+
 def unmeshed(declared: Declared, reason: object) -> Diagnostic:
-    """An element that no mesh is made of."""
+    """An element that there is not."""
     at, problem = declared.at("element"), f"`{declared.name}` cannot be meshed: {reason}"
-    return Diagnostic("E508", problem, at.source, at.span, "no such mesh", EVERY)
+    help = f"use `element = {quoted(ELEMENTS, 'or')[1:]}"
+    return Diagnostic("E508", problem, at.source, at.span, "no such mesh", help)
 
 
 def sized(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -63,9 +74,11 @@ def _refused(declared: Declared, field: str, problem: str, label: str, help: str
 def _of_elements(model: Fem, case: Case) -> Iterator[Clash]:
     """Of integration and rotation, the first that does not fit."""
     known = model.strain == "finite" and case.material.finite_law() is not None
-    if model.integration == "selective" and model.element != "hex8":
-        problem = f"selective integration is one of hex8, not of {model.element}"
-        yield "integration", problem, "only with hex8", "leave it out, or use `hex8`"
+    fit = [name for name, element in ELEMENTS.items() if model.integration in element.integrations]
+    if model.element not in fit:
+        problem = f"{model.integration} integration is one of {listed(fit, 'and')}, not of {model.element}"
+        help = f"leave it out, or use {quoted(fit, 'or')}"
+        yield "integration", problem, f"only with {listed(fit, 'and')}", help
     elif model.integration == "selective" and known and case.material.finite_parts() is None:
         problem = f"the law of `{case.body.name}` does not come apart into shear and volume"
         yield "integration", problem, "needs a law that does", "use `full`, or another material"

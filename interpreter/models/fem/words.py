@@ -12,7 +12,7 @@ from softmark.interpreter.models.fem import levers as options
 from softmark.interpreter.problem.small_deflection import bending_angle
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
-from softmark.solvers.mesh.meshable import UnknownElement, meshable
+from softmark.solvers.elements import UnknownElement, element_of
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
@@ -37,11 +37,12 @@ class Fem:
     mesh the same, which is wrong wherever the mesh is graded.
 
     `formulation` frees elements from locking near incompressibility. `mixed` has pressures as unknowns beside the
-    displacements, and takes every Poisson's ratio up to and including 0.5: linear and continuous in tet10 (Taylor and
-    Hood), the element of choice there, or one in each hex8 (Q1/P0, whose displacements are good while its pressures
-    may alternate from cell to cell). It is for statics. `mean_dilatation` (hex8) takes the mean of the change of
-    volume over each cell: B-bar where strains are small, the consistent form of F-bar where they are finite; the same
-    displacements as mixed hex8, with no other unknowns, for Poisson's ratios below 0.5 and for motion too.
+    displacements, and takes every Poisson's ratio up to and including 0.5: linear and continuous in tet10, hex20 and
+    hex27 (Taylor and Hood), the elements of choice there, or one in each hex8 (Q1/P0, whose displacements are good
+    while its pressures may alternate from cell to cell). It is for statics. `mean_dilatation` (hex8) takes the mean of
+    the change of volume over each cell: B-bar where strains are small, the consistent form of F-bar where they are
+    finite; the same displacements as mixed hex8, with no other unknowns, for Poisson's ratios below 0.5 and for motion
+    too.
 
     Levers trade accuracy, or nothing, for speed; `sweep` varies them, and `dsl compare` says what each costs.
     `cap` stops Newton's method after so many linear systems, at rest from the first, in motion in every step: what
@@ -62,7 +63,7 @@ class Fem:
 
     recovers = True  # finds back to rest from any state
 
-    element: Annotated[str, "element", "the element: tet4, tet10 or hex8"]
+    element: Annotated[str, "element", "the element: tet4, tet10, hex8, hex20 or hex27"]
     strain: Annotated[Literal["small", "corotational", "finite"], "how strain is measured"]
     size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
@@ -116,7 +117,7 @@ class Fem:
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against this model of this case."""
         try:
-            meshable(self.element)
+            element_of(self.element)
         except UnknownElement as error:
             return [options.unmeshed(declared, error)]
         found = [
@@ -170,18 +171,18 @@ class Fem:
     def locks_at(self, poisson: float) -> bool:
         """Whether the element is visibly too stiff at a Poisson's ratio."""
         free = self.integration == "selective" or self.formulation != "displacement"
-        return not free and bool(poisson >= element_class(self.element).locks)
+        return not free and bool(poisson >= element_of(self.element).locks)
 
     def _locking(self, declared: Declared, case: Case) -> Diagnostic | None:
         nu = case.material.poisson
         if not self.locks_at(nu) or case.material.incompressible:
             return None
         at = declared.at("element")
-        cells = {"tet4": "linear tetrahedra", "hex8": "linear hexahedra"}.get(self.element, self.element)
-        cure = "use `formulation = mixed`" if self.element == "tet10" else formulations.FREE
+        element = element_of(self.element)
+        cure = "use `formulation = mixed`" if element.pressures == "corners" else formulations.FREE
         return Diagnostic(
             "W301",
-            f"{cells} lock at a Poisson's ratio of {nu:g}",
+            f"{element.briefly} lock at a Poisson's ratio of {nu:g}",
             at.source,
             at.span,
             "too stiff here",
@@ -209,14 +210,14 @@ class Fem:
             return None
         low, high = shape.bounds
         at = declared.at("size")
-        each = 1 if self.element == "hex8" else 5
-        cells = each * shape.volume / self.size**3
-        if cells > (2e7 if self.element == "tet4" else 4e6):
+        element = element_of(self.element)
+        cells = len(element.split[0]) * shape.volume / self.size**3
+        if cells > element.most:
             size = units.show(self.size, units.LENGTH)
             extent = units.show(max(b - a for a, b in zip(low, high, strict=True)), units.LENGTH)
             return Diagnostic(
                 "E304",
-                f"a mesh of about {cells:.0e} {element_class(self.element).family} does not fit in memory",
+                f"a mesh of about {cells:.0e} {element.family} does not fit in memory",
                 at.source,
                 at.span,
                 f"{size} for a body of {extent}",
@@ -265,12 +266,3 @@ class Fem:
 def _capped(cap: int, case: Case) -> str:
     each = "a step" if isinstance(case.analysis, Dynamic) else "in all"
     return f", capped at {cap} iterations {each}"
-
-
-def element_class(name: str) -> Any:
-    """The class of an element by its word. Raises UnknownElement."""
-    from softmark.solvers.elements import ELEMENTS
-
-    if name not in ELEMENTS:
-        raise UnknownElement(f"there is no element `{name}`: elements are {', '.join(ELEMENTS)}")
-    return ELEMENTS[name]

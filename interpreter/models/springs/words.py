@@ -11,6 +11,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.models.fem import levers
 from softmark.interpreter.models.fem.words import Fem
 from softmark.records import dataclass
+from softmark.solvers.elements import element_of
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
@@ -162,7 +163,7 @@ class MassSpring:
 
     def outline(self, case: Case) -> str:
         """One line for the plan."""
-        across = f" with diagonals of {self._across}" if self.network == "hex8" else ""
+        across = f" with diagonals of {self._across}" if element_of(self.network).diagonals[0] else ""
         return f"{self.mesh_words(case)}, springs{across}: {self._rule}"
 
     @property

@@ -46,7 +46,7 @@ def deviations(mesh: Mesh) -> Floats:
 def _turns(mesh: Mesh) -> tuple[Ints, Ints, Floats]:
     """Pairs of facets that share an edge, and the angle between their normals in its middle."""
     facet, n = mesh.element.facet, mesh.element.facet.corners
-    places = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) if n == 4 else np.eye(3)[:, 1:]
+    places = np.array(facet.rim)
     middles = 0.5 * (places + np.roll(places, -1, axis=0))
     t = np.einsum("skj,fki->jfsi", facet.gradient(middles), mesh.points[mesh.facets])
     normals = np.cross(t[0], t[1])
@@ -76,7 +76,7 @@ def _along(asked: Asked, f: Ints, deviation: Floats) -> Iterator[tuple[int, Ints
     patches = asked.patches
     if not len(f):
         return
-    corners, centre = patches.corners[f], np.full((len(f), 2), 0.0 if patches.nodes == 4 else 1.0 / 3.0)
+    corners, centre = patches.corners[f], np.tile(np.array(FACETS[patches.nodes].centre), (len(f), 1))
     xi = moments.places(patches.nodes)
     X = patches.at(f, np.broadcast_to(xi, (len(f), *xi.shape)))
     n = patches.area(f, centre)

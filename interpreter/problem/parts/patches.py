@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, cached_property
+from itertools import product
+from math import factorial
 from typing import Any
 
 import numpy as np
@@ -14,6 +17,7 @@ from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Conditi
 from softmark.interpreter.problem.parts.bounds import Bounds
 from softmark.records import dataclass
 from softmark.solvers.elements import moments
+from softmark.solvers.elements.element import Facet
 from softmark.solvers.elements.facets import FACETS
 
 Floats = NDArray[np.float64]
@@ -37,15 +41,20 @@ class Patches:
         """Of each facet."""
         return int(self.corners.shape[1])
 
+    @property
+    def facet(self) -> type[Facet]:
+        """What each is."""
+        return FACETS[self.nodes]
+
     def at(self, f: Ints, xi: Floats) -> Floats:
         """Points (n, q, 3) of facets f (n,) at local points xi (n, q, 2), m."""
-        N = FACETS[self.nodes].shape(xi.reshape(-1, 2)).reshape(*xi.shape[:2], self.nodes)
+        N = self.facet.shape(xi.reshape(-1, 2)).reshape(*xi.shape[:2], self.nodes)
         X: Floats = np.einsum("nqk,nki->nqi", N, self.corners[f])
         return X
 
     def area(self, f: Ints, xi: Floats) -> Floats:
         """Area vectors (n, 3) of facets f at local points xi (n, 2), m^2 per unit of local area."""
-        tangents = np.einsum("nkj,nki->jni", FACETS[self.nodes].gradient(xi), self.corners[f])
+        tangents = np.einsum("nkj,nki->jni", self.facet.gradient(xi), self.corners[f])
         found: Floats = np.cross(tangents[0], tangents[1])
         return found
 
@@ -57,8 +66,7 @@ class Patches:
     @cached_property
     def triangles(self) -> tuple[Ints, Floats]:
         """Facets (n,) and the triangles of local coordinates (n, 3, 2) that they consist of."""
-        corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-        each = corners[[[0, 1, 2], [0, 2, 3]]] if self.nodes == 4 else np.array([[[0.0, 0], [1, 0], [0, 1]]])
+        each = np.array(self.facet.rim)[np.array(self.facet.halves)]
         f = np.repeat(np.arange(len(self.corners)), len(each))
         return f, np.tile(each, (len(self.corners), 1, 1))
 
@@ -66,33 +74,45 @@ class Patches:
     def affine(self) -> Mask:
         """Which facets are flat parallelograms or triangles, with straight lines of equal local coordinates."""
         X = self.corners
-        size = np.ptp(X, axis=1).max(axis=1)
-        if self.nodes == 3:
-            return np.ones(len(X), dtype=np.bool_)
-        if self.nodes == 4:
+        size, bent = np.ptp(X, axis=1).max(axis=1), np.zeros(len(X))
+        if self.facet.square:
             bent = np.abs(X[:, 0] - X[:, 1] + X[:, 2] - X[:, 3]).max(axis=1)
-        else:
-            middles = 0.5 * (X[:, :3] + X[:, [1, 2, 0]])
-            bent = np.abs(X[:, 3:] - middles).max(axis=(1, 2))
+        for node, ends in enumerate(self.facet.between, self.facet.corners):
+            bent = np.maximum(bent, np.abs(X[:, node] - X[:, list(ends)].mean(axis=1)).max(axis=1))
         found: Mask = bent <= STRAIGHT * size
         return found
 
     def bounds(self, f: Ints, tri: Floats) -> tuple[Bounds, Bounds, Bounds]:
         """x, y, z over triangles (n, 3, 2) of facets f, with slopes along the sides 01, 12 and 20.
 
-        A triangle is a quadratic Bezier patch: it lies within the hull of its control points, and so do its slopes.
+        A triangle is a Bezier patch: it lies within the hull of its control points, and so do its slopes.
         """
-        middles = 0.5 * (tri + tri[:, [1, 2, 0]])
-        X = self.at(f, np.concatenate([tri, middles], axis=1))
-        a, b, c = (X[:, i] for i in range(3))
-        ab, bc, ca = (2.0 * X[:, 3 + i] - 0.5 * (X[:, i] + X[:, (i + 1) % 3]) for i in range(3))
-        hull = np.stack([a, b, c, ab, bc, ca])
-        sides = 2.0 * np.stack([
-            [ab - a, b - ab, bc - ca], [bc - b, c - bc, ca - ab], [ca - c, a - ca, ab - bc],
-        ])  # fmt: skip
+        lattice, control, steps = _bezier(self.facet.bend)
+        hull = np.einsum("ck,nki->cni", control, self.at(f, np.einsum("kj,njl->nkl", lattice, tri)))
+        sides = self.facet.bend * (hull[steps[..., 1]] - hull[steps[..., 0]])  # (3, k, n, 3)
         low, high, least, most = hull.min(axis=0), hull.max(axis=0), sides.min(axis=1), sides.max(axis=1)
         x, y, z = (Bounds((low[:, i], high[:, i]), (least[:, :, i], most[:, :, i])) for i in range(3))
         return (x, y, z) if self.out is None else self.out((x, y, z))
+
+
+@cache
+def _bezier(n: int) -> tuple[Floats, Floats, Ints]:
+    """Of a triangular patch of degree n: barycentric places (k, 3), control points from values there (k, k).
+
+    And for each side 01, 12, 20 the pairs of control points (3, l, 2) whose differences, times n, are slopes along it.
+    """
+    powers = np.array([p for p in product(range(n + 1), repeat=3) if sum(p) == n])
+    many = np.array([factorial(n) // math.prod(map(factorial, p)) for p in powers.tolist()])
+    places = powers / n
+    control = np.linalg.inv(many * np.prod(places[:, None, :] ** powers, axis=2))
+    number = {tuple(p): i for i, p in enumerate(powers.tolist())}
+    below = [p for p in product(range(n), repeat=3) if sum(p) == n - 1]
+    steps = [[[number[_raised(p, i)] for i in (side, (side + 1) % 3)] for p in below] for side in range(3)]
+    return places, np.asarray(control, dtype=np.float64), np.array(steps)
+
+
+def _raised(powers: tuple[int, ...], i: int) -> tuple[int, ...]:
+    return tuple(p + (j == i) for j, p in enumerate(powers))
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,13 @@ from typing import Any
 from softmark.interpreter.front.refinements import counted
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.beam.words import Beam6Dof
-from softmark.interpreter.models.fem.words import Fem, element_class
+from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.plan.needs import reached
 from softmark.interpreter.problem.case import Fault, case_for
 from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.study.expansion.keys import words_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.solvers.elements import element_of
 
 PROBLEM = ("material", "body", "support", "load", "analysis")  # kinds that say what is to be solved
 FIELDS = ("size", "segments", "step")  # those that say how finely
@@ -79,7 +80,7 @@ def formal_orders(scene: Scene, model: Declared) -> dict[str, int]:
         case Fem(mass="uniform") | Fem(rotation="element"):
             pass
         case Fem(element=element):
-            found["size"] = int(element_class(element).order) + 1
+            found["size"] = int(element_of(element).order) + 1
         case Beam6Dof():
             found["segments"] = 2
     motion = next((d.thing for d in scene.of_kind("analysis").values() if isinstance(d.thing, Dynamic)), None)

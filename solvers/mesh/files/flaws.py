@@ -9,28 +9,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements import element_of
 from softmark.solvers.mesh.folds import folded
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, jacobians
 
 COINCIDENT = 1e-6  # of the extent, and at most a hundredth of the shortest edge: nodes so close are one
 ABSURD = 1e50  # m: cubes of larger coordinates leave the range of numbers
 FLAT = 1e-13  # of the cube of a cell's longest edge
-ASIDE = (0.11, 0.07, 0.03)  # of the edges of a hexahedron: how far from its middle it is asked for
 INSIDE = 1e-3  # least barycentric coordinate of a point that is well inside a tetrahedron
 PAIRS = 4_000_000  # of points and cells near them: where a mesh has more, it is not searched for overlaps
-
-# Nodes of a cell that is inside out, in an order that is not: tetrahedra swap two corners, hexahedra their ends.
-TURNED = {
-    "tet4": [0, 1, 3, 2],
-    "tet10": [0, 1, 3, 2, 4, 8, 7, 6, 5, 9],
-    "hex8": [4, 5, 6, 7, 0, 1, 2, 3],
-}
-_TETS = {  # tetrahedra that fill a cell
-    "tet4": [[0, 1, 2, 3]],
-    "tet10": [[0, 1, 2, 3]],
-    "hex8": [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]],
-}
 
 
 class Unreadable(Exception):
@@ -112,10 +99,10 @@ def _once(points: Floats, cells: Ints, kind: str) -> None:
     again = count[first.ravel()] > 1
     if not again.any():
         return
-    one = int(np.argmax(again))
+    one, family = int(np.argmax(again)), element_of(kind).family
     twin = int(np.flatnonzero(first.ravel() == first.ravel()[one])[1])
     raise Unreadable(
-        f"some of its cells are given twice: {int(again.sum())} of {len(cells)} {ELEMENTS[kind].family}, the first are "
+        f"some of its cells are given twice: {int(again.sum())} of {len(cells)} {family}, the first are "
         f"cells {one} and {twin} at {at(points[cells[one]].mean(axis=0))}",
         "E563", "leave the second of each out: its matter would count twice",
     )  # fmt: skip
@@ -131,7 +118,7 @@ def _turned(points: Floats, cells: Ints, kind: str) -> Ints:
     _none(flat, points, cells, kind, "flat", "repair the mesh: a cell without volume has no strain")
     turned = volumes < 0
     cells = cells.copy()
-    cells[turned] = cells[turned][:, TURNED[kind]]
+    cells[turned] = cells[turned][:, np.array(element_of(kind).turned)]
     _unfolded(Mesh(points, cells, kind), longest**2 * (FLAT * longest + rounding))
     return cells
 
@@ -161,7 +148,7 @@ def _none(bad: NDArray[np.bool_], points: Floats, cells: Ints, kind: str, what: 
     """Refuse a mesh of which some cells are bad."""
     if not bad.any():
         return
-    first, family = int(np.argmax(bad)), ELEMENTS[kind].family
+    first, family = int(np.argmax(bad)), element_of(kind).family
     which = f"{int(bad.sum())} of its {len(cells)} {family} {'are ' if what == 'flat' else ''}{what}"
     place = at(points[cells[first]].mean(axis=0))
     raise Unreadable(f"{which}, the first is cell {first} at {place}", "E564", remedy)
@@ -348,18 +335,9 @@ def overlap(mesh: Mesh) -> tuple[Floats, int] | None:
 
 
 def _within(mesh: Mesh, cells: Ints) -> Floats:
-    """A point inside each of some cells that is on no face of tetrahedra that fill one in the same place.
-
-    The middle of a hexahedron is on a diagonal, which is an edge of all six tetrahedra of a twin, however its nodes are
-    numbered.
-    """
-    corners = mesh.points[mesh.cells[cells]]
-    if mesh.kind != "hex8":
-        middles: Floats = corners.mean(axis=1)
-        return middles
-    ends = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
-    weights = np.prod(0.5 + (2 * ends - 1) * ASIDE, axis=1)  # trilinear
-    points: Floats = np.einsum("k,mki->mi", weights, corners)
+    """A point inside each of some cells that is on no face of tetrahedra that fill one in the same place."""
+    corners, N = mesh.points[mesh.cells[cells]], mesh.element.shape(np.array([mesh.element.inner]))[0]
+    points: Floats = np.einsum("k,mki->mi", N, corners)
     return points
 
 
@@ -377,7 +355,7 @@ def _first_inside(mesh: Mesh, queries: Floats, which: Ints, of: Ints, outer: Int
     boxed = ((queries[which] > low) & (queries[which] < high)).all(axis=1)
     which, of = which[boxed], of[boxed]
     inside = np.zeros(len(of), dtype=np.bool_)
-    for four in _TETS[mesh.kind]:
+    for four in mesh.element.tetrahedra:
         a, b, c, d = (mesh.points[mesh.cells[of, i]] for i in four)
         frame = np.stack([b - a, c - a, d - a], axis=2)
         det = np.linalg.det(frame)

@@ -10,20 +10,20 @@ from typing import Any
 
 import numpy as np
 
+from softmark.solvers.elements import ELEMENTS, element_of
+from softmark.solvers.elements.cells import Hexahedron
+from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.files import ended, gmsh1
 from softmark.solvers.mesh.files.flaws import Unreadable, checked, used
 from softmark.solvers.mesh.files.formats import filling
 from softmark.solvers.mesh.files.rationing import rationed
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
-from softmark.solvers.mesh.meshable import meshable
-from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, quadratic
+from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, with_nodes
 
 UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
 
-KINDS = {"tetra": "tet4", "tetra10": "tet10", "hexahedron": "hex8"}  # meshio's word -> ours
-NAMES = {"tet4": "four-node tetrahedra", "tet10": "ten-node tetrahedra", "hex8": "hexahedra"}
-OTHERS = frozenset({"wedge", "pyramid", "hexahedron20", "hexahedron27"})
-OTHERS |= {"wedge15", "wedge18", "pyramid13", "pyramid14"}
+KINDS = {element.meshio: name for name, element in ELEMENTS.items()}  # meshio's word -> ours
+OTHERS = frozenset({"wedge", "pyramid", "wedge15", "wedge18", "pyramid13", "pyramid14"})
 AGAIN = "write it again as .vtu, .vtk, .msh, .inp or .mesh: it may be cut off, or its name may not say its format"
 FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
 
@@ -80,23 +80,27 @@ def read_points(path: str, unit: float) -> Floats:
 
 def converted(mesh: Mesh, kind: str, split: str) -> Mesh:
     """A mesh that was read as the kind that a model wants. Raises Unreadable where that cannot be, UnknownElement."""
-    meshable(kind)
-    if kind == mesh.kind:
+    own, element = mesh.element, element_of(kind)
+    if own is element:
         return mesh
-    if mesh.kind == "hex8":
-        try:
-            linear = SPLITS[split](mesh)
-        except NotTwoColourable:
-            raise Unreadable(
-                "its hexahedra cannot be split into five tetrahedra each: their points cannot be coloured like a "
-                "chessboard; take `split = kuhn` or use hex8"
-            ) from None
-        return linear if kind == "tet4" else quadratic(linear)
-    if (mesh.kind, kind) == ("tet4", "tet10"):
-        return quadratic(mesh)
-    if (mesh.kind, kind) == ("tet10", "tet4"):
-        return Mesh(*used(mesh.points, mesh.cells[:, :4])[:2])
-    raise Unreadable(f"it has {NAMES[mesh.kind]}, and the model wants {NAMES[kind]}")
+    if own.family != element.family:
+        mesh = _split(mesh, element, split)
+    elif own.nodes > element.nodes:  # nodes that both have stand first in both
+        return Mesh(*used(mesh.points, mesh.cells[:, : element.nodes])[:2], kind)
+    return with_nodes(mesh, element)
+
+
+def _split(mesh: Mesh, element: type[Element], split: str) -> Mesh:
+    """Hexahedra as tetrahedra. Raises Unreadable."""
+    if mesh.kind != Hexahedron.linear:
+        raise Unreadable(f"it has {mesh.element.described}, and the model wants {element.described}")
+    try:
+        return SPLITS[split](mesh)
+    except NotTwoColourable:
+        raise Unreadable(
+            "its hexahedra cannot be split into five tetrahedra each: their points cannot be coloured like a "
+            "chessboard; take `split = kuhn` or use hex8"
+        ) from None
 
 
 def _reason(error: Exception) -> str:
