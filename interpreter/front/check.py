@@ -24,9 +24,8 @@ from softmark.interpreter.models.shared.disturbing import doubts as disturbed
 from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, reach
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import PointForce
+from softmark.interpreter.vocabulary.loads import AtPoint
 from softmark.interpreter.vocabulary.probes import Nodes
-from softmark.interpreter.vocabulary.supports import Displaced, Follows
 from softmark.solvers.mesh.shapes import contains
 
 
@@ -110,8 +109,9 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _points(declared: Declared) -> list[tuple[str, Point]]:
     """The fields that give points, and those of the points that decide for all, since bodies are convex."""
-    if isinstance(declared.thing, PointForce):
-        return [("at", declared.thing.at)]
+    if declared.kind == "load":
+        action = declared.thing.action
+        return [("at", action.at)] if isinstance(action, AtPoint) else []
     if hasattr(declared.thing, "ends"):
         return list(zip(("from", "to"), declared.thing.ends, strict=True))
     return [("at", point) for point in getattr(declared.thing, "stations", ())]
@@ -170,18 +170,18 @@ def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _driven(case: Case) -> bool:
-    moved = any(isinstance(support.thing, Displaced | Follows) for support in case.supports)
-    away = getattr(case.analysis, "disturbed", "none") != "none"
+    moved = any(support.thing.moves for support in case.supports)
+    away = case.analysis.disturbed != "none"
     return moved or away or isinstance(case.analysis, Dynamic)  # which may start with a velocity
 
 
 def _paths(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Paths of equilibria lead to motions that a reduced model does not know."""
     for model, case in _cases(scene, "model"):
-        if getattr(case.analysis, "path", "load") == "arc_length" and hasattr(model.thing, "of"):
+        if case.analysis.path == "arc_length" and model.thing.reduces is not None:
             problem = f"`{model.name}` is reduced to motions that it knows, and a path leads to others"
             yield _diagnostic("E541", model.at(), problem, "not along a path",
-                              f"follow the path of `{model.thing.of}`, or use `path = load`")  # fmt: skip
+                              f"follow the path of `{model.thing.reduces}`, or use `path = load`")  # fmt: skip
 
 
 def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -202,8 +202,8 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
     """Doubts of a model that must know the scene: what it is fitted to."""
-    ask = getattr(model.thing, "scene_doubts", None)
-    return ask(scene, model, case) if ask else []
+    doubts: list[Diagnostic] = model.thing.scene_doubts(scene, model, case)
+    return doubts
 
 
 def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -279,7 +279,9 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     moved: dict[str, Declared] = {}
     analyses = list(scene.of_kind("analysis").values())
     for support in scene.of_kind("support").values():
-        if not analyses or not isinstance(analyses[0].thing, Dynamic) or not hasattr(support.thing, "course"):
+        if not analyses or not isinstance(analyses[0].thing, Dynamic):
+            continue
+        if not support.thing.moves or support.thing.tracked is not None:
             continue
         first = moved.setdefault(support.thing.body, support)
         if first.thing.course != support.thing.course:

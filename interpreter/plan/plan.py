@@ -90,8 +90,8 @@ def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -
     wanted: dict[tuple[object, ...], list[str]] = {}
     for name in models:
         model = scene.declared[name].thing
-        if hasattr(model, "mesh_key"):
-            wanted.setdefault((body_of(scene, scene.declared[name]), *model.mesh_key()), []).append(name)
+        if (key := model.mesh_key()) is not None:
+            wanted.setdefault((body_of(scene, scene.declared[name]), *key), []).append(name)
     found = []
     for (body, *_), names in wanted.items():
         model = scene.declared[names[0]].thing
@@ -103,7 +103,7 @@ def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -
 def _solve(scene: Scene, name: str, asked: Location) -> Task:
     declared = scene.declared[name]
     body = body_of(scene, declared)
-    needs = (f"mesh {body}",) if hasattr(declared.thing, "mesh_key") else ()
+    needs = (f"mesh {body}",) if declared.thing.mesh_key() is not None else ()
     return Task("solve", name, declared.thing.outline(case_of(scene, body)), asked, needs)
 
 

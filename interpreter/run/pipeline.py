@@ -172,13 +172,10 @@ def _warn(work: _Run, found: Sequence[Diagnostic]) -> None:
 
 def _probes_inside(work: _Run, body: str, prepared: Prepared) -> None:
     """Refuse probes outside a mesh that was read from a file (shapes of our own are checked exactly)."""
-    outside = getattr(prepared, "outside", None)
-    if outside is None:
-        return
     for probe in work.probes(body):
         if not hasattr(probe.thing, "stations"):
             continue
-        if (distance := outside(work.place(probe).X)) > 0:
+        if (distance := prepared.outside(work.place(probe).X)) > 0:
             field = "at" if "at" in probe.fields else "to"
             raise fault(
                 "E504",
@@ -223,9 +220,9 @@ def _model(work: _Run, name: str) -> None:
         history=solution.history,
         solve=solution.facts,
     )
-    outline, held = declared.thing.outline(case), reactions(case, prepared)
+    outline, kind, held = declared.thing.outline(case), declared.thing.kind(case), reactions(case, prepared)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, probes)
-    work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held)
+    work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind)
 
 
 def _timed(work: _Run, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:

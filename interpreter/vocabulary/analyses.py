@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from softmark.records import dataclass
 
@@ -68,6 +68,9 @@ class Dynamic:
     the motion as `diverged`. The report says how many steps there are to a period of the slowest vibration that
     loads excite, and warns where it is not resolved.
     """
+
+    path: ClassVar[Literal["load"]] = "load"  # what a static analysis may say otherwise
+    disturbed: ClassVar[Literal["none"]] = "none"
 
     duration: Annotated[float, "s in (0, inf)", "how long the motion is followed"]
     step: Annotated[float, "s in (0, inf)", "the time step"]

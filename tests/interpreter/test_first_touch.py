@@ -144,14 +144,14 @@ def test_a_rod_looks_at_each_state_once(
 
     Counted is the solution alone: the coarser one from which an error is stated has states of its own.
     """
-    from softmark.interpreter.evidence.error_estimate import Stated
+    from softmark.interpreter.evidence.kinds.beams import Beams
     from softmark.interpreter.evidence.seen import Unknown
     from softmark.interpreter.face.api import load
 
     def none(*_: object) -> None:
         raise Unknown("not here")
 
-    monkeypatch.setattr(Stated, "_coarser_beams", none)
+    monkeypatch.setattr(Beams, "coarser", none)
     states, of = [0], rod_kinematics.Segments.of
 
     def counted(*arguments: object) -> object:

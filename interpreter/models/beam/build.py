@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.beam.rigid import AXES, point_rows
 from softmark.interpreter.models.beam.words import Beam6Dof, station
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_rod
 from softmark.interpreter.models.shared.holding import Held, moved_by
-from softmark.interpreter.models.shared.prepared import Solution, Workshop
-from softmark.interpreter.problem.case import Case, coverage, fault
-from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
+from softmark.interpreter.models.shared.prepared import Meshless, Solution, Workshop
+from softmark.interpreter.problem.case import Case, coverage
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats, Ints
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class PreparedBeam:
+class PreparedBeam(Meshless):
     """A rod at rest and its static problem."""
 
     declared: Declared
@@ -39,7 +38,6 @@ class PreparedBeam:
     elastic: RodElastic
     problem: Statics
     size: dict[str, int]
-    notes: tuple[Diagnostic, ...] = ()
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, RodLoad], ...] = ()  # every load by itself
 
@@ -47,6 +45,10 @@ class PreparedBeam:
     def points(self) -> Floats:
         """Nodes of the axis (n, 3), undeformed, m."""
         return self.rest.reshape(-1, 7)[:, :3]
+
+    def forces(self) -> list[tuple[Declared, Floats]]:
+        """Of every load by itself at these nodes (n, 3), N."""
+        return [(load, energy.forces) for load, energy in self.applied]
 
     def warm(self) -> None:
         """Nothing to compile: beams are numpy."""
@@ -106,7 +108,7 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop)
         bold=False,
         extent=shape.length,
         weights=np.tile([1.0, 1.0, 1.0, *[1.0 / shape.length] * 3], nodes),
-        path=getattr(case.analysis, "path", "load"),
+        path=case.analysis.path,
     )
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
     return PreparedBeam(declared, rest, elastic, problem, size, disturbance=disturbance_of(case), applied=applied)
@@ -163,25 +165,25 @@ def _body_axes(axis: tuple[float, float, float], turns: list[int]) -> list[int]:
 
 
 def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, RodLoad], ...]:
-    """Every load with its forces on the axis. Raises Fault."""
+    """Every load with its forces on the axis."""
     return tuple((load, RodLoad(rest, _forces(case, load, rest, stations))) for load in case.loads)
 
 
 def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Floats:
-    """Of one load, at the nodes (n, 3), N. Raises Fault."""
+    """Of one load, at the nodes (n, 3), N."""
     shape, forces = case.shape, np.zeros((len(stations), 3))
-    match load.thing:
-        case Gravity(magnitude=magnitude, direction=direction):
-            w = case.material.density * shape.section.area * magnitude * np.array(direction)
+    match load.thing.action:
+        case PerMass(acceleration=g):
+            w = case.material.density * shape.section.area * np.array(g)
             return RodLoad.uniform(rest, chain(len(stations)), w).forces
-        case Traction(where=where, vector=vector):
+        case PerArea(where=where, traction=traction):
             node = 0 if coverage(where, shape, 0.0) == "all" else -1
-            forces[node] = shape.section.area * np.array(vector)
-        case PointForce(at=at, vector=vector):
+            forces[node] = shape.section.area * np.array(traction)
+        case AtPoint(at=at, force=force):
             node, share = _place(station(case, at) or 0.0, stations)
-            forces[node : node + 2] = np.outer([1 - share, share], vector)
-        case _:
-            raise fault("E501", load.location, f"no beam model knows the load `{load.name}`")
+            forces[node : node + 2] = np.outer([1 - share, share], force)
+        case unknown:  # refused when a scene is checked
+            raise TypeError(f"no beam knows a load that acts as {type(unknown).__name__}")
     return forces
 
 

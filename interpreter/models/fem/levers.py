@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.problem.case import elsewhere
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import Pressure
+from softmark.interpreter.vocabulary.loads import Follower
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
@@ -128,7 +128,7 @@ def _of_levers(model: Fem, case: Case) -> Iterator[Clash]:
 
 def _of_path(model: Fem, case: Case) -> Iterator[Clash]:
     """Levers that a path followed by its length does without."""
-    if getattr(case.analysis, "path", "load") != "arc_length":
+    if case.analysis.path != "arc_length":
         return
     usual = {"cap": None, "precision": "double", "factorisation": "fresh", "start": None}
     for field, value in usual.items():
@@ -143,7 +143,7 @@ def _of_path(model: Fem, case: Case) -> Iterator[Clash]:
 def _of_forces(model: Fem, case: Case) -> Iterator[Clash]:
     """Linear solvers for symmetric matrices, and forces that have none."""
     reused, capped = model.factorisation == "reused", model.linear in SYMMETRIC
-    follows = any(isinstance(load.thing, Pressure) for load in case.loads) and model.strain != "small"
+    follows = any(isinstance(load.thing.action, Follower) for load in case.loads) and model.strain != "small"
     if (
         isinstance(case.analysis, Dynamic)
         or not (reused or capped)

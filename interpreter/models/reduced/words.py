@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.case import elsewhere
 from softmark.records import dataclass
 
@@ -17,10 +18,15 @@ ADVICE = "such states are new to it: train on a range that holds the scene, and 
 PARTS = (0.25, 0.5, 0.75, 1.0)  # of all loads: what a training goes through where the scene does not say
 
 
-class Reduced:
+class Reduced(Model):
     """What the reduced models share: a model of finite elements that they reduce."""
 
-    recovers = False  # it knows a few fields of displacements only
+    of: str
+
+    @property
+    def reduces(self) -> str:  # type: ignore[override]
+        """The model of finite elements whose equations it reduces."""
+        return self.of
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against reducing that model."""
@@ -211,7 +217,7 @@ def _not_reducible(scene: Scene, declared: Declared, case: Case) -> Diagnostic |
 def _linear(scene: Scene, declared: Declared) -> Diagnostic | None:
     """Small strain needs no cells once it is reduced."""
     full = scene.declared[declared.thing.of].thing
-    if declared.thing.cells == "all" or getattr(full, "strain", None) != "small":
+    if declared.thing.cells == "all" or not full.constant:
         return None
     problem = f"`{declared.name}` samples the cells of a model whose stiffness is constant"
     help = "leave `cells` out: small strain is reduced to one small matrix, and no cell is evaluated again"

@@ -119,7 +119,7 @@ def _scalable(model: Declared, reference: Declared, case: Case) -> None:
                     "fit to a reference that can be solved, such as `simo_reissner(...)`, or at"
                     " `load = 100 %`")  # fmt: skip
     for support in case.supports:
-        if hasattr(support.thing, "of"):
+        if support.thing.tracked is not None:
             raise fault("E521", at, f"the motion of `{support.name}` was measured at full load, not at {part} of it",
                         "not known there", "fit at `load = 100 %`")  # fmt: skip
 
@@ -136,13 +136,7 @@ def scaled(case: Case, part: float) -> Case:
 
 
 def _scaled(declared: Declared, part: float) -> Declared:
-    thing = declared.thing
-    name = next((n for n in ("magnitude", "vector", "by") if hasattr(thing, n)), None)
-    if name is None:
-        return declared
-    full = getattr(thing, name)
-    less = part * full if isinstance(full, float) else tuple(part * v for v in full)
-    return replace(declared, thing=replace(thing, **{name: less}))
+    return replace(declared, thing=declared.thing.part(part))
 
 
 def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, Any]) -> Target:
