@@ -120,7 +120,7 @@ class Stated(Answer):
         if not isinstance(analysis, Dynamic):
             return 0.0
         # where a step twice as long would not show a course, it might miss it just as this one does
-        finer = analysis.integrator == "central_differences" or not shows(self.case, 2.0 * analysis.step)
+        finer = analysis.explicit or not shows(self.case, 2.0 * analysis.step)
         self.budget.must_hold(2.0 if finer else 0.5)
         longer = replace(analysis, step=analysis.step * (0.5 if finer else 2.0))
         case = replace(self.case, analysis=longer)

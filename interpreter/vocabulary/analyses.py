@@ -11,6 +11,7 @@ Vector3 = tuple[float, float, float]
 Integrator = Literal[
     "implicit_euler", "newmark", "trapezoidal", "generalized_alpha", "bdf2", "midpoint", "central_differences"
 ]
+EXPLICIT = ("central_differences",)
 
 
 @dataclass(frozen=True)
@@ -90,3 +91,8 @@ class Dynamic:
         0.0,
         0.0,
     )
+
+    @property
+    def explicit(self) -> bool:
+        """Whether steps divide by the mass and solve nothing."""
+        return self.integrator in EXPLICIT

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.models.beam import ribbon
 from softmark.interpreter.models.shared.model import Model
-from softmark.interpreter.problem.case import borders, coverage, coverages
+from softmark.interpreter.problem.case import Fault, borders, coverage, coverages
 from softmark.interpreter.results.report import Kind
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
@@ -56,7 +56,8 @@ class Beam6Dof(Model):
             return list(self.refusals(declared, case))
         flat = ribbon.doubt(declared, case)
         found = [*self.refusals(declared, case), *self._loads(declared, case)]
-        found += [*self._supports(declared, case), *self._thick(declared, case)]
+        found += self._supports(declared, case)
+        found += [*([] if found else self._held(case)), *self._thick(declared, case)]
         return found if flat is None else [*found, flat]
 
     def _loads(self, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -108,6 +109,18 @@ class Beam6Dof(Model):
                     )
                 )
         return found
+
+    def _held(self, case: Case) -> list[Diagnostic]:
+        """Supports that contradict each other, or leave the beam free to move: a single clamp does neither."""
+        if not case.supports or (len(case.supports) == 1 and len(case.supports[0].thing.components) == 3):
+            return []  # none is said of the body
+        from softmark.interpreter.models.beam.holding import fixed
+
+        try:
+            fixed(case, self.stations(case))
+        except Fault as loose:
+            return [loose.diagnostic]
+        return []
 
     def _thick(self, declared: Declared, case: Case) -> list[Diagnostic]:
         section = case.shape.section

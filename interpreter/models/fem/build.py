@@ -356,14 +356,9 @@ def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
     return mass_matrix(mesh, parts, case.material.density, model.mass)
 
 
-def mesh_key(model: Fem, case: Case) -> tuple[Any, ...]:
-    """What models must agree in to share a mesh: body, element, size, and where supports need nodes."""
-    return (case.body.name, *model.mesh_key(), *(() if model.mesh else cuts_of(case)))
-
-
 def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Mesh:
     """The mesh of a model, made once for all models that want the same. Raises Fault."""
-    key = mesh_key(model, case)
+    key = model.meshed_as(case)
     if key in workshop.meshes:
         workshop.borrowed = workshop.seconds.get(key, (0.0, 0.0))
     else:

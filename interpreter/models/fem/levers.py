@@ -89,6 +89,16 @@ def _of_motion(model: Fem, case: Case) -> Iterator[Clash]:
             yield field, f"{steps}`{field}` is for static analyses", "not in a dynamic analysis", help
 
 
+def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
+    """Steps that divide by a mass, and a mass that is a matrix."""
+    analysis = case.analysis
+    if not isinstance(analysis, Dynamic) or not analysis.explicit or model.mass != "consistent":
+        return []
+    problem = f"`{declared.name}` needs a lumped mass for {analysis.integrator}"
+    help = "add `mass = lumped`, or use an implicit integrator"
+    return [_refused(declared, "mass", problem, "a matrix that would have to be inverted", help)]
+
+
 def _of_levers(model: Fem, case: Case) -> Iterator[Clash]:
     """Levers of static analyses that exclude each other."""
     if isinstance(case.analysis, Dynamic):

@@ -11,6 +11,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.models.fem import formulations
 from softmark.interpreter.models.fem import levers as options
 from softmark.interpreter.models.shared.model import Model
+from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.problem.small_deflection import bending_angle
 from softmark.interpreter.results.report import Kind
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -140,6 +141,10 @@ class Fem(Model):
         facts = (getattr(self.mesh, name, None) for name in ("path", "unit", "split"))
         return self.element, self.size, *facts, *moved
 
+    def meshed_as(self, case: Case) -> tuple[Any, ...]:
+        """The same in a case: body, element, size, and where supports need nodes."""
+        return (case.body.name, *self.mesh_key(), *(() if self.mesh else cuts_of(case)))
+
     def _own_mesh(self, case: Case) -> bool:
         """Whether the mesh comes from a file, of the model or of the body."""
         return bool(getattr(self.mesh or case.shape, "prebuilt", False))
@@ -158,6 +163,7 @@ class Fem(Model):
             self._locking(declared, case),
             self._rotation(declared, case),
         ]
+        found += options.explicit(self, declared, case)
         found += [*options.doubts(self, declared, case), *formulations.doubts(self, declared, case)]
         found.append(self.coarse(declared, case))
         return [d for d in found if d is not None]

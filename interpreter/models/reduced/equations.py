@@ -425,14 +425,6 @@ def _moving(still: PreparedReduced, full: Declared, case: Case, workshop: Worksh
         return MovingReduced(still, still.declared, whole.analysis, problem, whole.mesh)
     V, M = equations.basis.fields, still.rest.mass
     mass = V.T @ (M @ V)
-    if problem.integrator.explicit and len(equations.fixed):
-        raise fault(
-            "E532",
-            still.declared.at("of"),
-            f"`{still.declared.name}` cannot be marched by {whole.analysis.integrator} while its supports move",
-            "its mass is not diagonal",
-            "use an implicit integrator",
-        )
     moving = replace(
         problem,
         assembly=equations.assembly(problem.assembly.internal, problem.assembly.loads),

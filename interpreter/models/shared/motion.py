@@ -14,7 +14,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.meshing import mesh_facts
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Status
-from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.history import History
 from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -301,19 +301,11 @@ def in_motion(
     loads: Sequence[tuple[Declared, Energy]],
     rest: Statics,
 ) -> PreparedMotion:
-    """A body on a mesh, with its mass (kg, matrix or diagonal) and each load by itself. Raises Fault."""
+    """A body on a mesh, with its mass (kg, matrix or diagonal) and each load by itself."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
         raise TypeError("the analysis is static")
     integrator = integrator_of(analysis)
-    if integrator.explicit and mass.ndim == 2:
-        raise fault(
-            "E508",
-            declared.at("mass"),
-            f"`{declared.name}` needs a lumped mass for {analysis.integrator}",
-            "a matrix that would have to be inverted",
-            "add `mass = lumped`, or use an implicit integrator",
-        )
     dofs = mesh.points.size
     problem = Dynamics(
         Assembly(dofs, rest.fixed, internal, [energy for _, energy in loads]),
