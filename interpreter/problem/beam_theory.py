@@ -8,6 +8,7 @@ from typing import Any
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault, coverage, coverages, fault
 from softmark.interpreter.vocabulary.loads import PerMass
+from softmark.interpreter.vocabulary.supports import Holding
 from softmark.references.cantilever import ALIGNMENT, Cantilever, Disc, Rectangle, Refused
 
 
@@ -43,7 +44,7 @@ def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
     shape = case.shape
     clamped = []
     for support in case.supports:
-        if support.thing.moves or len(support.thing.components) < 3:
+        if not isinstance(support.thing, Holding) or support.thing.moves or len(support.thing.components) < 3:
             raise _refused(reference, f"the support `{support.name}` is not a clamp",
                            "use `fixed(body, where = ...)` with all components")
         ends = [coverage(support.thing.where, shape, s) for s in (0.0, shape.length)]

@@ -18,6 +18,7 @@ from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import ProbeResult, Shape
 from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.vocabulary.probes import Markers, Nodes, Surface, Volume
+from softmark.interpreter.vocabulary.supports import Holding
 from softmark.records import dataclass
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
@@ -158,7 +159,7 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
         return None
     held = np.zeros(len(place.X), dtype=bool)
     for support in case.supports:
-        if not support.thing.moves:
+        if isinstance(support.thing, Holding) and not support.thing.moves:
             held |= np.broadcast_to(
                 support.thing.where.holds(*place.X.T, float(np.linalg.norm(np.ptp(place.X, axis=0)))),
                 len(held),

@@ -1,7 +1,8 @@
 """Supports: where a body is held, or moved by a given amount.
 
-To add one that holds components of what it selects, at rest or moved by one vector: a class derived from Support with
-the fields `body`, `where` and `components`, a line in SUPPORTS.
+To add one: a class with the fields `body`, `where` and `components`, a line in SUPPORTS. Derived from Holding it holds
+components of all that it selects, at rest or moved by one vector, and every model takes it. Derived from Support alone
+it is refused by every model whose `supports` do not name it, until its formulas are written.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ Vector3 = tuple[float, float, float]
 
 
 class Support:
-    """What every support says: it holds `components` of all points `where` it selects them."""
+    """What every support says."""
 
     moves = False  # it imposes a motion
     course: Any = None  # how it moves in a dynamic analysis
@@ -35,8 +36,15 @@ class Support:
         return self
 
 
+class Holding(Support):
+    """One that holds `components` of all points `where` it selects them, and moves them by its `displacement`."""
+
+    where: Any
+    components: tuple[int, ...]
+
+
 @dataclass(frozen=True)
-class Fixed(Support):
+class Fixed(Holding):
     """Holds the selected part of a body where it is.
 
     `components` chooses what is held; without it all three are. A beam model turns the condition into its rigid
@@ -49,7 +57,7 @@ class Fixed(Support):
 
 
 @dataclass(frozen=True)
-class Displaced(Support):
+class Displaced(Holding):
     """Moves the selected part of a body by a given vector; components that are not named stay free."""
 
     moves = True
@@ -72,7 +80,7 @@ class Displaced(Support):
 
 
 @dataclass(frozen=True)
-class Follows(Support):
+class Follows(Holding):
     """Moves the selected part of a body as tracked points moved in an experiment.
 
     Between the points their displacements are interpolated by thin plate splines (Duchon 1977) that pass through them,

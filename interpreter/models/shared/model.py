@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass
-from softmark.interpreter.vocabulary.supports import Support
+from softmark.interpreter.vocabulary.supports import Holding
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Location, Scene
@@ -28,7 +28,7 @@ class Model:
 
     # what a scene may put on it: `refusals` says so of all else, when the scene is checked
     loads: tuple[type[Any], ...] = (PerMass, PerArea, Follower, AtPoint)  # how they may act
-    supports: tuple[type[Any], ...] = (Support,)
+    supports: tuple[type[Any], ...] = (Holding,)  # what they are
     moves = True  # it takes dynamic analyses
     recovers = False  # it finds back to rest from any state
 
