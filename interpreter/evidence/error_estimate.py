@@ -187,7 +187,7 @@ def _asked(scene: Scene, result: ModelResult, view: View) -> dict[str, Seen]:
     """
     found = {}
     for name, metric in scene.of_kind("metric").items():
-        probe = str(getattr(metric.thing, "probe", None))
+        probe = metric.thing.looked_at
         if probe in result.probes:
             found[name] = _seen(result.probes[probe], metric.thing, view)
     return found | {name: _seen(probe, None, view) for name, probe in result.probes.items()}

@@ -88,7 +88,7 @@ def loose(scene: Scene, models: Mapping[str, ModelResult]) -> list[Diagnostic]:
     for name, metric in scene.of_kind("metric").items():
         found = (m.metrics.get(name) for m in models.values() if m.status == "converged")
         values = sorted(m.value for m in found if m is not None and m.value is not None)
-        if metric.thing.unit != "1" or getattr(metric.thing, "against", None) is None:
+        if metric.thing.unit != "1" or metric.thing.measured_from is None:
             continue
         gaps = (b - a for a, b in pairwise(values) if b - a > SEEN * abs(b))
         if (least := min(gaps, default=math.inf)) <= tolerance:

@@ -222,7 +222,7 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """A metric compares its probe with a reference of the same body."""
     for metric in scene.of_kind("metric").values():
-        against = getattr(metric.thing, "against", None)
+        against = metric.thing.measured_from
         if against is None:
             continue
         looked, known = _looks_at(scene, metric.name), _body(scene, against)
@@ -293,7 +293,7 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _looks_at(scene: Scene, metric: str) -> str | None:
     """The body whose points a metric compares."""
-    probe = getattr(scene.declared[metric].thing, "probe", None)
+    probe = scene.declared[metric].thing.looked_at
     return None if probe is None else scene.declared[probe].thing.body
 
 

@@ -77,7 +77,7 @@ def _tracked(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
 
 def _probe(scene: Scene, metric: Declared) -> _Refusal | None:
     """A metric of surfaces needs a surface, one of strains the volume."""
-    name = getattr(metric.thing, "probe", None)
+    name = metric.thing.looked_at
     if name is None:
         return None
     probe, word = scene.declared[name], metric.constructor.name
@@ -125,7 +125,7 @@ def _time(scene: Scene, metric: Declared) -> _Refusal | None:
 
 def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
     """A metric needs what its reference knows."""
-    name = getattr(metric.thing, "against", None)
+    name = metric.thing.measured_from
     if name is None:
         return None
     reference, word = scene.declared[name], metric.constructor.name

@@ -74,7 +74,7 @@ def _askers(scene: Scene) -> dict[tuple[str, str], Location]:
 
 def _bodies(scene: Scene, question: Declared) -> tuple[str, ...]:
     """The body that a probe or metric looks at; all where a metric is about the computation itself."""
-    if question.kind == "metric" and not hasattr(question.thing, "probe"):
+    if question.kind == "metric" and question.thing.looked_at is None:
         return tuple(scene.of_kind("body"))
     probe = question if question.kind == "probe" else scene.declared[question.thing.probe]
     return (probe.thing.body,)
@@ -133,7 +133,7 @@ def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...
             )
         )
     for metric in scene.of_kind("metric").values():
-        over, against = (getattr(metric.thing, field, None) for field in ("probe", "against"))
+        over, against = metric.thing.looked_at, metric.thing.measured_from
         compared = (f" against {against}" if against else "") + (f" over {over}" if over else "")
         detail = f"{metric.constructor.name}{compared}"
         needs = tuple(str(name) for name in (over, against) if name)

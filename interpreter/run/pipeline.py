@@ -449,7 +449,7 @@ def _shape(work: _Run, name: str, errors: dict[str, np.ndarray]) -> Shape | None
     asked = {m.name: m.thing for m in work.scene.of_kind("metric").values()}
     for metric, error in errors.items():
         if probe is not None and asked[metric].probe == probe.name:
-            return surface_of(view, place, error, getattr(asked[metric], "against", None))
+            return surface_of(view, place, error, asked[metric].measured_from)
     fields = (v for v in work.views.values() if v.name in work.references and v.body == view.body)
     known = next((v for v in fields if v.displacement is not None), None)
     if known is None or known.name == name or known.displacement is None:

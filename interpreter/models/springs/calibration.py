@@ -85,7 +85,7 @@ def _checked(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Decla
     """Metric, probe and reference of a calibrated model. Raises Fault."""
     calibrated, at = model.thing.stiffness, model.at("stiffness")
     metric = scene.declared[calibrated.metric]
-    names = [getattr(metric.thing, name, None) for name in ("probe", "against")]
+    names = [metric.thing.looked_at, metric.thing.measured_from]
     if None in names:
         raise fault("E521", at, f"`{model.name}` cannot be fitted to `{metric.name}`",
                     "compares with no reference",
