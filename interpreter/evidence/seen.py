@@ -63,7 +63,8 @@ class Seen:
     @property
     def in_displacements(self) -> bool:
         """Whether it is about displacements, so that an error of these relative to their size is one of it."""
-        return self.metric is None or self.times is not None or self.unit == "m" or isinstance(self.metric, OfDisplacements)
+        plain = self.metric is None or isinstance(self.metric, OfDisplacements)
+        return plain or self.times is not None or self.unit == "m"
 
     @property
     def unit(self) -> str:

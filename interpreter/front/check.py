@@ -112,9 +112,9 @@ def _points(declared: Declared) -> list[tuple[str, Point]]:
     if declared.kind == "load":
         action = declared.thing.action
         return [("at", action.at)] if isinstance(action, AtPoint) else []
-    if hasattr(declared.thing, "ends"):
+    if declared.thing.ends is not None:
         return list(zip(("from", "to"), declared.thing.ends, strict=True))
-    return [("at", point) for point in getattr(declared.thing, "stations", ())]
+    return [("at", point) for point in declared.thing.stations or ()]
 
 
 def _meshes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -208,7 +208,7 @@ def _in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
 
 def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
-        if not hasattr(reference.thing, "solve"):  # measured: it says how the body was, whatever holds it
+        if reference.thing.how != "solved":  # measured: it says how the body was, whatever holds it
             continue
         loose = not case.supports and _blamed(case.body, found)
         if loose or any(_blamed(d, found) for d in (*case.supports, *case.loads)):

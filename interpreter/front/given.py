@@ -49,11 +49,10 @@ def _doubt(path: str) -> tuple[str, str] | None:
 def tables(scene: Scene) -> Iterator[Diagnostic]:
     """Tables of tracked points that have not what such a table must have."""
     for reference in scene.of_kind("reference").values():
-        ask = getattr(reference.thing, "unfit", None)
-        path = Path(str(getattr(reference.thing, "path", "")))
-        if ask is None or str(path).startswith("data:") or not path.is_file() or path.stat().st_size > CHEAP:
+        path = Path(reference.thing.file)
+        if str(path).startswith("data:") or not path.is_file() or path.stat().st_size > CHEAP:
             continue
-        if (unfit := ask()) is not None:
+        if (unfit := reference.thing.unfit()) is not None:
             at, (reason, remedy) = reference.at("path"), unfit
             problem = f"the table of `{reference.name}` cannot be used: {reason}"
             yield Diagnostic("E395", problem, at.source, at.span, "no table of tracked points", remedy)

@@ -90,7 +90,7 @@ def _settled(scene: Scene) -> Iterator[Diagnostic]:
 
 def _registered(scene: Scene) -> Iterator[Diagnostic]:
     for reference in scene.of_kind("reference").values():
-        if getattr(reference.thing, "register", "none") == "icp":
+        if reference.thing.registered == "icp":
             yield _warning("W316", reference.at("register"),
                            f"`{reference.name}` is moved onto each computed surface before it is compared",
                            "hides errors",

@@ -146,9 +146,9 @@ def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...
 
 def _points(probe: Declared) -> str:
     """How many points, or what kind."""
-    if hasattr(probe.thing, "ends"):
+    if probe.thing.ends is not None:
         return f"{probe.thing.points} points"
-    if not hasattr(probe.thing, "stations"):
+    if probe.thing.stations is None:
         return f"a {probe.constructor.name}" if probe.constructor.name != "markers" else "tracked points"
     count = len(probe.thing.stations)
     return f"{count} point" + ("s" if count > 1 else "")

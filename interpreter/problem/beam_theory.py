@@ -27,7 +27,7 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
                        "declare a load across the axis: `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
     root, axis = _clamped_end(reference, case)
     try:  # the section too may be refused
-        young = getattr(reference.thing, "young", None) or case.material.young
+        young = reference.thing.own_young or case.material.young
         return Cantilever(shape.length, _section(case), young, case.material.poisson,
                           case.material.density, root, axis, case.gravity)  # fmt: skip
     except Refused as refused:

@@ -49,7 +49,7 @@ class Place:
 
 def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Place:
     """The points of a probe; `tracked` gives those of a measurement by its name. Raises Fault."""
-    own = getattr(probe.thing, "mesh", None) is not None
+    own = probe.thing.cells is not None
     if not own and not getattr(case.shape, "prebuilt", False):
         return _place(probe, case, tracked)
     from softmark.solvers.mesh.files.reading import Unreadable

@@ -101,7 +101,7 @@ class _Run:
     def probes(self, body: str) -> list[Declared]:
         """The probes of a body, without those of tracked points that could not be read."""
         own = [p for p in self.scene.of_kind("probe").values() if p.thing.body == body]
-        return [p for p in own if getattr(p.thing, "of", None) in (None, *self.measured)]
+        return [p for p in own if p.thing.tracked in (None, *self.measured)]
 
 
 def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
@@ -173,7 +173,7 @@ def _warn(work: _Run, found: Sequence[Diagnostic]) -> None:
 def _probes_inside(work: _Run, body: str, prepared: Prepared) -> None:
     """Refuse probes outside a mesh that was read from a file (shapes of our own are checked exactly)."""
     for probe in work.probes(body):
-        if not hasattr(probe.thing, "stations"):
+        if probe.thing.stations is None:
             continue
         if (distance := prepared.outside(work.place(probe).X)) > 0:
             field = "at" if "at" in probe.fields else "to"
@@ -270,7 +270,7 @@ def _read_all(work: _Run) -> None:
     """Read measured data first: probes and supports may lie where something was measured."""
     for name in work.plan.references:
         thing = work.scene.declared[name].thing
-        if hasattr(thing, "load") and not from_a_model(work.scene.declared[name]):
+        if thing.how == "measured":
             work.options.say("reference", f"reading {name}")
             try:
                 work.measured[name] = _measurement(work, work.scene.declared[name])
@@ -298,7 +298,7 @@ def _reference(work: _Run, declared: Declared) -> None:
         if declared.name in work.measured:
             _keep_measured(work, declared, work.measured[declared.name])
             return
-        if hasattr(declared.thing, "methods"):
+        if declared.thing.how == "refined":
             _keep_refined(work, declared)
             return
         line = work.options.recall(
@@ -352,7 +352,7 @@ def _keep_measured(work: _Run, declared: Declared, data: Any) -> None:
     """A measured surface, or the displacements of tracked points."""
     cls, case = type(declared.thing), work.case(declared)
     surface = data if hasattr(data, "triangles") else None
-    if getattr(declared.thing, "register", "none") == "icp":
+    if declared.thing.registered == "icp":
 
         def surface(points: np.ndarray, triangles: np.ndarray) -> Any:
             return declared.thing.load(target=(points, triangles))
@@ -361,7 +361,7 @@ def _keep_measured(work: _Run, declared: Declared, data: Any) -> None:
     probes = {}
     if surface is None:
         for probe in work.probes(case.body.name):
-            if getattr(probe.thing, "of", None) == declared.name:
+            if probe.thing.tracked == declared.name:
                 X = work.place(probe).X
                 probes[probe.name] = ProbeResult(X, data.displacement(X))
     if not (np.isfinite(resolution) and all(map(seen_finite, probes.values()))):
