@@ -22,7 +22,7 @@ def points_of(case: Case, stations: Floats) -> Floats:
 def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats]:
     """Held degrees of freedom of a rod with nodes there (c,) and their values (c,), m or rad. Raises Fault."""
     points = points_of(case, np.array(stations))
-    held = Held(case, case.shape.length, points.mean(axis=0))
+    held = Held(case, case.shape.length, points.mean(axis=0), 6 * len(points))
     for support in case.supports:
         components = support.thing.components
         turns = _held_turns(case.shape.axis, components)
