@@ -1,11 +1,11 @@
 """Models: ways to compute the deformation of a body, each a folder with its words and its builder.
 
-Nobody asks which model one is. The words are a class derived from `shared/model.py: Model`, with fields for the scene:
-they say which loads, supports and analyses they take, so that a check refuses the others, what speaks against them
-(`doubts`), what they are (`outline`, `kind`), how finely they solve and with which order, and what they reduce; no
-numpy there. The builder is a module with `load(model)` for its imports and `prepare(model, declared, case, workshop)`, which
-makes arrays and returns what `shared/prepared.py: Prepared` describes; `Meshless` has the parts of it that a model
-without a mesh need not write.
+Nobody asks which model one is. The words are a class derived from `shared/model.py: Model`, with fields for the
+scene: they say which loads, supports and analyses they take, so that a check refuses the others, what speaks against
+them (`doubts`), what they are (`outline`, `kind`), how finely they solve and with which order, and what they reduce;
+no numpy there. The builder is a module with `load(model)` for its imports and `prepare(model, declared, case,
+workshop)`, which makes arrays and returns what `shared/prepared.py: Prepared` describes; `Meshless` has the parts of
+it that a model without a mesh need not write.
 
 To add a model:
     words     a class, a line in MODELS here
