@@ -17,21 +17,16 @@ from softmark.interpreter.evidence.budget import Budget
 from softmark.interpreter.evidence.probe_answers import Field, Floats, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.fem.words import Fem
-from softmark.interpreter.models.shared.prepared import Workshop
+from softmark.interpreter.models.shared.prepared import Moved, Workshop
 from softmark.interpreter.problem.case import Case
 
 FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes too
 LEAVES = {"tet4": 2.0, "tet10": 2.5, "hex8": 2.5}  # of what the finer space finds: as of first order, or more
-PLAIN = {"cap": None, "linear_cap": None, "start": None, "precision": "double", "linear": "auto",
-         "factorisation": "fresh"}  # fmt: skip
 
 
-def plain(thing: Any, **changes: Any) -> Any:
-    """A model without what it trades for speed."""
-    return replace(thing, **{n: v for n, v in PLAIN.items() if hasattr(thing, n)}, **changes)
-
-
-def found(scene: Scene, declared: Declared, case: Case, solved: Any, below: Callable[[], Any], budget: Budget) -> Field:
+def found(
+    scene: Scene, declared: Declared, case: Case, solved: Moved, below: Callable[[], Any], budget: Budget
+) -> Field:
     """The displacements of the finer space near the nodal ones of `solved`, a mesh that is deformed. Raises Unknown.
 
     `below` gives the assembly of the coarse space and a factor of its tangent there.
@@ -75,11 +70,11 @@ def remembered(field: Field) -> Field:
     return at
 
 
-def _freed(model: Fem, case: Case, kind: str) -> Any:
+def _freed(model: Fem, case: Case, kind: str) -> Fem:
     """The model on the finer cells, of an element that does not lock where its own would."""
     from softmark.solvers.materials import mixed_for
 
-    thing = plain(model, element=kind)
+    thing = model.plain(element=kind)
     full = model.integration == "full" and model.formulation == "displacement" and model.rotation == "point"
     if kind == "hex8" and full and case.material.poisson >= FREED and mixed_for(case.material, model.strain):
         return replace(thing, formulation="mean_dilatation")
@@ -98,7 +93,7 @@ class _Once:
         return self._made
 
 
-def alike(scene: Scene, declared: Declared, case: Case, solved: Any, budget: Budget) -> Field:
+def alike(scene: Scene, declared: Declared, case: Case, solved: Moved, budget: Budget) -> Field:
     """The displacements of another model on the mesh of `solved`, started from its state. Raises Unknown."""
     from softmark.interpreter.models.fem.build import at_rest
     from softmark.interpreter.models.shared.deformed import displacement_of

@@ -15,7 +15,7 @@ from typing import Any
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.models.fem.words import Fem, element_class
+from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for
 from softmark.interpreter.problem.conforming import Cuts, cuts_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -37,7 +37,8 @@ class Method:
     @property
     def formal(self) -> int:
         """The order in displacements that theory gives its element where the solution is smooth."""
-        return int(element_class(self.declared.thing.element).order) + 1
+        order: int = self.declared.thing.order
+        return order
 
     def at(self, size: float) -> Declared:
         """The same model with another size."""

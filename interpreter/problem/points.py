@@ -18,7 +18,7 @@ from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import ProbeResult, Shape
 from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.vocabulary.probes import Markers, Nodes, Surface, Volume
-from softmark.interpreter.vocabulary.supports import Fixed
+from softmark.interpreter.vocabulary.supports import Holding
 from softmark.records import dataclass
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
@@ -49,7 +49,7 @@ class Place:
 
 def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Place:
     """The points of a probe; `tracked` gives those of a measurement by its name. Raises Fault."""
-    own = getattr(probe.thing, "mesh", None) is not None
+    own = probe.thing.cells is not None
     if not own and not getattr(case.shape, "prebuilt", False):
         return _place(probe, case, tracked)
     from softmark.solvers.mesh.files.reading import Unreadable
@@ -159,7 +159,7 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
         return None
     held = np.zeros(len(place.X), dtype=bool)
     for support in case.supports:
-        if isinstance(support.thing, Fixed):
+        if isinstance(support.thing, Holding) and not support.thing.moves:
             held |= np.broadcast_to(
                 support.thing.where.holds(*place.X.T, float(np.linalg.norm(np.ptp(place.X, axis=0)))),
                 len(held),

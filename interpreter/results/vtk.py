@@ -56,7 +56,7 @@ def _mesh(target: Path, name: str, mesh: Any) -> list[Path]:
     if mesh.kind not in CELLS:
         raise ValueError(f"cells of kind {mesh.kind} cannot be written: VTK files have {', '.join(CELLS)}")
     X, cells = np.asarray(mesh.points), [(CELLS[mesh.kind], np.asarray(mesh.cells))]
-    times, frames = getattr(mesh, "times", None), getattr(mesh, "frames", None)
+    times, frames = mesh.times, mesh.frames
     if times is None or frames is None:
         return [_write(target / f"{name}.vtu", X, cells, {"displacement": np.asarray(mesh.displacement)})]
     states = ((X, {"displacement": np.asarray(u)}) for u in frames)
