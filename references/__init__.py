@@ -16,9 +16,9 @@ and what was measured:
     surface, ct_volume, markers, virtual_scan   how they are read or made
     surfaces, registration, smoothing, volumes  geometry that they share
 
-To add one, write a file with a frozen dataclass: fields as in `Elastica` (the scene language reads them),
-class attributes `kind`, `source` and `error_meaning`, and either `solve(cantilever) -> CentreLine` or `load()`, which
-gives a `MeasuredSurface` or `MeasuredPoints`; then add its line to `REFERENCES`.
+To add one, write a file with a frozen dataclass derived from `Reference`: fields as in `Elastica` (the scene
+language reads them), class attributes `how`, `kind`, `source` and `error_meaning`, and either `solve(cantilever) ->
+CentreLine` or `load()`, which gives a `MeasuredSurface` or `MeasuredPoints`; then add its line to `REFERENCES`.
 Its docstring is what `dsl list` (first line) and `dsl explain` (the rest) show.
 
 Importing this package imports neither numpy nor scipy: naming a reference costs nothing until it is solved.

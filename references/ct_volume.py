@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 from softmark.records import dataclass
 from softmark.references.data import find, source_of
 from softmark.references.measured import Frame, MeasuredSurface, Unreadable, Vector
+from softmark.references.reference import How, Reference
 from softmark.references.smoothing import taubin
 from softmark.references.surface import tidied
 from softmark.references.volumes import Volume, imported, read_volume
@@ -23,7 +24,7 @@ else:
 
 
 @dataclass(frozen=True)
-class CtVolume:
+class CtVolume(Reference):
     """The surface of a body in voxel data: where the values pass a level, by marching cubes.
 
     Formats: NumPy (.npy, .npz) with `spacing`; NRRD; NIfTI; DICOM, by the folder of a series or one file of it. What a
@@ -51,6 +52,7 @@ class CtVolume:
     citation: Annotated[str, "who measured it"] = ""
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 
+    how: ClassVar[How] = "measured"
     kind: ClassVar[str] = "experimental"
     source: ClassVar[str] = "the file that the scene names"
     error_meaning: ClassVar[str] = "uncertainty of the place of a measured point, m, as the scene states it"

@@ -8,6 +8,7 @@ from softmark.records import dataclass
 from softmark.references.cantilever import Cantilever
 from softmark.references.centre_line import CentreLine
 from softmark.references.collocation import bend
+from softmark.references.reference import Reference
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,7 +20,7 @@ else:
 
 
 @dataclass(frozen=True)
-class Elastica:
+class Elastica(Reference):
     """The cantilever under its own weight, large-deflection Bernoulli-Euler theory.
 
     phi'' = -(w / EI) (L - s) cos(phi), phi(0) = 0, phi'(L) = 0, with phi the slope at the arc length s,

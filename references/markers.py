@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from softmark.records import dataclass
 from softmark.references.data import find, source_of
 from softmark.references.measured import Frame, MeasuredPoints, Unreadable, Vector
+from softmark.references.reference import How, Reference
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,7 +33,7 @@ REST = ("x0", "y0", "z0")
 
 
 @dataclass(frozen=True)
-class Markers:
+class Markers(Reference):
     """Points of a body that were tracked while it was loaded: a table of positions at rest and in other states.
 
     The table is a CSV file whose header names the columns x0, y0, z0 at rest, x1, y1, z1 in state 1 and so on, and
@@ -56,6 +57,7 @@ class Markers:
     citation: Annotated[str, "who measured it"] = ""
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 
+    how: ClassVar[How] = "measured"
     kind: ClassVar[str] = "experimental"
     source: ClassVar[str] = "the file that the scene names"
     error_meaning: ClassVar[str] = "uncertainty of a measured displacement, m, as the scene states it"

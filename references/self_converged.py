@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Annotated, Any, ClassVar
 
 from softmark.records import dataclass
+from softmark.references.reference import How, Reference
 
 
 @dataclass(frozen=True)
-class SelfConverged:
+class SelfConverged(Reference):
     """The limit of two or more of the scene's own models as their meshes are refined, where no theory is known.
 
     Each model named is solved again at every one of the `sizes`, in place of its own size, on the same case, and its
@@ -35,6 +36,7 @@ class SelfConverged:
     sizes: Annotated[Any, "values", "at least three sizes, coarse to fine, such as `[12, 9, 6] mm`"]
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 
+    how: ClassVar[How] = "refined"
     kind: ClassVar[str] = "own solutions, extrapolated"
     source: ClassVar[str] = (
         "the scene's own models and this solver, refined (Celik et al. 2008): checks discretisation, not the code"

@@ -8,6 +8,7 @@ from softmark.records import dataclass
 from softmark.references.cantilever import Cantilever, Refused
 from softmark.references.centre_line import CentreLine
 from softmark.references.collocation import bend
+from softmark.references.reference import Reference
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,7 +20,7 @@ else:
 
 
 @dataclass(frozen=True)
-class SimoReissner:
+class SimoReissner(Reference):
     """The cantilever under its own weight, geometrically exact, with shear and axial strain.
 
     With t = (cos phi, sin phi) normal to the section and n = (-sin phi, cos phi) in it, the line moves by

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from softmark.records import dataclass
 from softmark.references.cantilever import Cantilever
 from softmark.references.centre_line import CentreLine
+from softmark.references.reference import Reference
 
 if TYPE_CHECKING:
     import numpy as np
@@ -18,7 +19,7 @@ else:
 
 
 @dataclass(frozen=True)
-class SmallDeflection:
+class SmallDeflection(Reference):
     """The cantilever under its own weight, Bernoulli-Euler theory of small deflections.
 
     v(x) = w x^2 (6 L^2 - 4 L x + x^2) / (24 EI) along gravity, w L^4 / (8 EI) at the tip; nothing along the

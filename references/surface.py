@@ -14,6 +14,7 @@ from softmark.records import dataclass
 from softmark.references.data import find, source_of
 from softmark.references.measured import Frame, MeasuredSurface, Unreadable, Vector
 from softmark.references.rationing import rationed, reason_of
+from softmark.references.reference import How, Reference
 from softmark.references.registration import Registration, face_to_face, icp
 from softmark.references.surfaces import (
     Target,
@@ -46,7 +47,7 @@ ALIKE = (0.8, 1.25)  # area of the measured face over that of the held one
 
 
 @dataclass(frozen=True)
-class SurfaceScan:
+class SurfaceScan(Reference):
     """The surface of a body in one state, measured and written to a file.
 
     Formats: STL, OBJ, PLY and OFF through trimesh; VTK, VTU, Gmsh and others through meshio. Quadrilaterals are
@@ -75,6 +76,7 @@ class SurfaceScan:
     citation: Annotated[str, "who measured it"] = ""
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 
+    how: ClassVar[How] = "measured"
     kind: ClassVar[str] = "experimental"
     source: ClassVar[str] = "the file that the scene names"
     error_meaning: ClassVar[str] = "uncertainty of the place of a measured point, m, as the scene states it"

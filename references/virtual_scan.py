@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from softmark.records import dataclass
 from softmark.references.ct_volume import isosurface
 from softmark.references.measured import MeasuredSurface, Unreadable, Vector
+from softmark.references.reference import How, Reference
 from softmark.references.surfaces import Target, open_edges, signed_volume, vertex_normals
 from softmark.references.volumes import Volume
 
@@ -67,7 +68,7 @@ class ChainError:
 
 
 @dataclass(frozen=True)
-class VirtualScan:
+class VirtualScan(Reference):
     """The deformed shape that a model computes, as a scanner would see it: voxels, blur, noise, marching cubes.
 
     The shape is filled into voxels by the share of each that it covers, blurred by a Gaussian, and given white noise;
@@ -88,6 +89,7 @@ class VirtualScan:
     smoothing: Annotated[int, "1 in [0, 1000]", "steps of Taubin's filter"] = 10
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 
+    how: ClassVar[How] = "scanned"
     kind: ClassVar[str] = "virtual measurement"
     source: ClassVar[str] = "the computed shape of a model of the scene"
     error_meaning: ClassVar[str] = "root mean square distance of the reconstruction from the shape scanned, m"

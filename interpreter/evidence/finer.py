@@ -17,21 +17,16 @@ from softmark.interpreter.evidence.budget import Budget
 from softmark.interpreter.evidence.probe_answers import Field, Floats, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.fem.words import Fem
-from softmark.interpreter.models.shared.prepared import Workshop
+from softmark.interpreter.models.shared.prepared import Moved, Workshop
 from softmark.interpreter.problem.case import Case
 from softmark.solvers.elements import element_of
 
 FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes too
-PLAIN = {"cap": None, "linear_cap": None, "start": None, "precision": "double", "linear": "auto",
-         "factorisation": "fresh"}  # fmt: skip
 
 
-def plain(thing: Any, **changes: Any) -> Any:
-    """A model without what it trades for speed."""
-    return replace(thing, **{n: v for n, v in PLAIN.items() if hasattr(thing, n)}, **changes)
-
-
-def found(scene: Scene, declared: Declared, case: Case, solved: Any, below: Callable[[], Any], budget: Budget) -> Field:
+def found(
+    scene: Scene, declared: Declared, case: Case, solved: Moved, below: Callable[[], Any], budget: Budget
+) -> Field:
     """The displacements of the finer space near the nodal ones of `solved`, a mesh that is deformed. Raises Unknown.
 
     `below` gives the assembly of the coarse space and a factor of its tangent there.
@@ -75,11 +70,11 @@ def remembered(field: Field) -> Field:
     return at
 
 
-def _freed(model: Fem, case: Case, kind: str) -> Any:
+def _freed(model: Fem, case: Case, kind: str) -> Fem:
     """The model on the finer cells, of an element that does not lock where its own would."""
     from softmark.solvers.materials import mixed_for
 
-    thing = plain(model, element=kind)
+    thing = model.plain(element=kind)
     full = model.integration == "full" and model.formulation == "displacement" and model.rotation == "point"
     freed = "mean_dilatation" in element_of(kind).formulations
     if freed and full and case.material.poisson >= FREED and mixed_for(case.material, model.strain):
@@ -99,7 +94,7 @@ class _Once:
         return self._made
 
 
-def alike(scene: Scene, declared: Declared, case: Case, solved: Any, budget: Budget) -> Field:
+def alike(scene: Scene, declared: Declared, case: Case, solved: Moved, budget: Budget) -> Field:
     """The displacements of another model on the mesh of `solved`, started from its state. Raises Unknown."""
     from softmark.interpreter.models.fem.build import at_rest
     from softmark.interpreter.models.shared.deformed import displacement_of

@@ -10,17 +10,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softmark.interpreter.language.conditions import Condition
+from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.parts.surface import settled_of
-from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.solids import Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh import Mesh
 
 LINES = (12, 18)  # Gauss lines in a strip, of two rules
 ALONG = 7  # Gauss points between two crossings
@@ -37,11 +41,11 @@ class Unchecked(Exception):
     """There is no independent formula for what was solved."""
 
 
-def loads_on(case: Case, mesh: Any, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
+def loads_on(case: Case, mesh: Moved, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
     """Nodal forces of all loads (n, 3), N, and how much of them, in N, is not sure. Raises Unchecked."""
     total, unsure = np.zeros_like(mesh.points), 0.0
     for load in case.loads:
-        found, left = _load(load.thing, case, mesh, u, small, mass)
+        found, left = _load(load.thing.action, case, mesh, u, small, mass)
         if left > MOST_UNSURE * float(np.abs(found).sum()):
             raise Unchecked("the border of what is loaded is too involved to be followed again")
         total += found
@@ -49,24 +53,24 @@ def loads_on(case: Case, mesh: Any, u: Floats, small: bool, mass: str) -> tuple[
     return total, unsure
 
 
-def _load(load: Any, case: Case, mesh: Any, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
-    match load:
-        case Gravity():
+def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
+    match action:
+        case PerMass(acceleration=g):
             rho, nodes = case.material.density, len(mesh.points)
             carried = solids.weights_of(mesh.points, mesh.cells, mesh.kind, rho, mass, nodes)
-            return carried[:, None] * (load.magnitude * np.array(load.direction)), 0.0
-        case Traction():
-            t = np.array(load.vector)
-            return _pushed(load, case, mesh.mesh, mesh.points, lambda dA: np.linalg.norm(dA, axis=-1)[..., None] * t)
-        case Pressure():
-            surface, p = mesh.points if small else mesh.points + u, float(load.magnitude)
-            return _pushed(load, case, mesh.mesh, surface, lambda dA: -p * dA)
-        case PointForce():
-            return _point_force(load, mesh), 0.0
-    raise Unchecked(f"there is no other formula for a load of kind {type(load).__name__}")
+            return carried[:, None] * np.array(g), 0.0
+        case PerArea(traction=traction):
+            t = np.array(traction)
+            return _pushed(action, case, mesh.mesh, mesh.points, lambda dA: np.linalg.norm(dA, axis=-1)[..., None] * t)
+        case Follower(pressure=pressure):
+            surface, p = mesh.points if small else mesh.points + u, float(pressure)
+            return _pushed(action, case, mesh.mesh, surface, lambda dA: -p * dA)
+        case AtPoint():
+            return _at_point(action, mesh), 0.0
+    raise Unchecked(f"there is no other formula for a load that acts as {type(action).__name__}")
 
 
-def _point_force(load: Any, mesh: Any) -> Floats:
+def _at_point(load: AtPoint, mesh: Moved) -> Floats:
     """The force at the nodes around its point: their shares add up to one, and their places to the point."""
     from softmark.solvers.mesh.interpolation import locate
 
@@ -76,12 +80,12 @@ def _point_force(load: Any, mesh: Any) -> Floats:
     away = np.linalg.norm(N @ mesh.points[nodes] - np.array(load.at))
     if abs(N.sum() - 1.0) > 1e-9 or away > 1e-6 * mesh.mesh.extent:
         raise Unchecked("the point that a force acts at lies outside the mesh")
-    np.add.at(found, nodes, N[:, None] * np.array(load.vector))
+    np.add.at(found, nodes, N[:, None] * np.array(load.force))
     return found
 
 
 def _pushed(
-    load: Any, case: Case, mesh: Any, surface: Floats, push: Callable[[Floats], Floats]
+    load: PerArea | Follower, case: Case, mesh: Mesh, surface: Floats, push: Callable[[Floats], Floats]
 ) -> tuple[Floats, float]:
     """Nodal forces (n, 3), N, of a load on the selected part of a surface through nodes `surface` (n, 3), m.
 
@@ -101,7 +105,7 @@ def _pushed(
         out = case.shape.onto_side if len(which) and side[which[0]] else None
         sweep = Sweep(load.where, corners[which], extent, out, settled[which], settling[which])
         whole, (f, xi, w), (g, left) = sweep.whole_and_parts()
-        if isinstance(load, Pressure) or facets.shape[1] == 3:
+        if isinstance(load, Follower) or facets.shape[1] == 3:
             found += solids.surface_forces(surface, facets[which[whole]], push)
         else:
             found += _whole(surface, facets[which[whole]], push)

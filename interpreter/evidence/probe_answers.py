@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.metrics.measure import measured_by
 from softmark.interpreter.metrics.measurement import Known
 from softmark.interpreter.metrics.measurement import Seen as Looked
+from softmark.interpreter.metrics.metric import Metric, OfDisplacements
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.view import View
@@ -23,7 +23,6 @@ Floats = NDArray[np.float64]
 Field = Callable[[Floats], Floats]
 
 NO_ERROR = "no error of this metric can be stated"
-LAST = ("Displacement", "TipError")  # metrics that look at the last point of their probe alone
 
 
 class Unknown(Exception):
@@ -41,7 +40,7 @@ class Seen:
     X: Floats
     u: Floats
     times: Floats | None = None
-    metric: Any = None
+    metric: Metric | None = None
     field: Field | None = None
     probe: ProbeResult | None = None
     view: View | None = None
@@ -64,7 +63,8 @@ class Seen:
     @property
     def in_displacements(self) -> bool:
         """Whether it is about displacements, so that an error of these relative to their size is one of it."""
-        return self.metric is None or self.times is not None or self.unit == "m" or hasattr(self.metric, "value")
+        plain = self.metric is None or isinstance(self.metric, OfDisplacements)
+        return plain or self.times is not None or self.unit == "m"
 
     @property
     def unit(self) -> str:
@@ -101,9 +101,9 @@ class Seen:
             return self._norm(other)
         if self.unit == "m":
             return self._distance(other)
-        if getattr(self.metric, "against", None) is None:
+        if self.metric.measured_from is None:
             return abs(self._measured(other, None) - self.value)
-        if str(getattr(self.metric, "statistic", "")).endswith("sd"):
+        if self.metric.summed_by.endswith("sd"):
             raise Unknown(f"{NO_ERROR}: a spread is no distance of two solutions")
         return self._measured(other, Known(self.view.name if self.view else "", self.u, self.field))
 
@@ -116,11 +116,11 @@ class Seen:
     def _distance(self, other: Seen) -> float:
         """The most that a statistic of distances may change where points move by so much, m (triangle inequality)."""
         apart = other.u - self.u
-        if type(self.metric).__name__ in LAST:
-            along = getattr(self.metric, "along", None)
+        if self.metric is not None and self.metric.last:
+            along = self.metric.direction
             return abs(float(apart[-1] @ along)) if along is not None else float(np.linalg.norm(apart[-1]))
         distances = np.linalg.norm(apart, axis=1)
-        match getattr(self.metric, "statistic", "max"):
+        match self.metric.summed_by if self.metric is not None else "max":
             case "mean":
                 return float(distances.mean())
             case "max":
@@ -129,14 +129,14 @@ class Seen:
 
     def _measured(self, other: Seen, known: Known | None) -> float:
         """The metric of another solution. Raises Unknown."""
-        view, probe = self.view, self.probe
-        if view is None or probe is None:
+        view, probe, metric = self.view, self.probe, self.metric
+        if view is None or probe is None or metric is None:
             raise Unknown(NO_ERROR)
-        weights = view.weights.get(self.metric.probe)
+        weights = view.weights.get(metric.looked_at or "")
         looked = Looked(
             view.name, view.case, self.X, other.u, probe.triangles, weights, known, other.field, history=other.history
         )
         try:
-            return measured_by(self.metric, looked).value
+            return measured_by(metric, looked).value
         except Undefined as undefined:
             raise Unknown(f"{NO_ERROR}: {undefined}") from undefined

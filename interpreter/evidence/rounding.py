@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from softmark.interpreter.evidence.orders import COARSE
 from softmark.interpreter.evidence.probe_answers import Floats, Seen, Unknown
+from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.report import ModelResult
 
@@ -17,7 +17,7 @@ USUAL = 1e6 * EPS  # what rounding does at least where the stiffness was not loo
 LOST = 1e-6  # of a cell that the rounding of coordinates may take: with more, nobody knows what it does
 
 
-def part(result: ModelResult, case: Case, mesh: Any, cells: int, seen: Seen) -> float:
+def part(result: ModelResult, case: Case, mesh: Moved | None, cells: int, seen: Seen) -> float:
     """In the unit of what is seen. Raises Unknown."""
     facts, (far, cell) = result.solve, _reach(case, mesh, cells, seen)
     if EPS * far > LOST * cell:
@@ -37,20 +37,19 @@ def part(result: ModelResult, case: Case, mesh: Any, cells: int, seen: Seen) -> 
     return found * seen.size
 
 
-def _points(mesh: Any, seen: Seen) -> Floats:
-    found = getattr(mesh, "points", None)
-    return seen.X if found is None or not len(found) else np.asarray(found)
+def _points(mesh: Moved | None, seen: Seen) -> Floats:
+    return seen.X if mesh is None or not len(mesh.points) else mesh.points
 
 
-def _extent(case: Case, mesh: Any, seen: Seen) -> float:
+def _extent(case: Case, mesh: Moved | None, seen: Seen) -> float:
     """Of the body, m."""
     bounds = np.ptp(_points(mesh, seen), axis=0).max()
     return float(bounds) or float(getattr(case.shape, "length", 0.0)) or 1.0
 
 
-def _reach(case: Case, mesh: Any, count: int, seen: Seen) -> tuple[float, float]:
+def _reach(case: Case, mesh: Moved | None, count: int, seen: Seen) -> tuple[float, float]:
     """The largest coordinate, before or after deformation, and the shortest side of a cell, m."""
-    points, cells = _points(mesh, seen), getattr(mesh, "cells", None)
+    points, cells = _points(mesh, seen), None if mesh is None else mesh.cells
     far = float(np.abs(points).max() + np.abs(seen.u).max())
     if cells is not None and len(cells) and points is not seen.X:
         corners = points[np.asarray(cells)]  # (m, a, 3)

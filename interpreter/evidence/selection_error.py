@@ -9,27 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from softmark.interpreter.evidence.answer import Answer
     from softmark.interpreter.evidence.probe_answers import Seen
-    from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.shared.gripping import Grip
+    from softmark.interpreter.models.shared.prepared import Prepared
     from softmark.interpreter.problem.case import Case
 
 
-class Answer(Protocol):
-    """An answer whose error is stated: of which model, and what the same model says of another case."""
-
-    declared: Declared
-    case: Case
-    prepared: Any
-
-    def solved(self, key: str, declared: Declared, case: Case) -> tuple[Any, dict[str, int]]:
-        """Another solution, found once and kept by its key, and the size of what was solved. Raises Unknown."""
-
-
-def reactions(case: Case, prepared: Any) -> dict[str, dict[str, float]]:
+def reactions(case: Case, prepared: Prepared) -> dict[str, dict[str, float]]:
     """What a report says of the supports of a model that has a mesh, by name."""
     found = {}
     for name, own in _grips(case, prepared).items():
@@ -54,11 +44,9 @@ def _apart(whole: Answer, seen: Seen) -> float:
     return seen.apart(seen.of(solution))
 
 
-def _grips(case: Case, prepared: Any) -> dict[str, Grip]:
-    full: Any = getattr(prepared, "rest", prepared)  # of a reduced model
-    mesh: Any = getattr(getattr(full, "static", full), "mesh", None)
-    if not hasattr(mesh, "facet_cells"):
+def _grips(case: Case, prepared: Prepared) -> dict[str, Grip]:
+    if prepared.mesh is None:
         return {}
     from softmark.interpreter.models.shared.gripping import grips
 
-    return grips(case, mesh)
+    return grips(case, prepared.mesh)

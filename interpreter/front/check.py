@@ -10,7 +10,8 @@ from dataclasses import replace
 
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.front import files_and_selections, lints
+from softmark.interpreter.front import files_and_selections as given
+from softmark.interpreter.front import lints
 from softmark.interpreter.front.comparisons import comparisons
 from softmark.interpreter.front.course_steps import unresolved
 from softmark.interpreter.front.refinements import doubts as doubts_of_refined
@@ -24,9 +25,8 @@ from softmark.interpreter.models.shared.disturbing import doubts as disturbed
 from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, reach
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import PointForce
+from softmark.interpreter.vocabulary.loads import AtPoint
 from softmark.interpreter.vocabulary.probes import Nodes
-from softmark.interpreter.vocabulary.supports import Displaced, Follows
 from softmark.solvers.mesh.shapes import contains
 
 
@@ -110,11 +110,12 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _points(declared: Declared) -> list[tuple[str, Point]]:
     """The fields that give points, and those of the points that decide for all, since bodies are convex."""
-    if isinstance(declared.thing, PointForce):
-        return [("at", declared.thing.at)]
-    if hasattr(declared.thing, "ends"):
+    if declared.kind == "load":
+        action = declared.thing.action
+        return [("at", action.at)] if isinstance(action, AtPoint) else []
+    if declared.thing.ends is not None:
         return list(zip(("from", "to"), declared.thing.ends, strict=True))
-    return [("at", point) for point in getattr(declared.thing, "stations", ())]
+    return [("at", point) for point in declared.thing.stations or ()]
 
 
 def _meshes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -170,18 +171,18 @@ def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _driven(case: Case) -> bool:
-    moved = any(isinstance(support.thing, Displaced | Follows) for support in case.supports)
-    away = getattr(case.analysis, "disturbed", "none") != "none"
+    moved = any(support.thing.moves for support in case.supports)
+    away = case.analysis.disturbed != "none"
     return moved or away or isinstance(case.analysis, Dynamic)  # which may start with a velocity
 
 
 def _paths(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Paths of equilibria lead to motions that a reduced model does not know."""
     for model, case in _cases(scene, "model"):
-        if getattr(case.analysis, "path", "load") == "arc_length" and hasattr(model.thing, "of"):
+        if case.analysis.path == "arc_length" and model.thing.reduces is not None:
             problem = f"`{model.name}` is reduced to motions that it knows, and a path leads to others"
             yield _diagnostic("E541", model.at(), problem, "not along a path",
-                              f"follow the path of `{model.thing.of}`, or use `path = load`")  # fmt: skip
+                              f"follow the path of `{model.thing.reduces}`, or use `path = load`")  # fmt: skip
 
 
 def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -202,13 +203,13 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
     """Doubts of a model that must know the scene: what it is fitted to."""
-    ask = getattr(model.thing, "scene_doubts", None)
-    return ask(scene, model, case) if ask else []
+    doubts: list[Diagnostic] = model.thing.scene_doubts(scene, model, case)
+    return doubts
 
 
 def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
-        if not hasattr(reference.thing, "solve"):  # measured: it says how the body was, whatever holds it
+        if reference.thing.how != "solved":  # measured: it says how the body was, whatever holds it
             continue
         loose = not case.supports and _blamed(case.body, found)
         if loose or any(_blamed(d, found) for d in (*case.supports, *case.loads)):
@@ -222,7 +223,7 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """A metric compares its probe with a reference of the same body."""
     for metric in scene.of_kind("metric").values():
-        against = getattr(metric.thing, "against", None)
+        against = metric.thing.measured_from
         if against is None:
             continue
         looked, known = _looks_at(scene, metric.name), _body(scene, against)
@@ -279,7 +280,9 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     moved: dict[str, Declared] = {}
     analyses = list(scene.of_kind("analysis").values())
     for support in scene.of_kind("support").values():
-        if not analyses or not isinstance(analyses[0].thing, Dynamic) or not hasattr(support.thing, "course"):
+        if not analyses or not isinstance(analyses[0].thing, Dynamic):
+            continue
+        if not support.thing.moves or support.thing.tracked is not None:
             continue
         first = moved.setdefault(support.thing.body, support)
         if first.thing.course != support.thing.course:
@@ -291,7 +294,7 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _looks_at(scene: Scene, metric: str) -> str | None:
     """The body whose points a metric compares."""
-    probe = getattr(scene.declared[metric].thing, "probe", None)
+    probe = scene.declared[metric].thing.looked_at
     return None if probe is None else scene.declared[probe].thing.body
 
 
@@ -308,7 +311,7 @@ def _lints(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _given(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    yield from files_and_selections.faults(scene, found)
+    yield from given.faults(scene, found)
 
 
 def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:

@@ -46,7 +46,7 @@ def known_of(reference: Declared) -> Known:
     """What a reference, or a model in its place, knows."""
     if isinstance(reference.thing, TrackedPoints):
         return "points"
-    return "surface" if reference.kind == "reference" and hasattr(reference.thing, "load") else "field"
+    return "surface" if reference.kind == "reference" and reference.thing.how in ("measured", "scanned") else "field"
 
 
 def comparisons(scene: Scene) -> Iterator[Diagnostic]:
@@ -62,7 +62,7 @@ def comparisons(scene: Scene) -> Iterator[Diagnostic]:
 
 def _tracked(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
     """Probes of markers and supports that follow them need a reference of tracked points."""
-    of = getattr(declared.thing, "of", None)
+    of = declared.thing.tracked
     if of is None or known_of(scene.declared[of]) == "points":
         return
     known, at = known_of(scene.declared[of]), declared.at("of")
@@ -77,7 +77,7 @@ def _tracked(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
 
 def _probe(scene: Scene, metric: Declared) -> _Refusal | None:
     """A metric of surfaces needs a surface, one of strains the volume."""
-    name = getattr(metric.thing, "probe", None)
+    name = metric.thing.looked_at
     if name is None:
         return None
     probe, word = scene.declared[name], metric.constructor.name
@@ -101,7 +101,7 @@ def _needs_surface(scene: Scene, metric: Declared) -> bool:
     if not isinstance(thing, SurfaceDistance):
         return isinstance(thing, Hausdorff | VolumeChange)
     against = scene.declared[thing.against]
-    moved = getattr(against.thing, "register", "none") == "icp"  # onto the triangles of the probe
+    moved = against.kind == "reference" and against.thing.registered == "icp"  # onto the triangles of the probe
     return thing.along == "normal" or moved or known_of(against) == "field"
 
 
@@ -125,7 +125,7 @@ def _time(scene: Scene, metric: Declared) -> _Refusal | None:
 
 def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
     """A metric needs what its reference knows."""
-    name = getattr(metric.thing, "against", None)
+    name = metric.thing.measured_from
     if name is None:
         return None
     reference, word = scene.declared[name], metric.constructor.name

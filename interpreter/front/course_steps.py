@@ -32,7 +32,7 @@ def unresolved(scene: Scene) -> Iterator[Diagnostic]:
     if not isinstance(analysis, Dynamic):
         return
     for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
-        course = getattr(declared.thing, "course", None)
+        course = declared.thing.course
         if course is None:
             continue
         if isinstance(course, Sine):
@@ -53,7 +53,7 @@ def unresolved(scene: Scene) -> Iterator[Diagnostic]:
 def shows(case: Case, step: float) -> bool:
     """Whether steps of this length show every swing of a case's loads and supports."""
     things = [d.thing for d in (*case.loads, *case.supports)]
-    swings = [c for t in things if isinstance(c := getattr(t, "course", None), Sine)]
+    swings = [t.course for t in things if isinstance(t.course, Sine)]
     return all(1.0 / (c.frequency * step) >= SEEN for c in swings)
 
 

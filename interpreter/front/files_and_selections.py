@@ -12,7 +12,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.conditions import Condition, Point
 from softmark.interpreter.language.scene import Location, Scene
 from softmark.interpreter.problem.case import Fault, case_for, reach
-from softmark.interpreter.vocabulary.loads import Pressure, Traction
+from softmark.interpreter.vocabulary.loads import Follower, PerArea
 from softmark.solvers.mesh.shapes import contains
 
 CHEAP = 4_000_000  # bytes of a table that is read when a scene is checked
@@ -24,7 +24,7 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
     """Files that a model would mesh with and that cannot hold a solid."""
     said = set()
     for model in scene.asked("model").values():
-        if not hasattr(model.thing, "mesh_key"):
+        if model.thing.mesh_key() is None:
             continue
         try:
             case = case_for(scene, model)
@@ -49,11 +49,10 @@ def _doubt(path: str) -> tuple[str, str] | None:
 def tables(scene: Scene) -> Iterator[Diagnostic]:
     """Tables of tracked points that have not what such a table must have."""
     for reference in scene.of_kind("reference").values():
-        ask = getattr(reference.thing, "unfit", None)
-        path = Path(str(getattr(reference.thing, "path", "")))
-        if ask is None or str(path).startswith("data:") or not path.is_file() or path.stat().st_size > CHEAP:
+        path = Path(reference.thing.file)
+        if str(path).startswith("data:") or not path.is_file() or path.stat().st_size > CHEAP:
             continue
-        if (unfit := ask()) is not None:
+        if (unfit := reference.thing.unfit()) is not None:
             at, (reason, remedy) = reference.at("path"), unfit
             problem = f"the table of `{reference.name}` cannot be used: {reason}"
             yield Diagnostic("E395", problem, at.source, at.span, "no table of tracked points", remedy)
@@ -65,10 +64,11 @@ def tables(scene: Scene) -> Iterator[Diagnostic]:
 def loads(scene: Scene) -> Iterator[Diagnostic]:
     """Loads on a surface that select points within the body alone, so that no model can take them."""
     for load in scene.of_kind("load").values():
-        if not isinstance(load.thing, Traction | Pressure) or load.thing.body not in scene.declared:
+        action = load.thing.action
+        if not isinstance(action, PerArea | Follower) or load.thing.body not in scene.declared:
             continue
         body = scene.declared[load.thing.body]
-        if hasattr(body.thing.shape, "section") and not _meets(load.thing.where, body.thing.shape):
+        if hasattr(body.thing.shape, "section") and not _meets(action.where, body.thing.shape):
             at: Location = load.at("where")
             problem = f"`{load.name}` selects no part of the surface of `{body.name}`"
             help = f"it acts on the surface, and this lies inside; the body spans {reach(*body.thing.shape.bounds)}"

@@ -5,6 +5,7 @@ To add one: a function that yields diagnostics, a line in LINTS.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -14,7 +15,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Location, Scene
 from softmark.interpreter.plan.plan import plan_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import Gravity
+from softmark.interpreter.vocabulary.loads import PerMass
 
 LIGHTEST, HEAVIEST = 10.0, 30_000.0  # kg/m^3: a light foam, and more than osmium
 SOFTEST, STIFFEST = 10.0, 2e12  # Pa: a gel that flows out of its mould, and more than diamond
@@ -38,7 +39,7 @@ def _materials(scene: Scene) -> Iterator[tuple[Any, Callable[[str], Location]]]:
 
 def _densities(scene: Scene) -> Iterator[Diagnostic]:
     for material, at in _materials(scene):
-        density = getattr(material, "density", LIGHTEST)
+        density = material.density
         if not LIGHTEST <= density <= HEAVIEST:
             factor = 1000.0 if density < LIGHTEST else 1e-3
             meant = units.show(density * factor, DENSITY)
@@ -51,7 +52,7 @@ def _densities(scene: Scene) -> Iterator[Diagnostic]:
 
 def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
     for material, at in _materials(scene):
-        young = getattr(material, "young", SOFTEST)
+        young = material.young
         if young < SOFTEST:
             help = "soft gels have some 100 Pa; `mPa` is a thousandth of a pascal, `MPa` a million"
         elif young > STIFFEST:
@@ -68,9 +69,10 @@ def _pascals(young: float) -> str:
 
 def _gravities(scene: Scene) -> Iterator[Diagnostic]:
     for declared in scene.of_kind("load").values():
-        pull = declared.thing.magnitude if isinstance(declared.thing, Gravity) else 0.0
-        if pull > STRONGEST_PULL:
-            yield _warning("W307", declared.at("magnitude"),
+        action = declared.thing.action
+        pull = math.hypot(*action.acceleration) if isinstance(action, PerMass) else 0.0
+        if pull > STRONGEST_PULL * (1.0 + 1e-12):  # a direction is of length one but for rounding
+            yield _warning("W307", declared.at(declared.thing.strength),
                            f"gravity of {pull:g} m/s^2 is {pull / 9.81:.0f} times that of Earth",
                            "very strong", "on Earth it is 9.81 m/s^2")  # fmt: skip
 
@@ -88,7 +90,7 @@ def _settled(scene: Scene) -> Iterator[Diagnostic]:
 
 def _registered(scene: Scene) -> Iterator[Diagnostic]:
     for reference in scene.of_kind("reference").values():
-        if getattr(reference.thing, "register", "none") == "icp":
+        if reference.thing.registered == "icp":
             yield _warning("W316", reference.at("register"),
                            f"`{reference.name}` is moved onto each computed surface before it is compared",
                            "hides errors",
@@ -100,7 +102,7 @@ def _courses(scene: Scene) -> Iterator[Diagnostic]:
     if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()):
         return
     for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
-        if getattr(declared.thing, "course", None) is not None:
+        if declared.thing.course is not None:
             yield _warning("W317", declared.at("course"),
                            f"the course of `{declared.name}` plays no part in a static analysis",
                            "a state of rest has no time",

@@ -22,7 +22,6 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 from softmark.references.orders import unlike
 from softmark.references.self_converged import SelfConverged
-from softmark.solvers.elements import element_of
 
 LEAST = 3  # sizes: two tell no order
 RATIO = 1.3  # of neighbouring cell sizes, at least (Celik et al. 2008, step 2 of the procedure)
@@ -38,7 +37,8 @@ class Method:
     @property
     def formal(self) -> int:
         """The order in displacements that theory gives its element where the solution is smooth."""
-        return int(element_of(self.declared.thing.element).order) + 1
+        order: int = self.declared.thing.order
+        return order
 
     def at(self, size: float) -> Declared:
         """The same model with another size."""

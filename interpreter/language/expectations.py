@@ -106,7 +106,7 @@ class Expectations:
         if self._kinds.get(metric) != "metric" or "." in metric:
             raise self._no_metric(name, owner, metric)
         thing = self.compiler.declaration(metric).thing
-        if getattr(thing, "against", None) == owner:
+        if thing.measured_from == owner:
             raise self.place.fail(
                 "E216", name.span, f"`{metric}` is measured against `{owner}` itself", "always zero",
                 "expect something of a model, or of another reference",

@@ -1,10 +1,11 @@
 """Metrics: how far a model is from a reference, how well it keeps its volume, how fast it is: one number each.
 
-To add one: a file with a class, a line in METRICS. A metric has fields (most have the probe that it looks at, errors
-the reference that they are measured `against`), the `unit` of its value, whether an uncertainty of the reference in m
-bounds it (`uncertain`), and `measure(seen) -> Measurement`, or `value(X, u, reference)` where plain arrays are all that
-it needs. It raises Undefined, with a reason, where it has no value. What it knows beyond the value goes into `details`,
-numbers in SI under keys that end in their unit; its documentation names them.
+To add one: a file with a class derived from Metric, a line in METRICS. It has fields (most have the `probe` that it
+looks at, errors the reference that they are measured `against`), the `unit` of its value, whether an uncertainty of
+the reference in m bounds it (`uncertain`), and `measure(seen) -> Measurement`; or it derives from OfDisplacements and
+has `value(X, u, reference)` where plain arrays are all that it needs. It raises Undefined, with a reason, where it has
+no value. What it knows beyond the value goes into `details`, numbers in SI under keys that end in their unit; its
+documentation names them.
 """
 
 from __future__ import annotations

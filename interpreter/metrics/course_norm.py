@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.interpreter.metrics.measurement import Measurement
+from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 
@@ -18,7 +19,7 @@ else:
 
 
 @dataclass(frozen=True)
-class CourseNorm:
+class CourseNorm(Metric):
     """Relative l2 norm of the error of a motion, over the points of a probe and all times.
 
     sqrt(sum |u(X, t) - u_ref(X, t)|^2 / sum |u_ref(X, t)|^2), over the points X of the probe and the times t of the

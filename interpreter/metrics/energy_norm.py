@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
+from softmark.interpreter.metrics.metric import OfDisplacements
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class EnergyNorm:
+class EnergyNorm(OfDisplacements):
     """Relative l2 norm of the displacement error over the points of a probe.
 
     eta = |u^ - u| / |u|, with u of the reference and u^ of the model stacked over the points: equation (1) of Marchal,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.interpreter.metrics.measurement import Measurement
+from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.surface import known_surface
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Hausdorff:
+class Hausdorff(Metric):
     """Largest distance between two surfaces, from any point of either to the other.
 
     max(max_a min_b |a - b|, max_b min_a |b - a|), with a over the points of the deformed surface and b anywhere in the

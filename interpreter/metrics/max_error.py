@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
+from softmark.interpreter.metrics.metric import OfDisplacements
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class MaxError:
+class MaxError(OfDisplacements):
     """Largest distance between model and reference over the points of a probe."""
 
     probe: Annotated[str, "probe", "the points that are compared"]

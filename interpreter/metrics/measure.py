@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
+from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import MetricResult, ProbeResult, clean
@@ -35,9 +35,9 @@ def metrics_of(
 
 def _concerns(scene: Scene, metric: Declared, view: View) -> bool:
     """Whether a metric looks at the body of a view, and does not compare it with itself."""
-    if getattr(metric.thing, "against", None) == view.name:
+    if metric.thing.measured_from == view.name:
         return False
-    probe, model = getattr(metric.thing, "probe", None), scene.declared[view.name].kind == "model"
+    probe, model = metric.thing.looked_at, scene.declared[view.name].kind == "model"
     if probe is None:  # about the computation itself
         return model
     if not model and view.message is None and probe not in view.probes:  # measured elsewhere
@@ -56,8 +56,8 @@ def _metric(
         return MetricResult(None, thing.unit, str(undefined), published=published), None
     if not math.isfinite(measured.value):
         return MetricResult(None, thing.unit, "the value is not a finite number", published=published), None
-    against = views.get(getattr(thing, "against", None) or "")
-    uncertainty = against.uncertainty if against and getattr(thing, "uncertain", False) else 0.0
+    against = views.get(thing.measured_from or "")
+    uncertainty = against.uncertainty if against and thing.uncertain else 0.0
     samples = () if measured.samples is None else _some(measured.samples[np.isfinite(measured.samples)])
     result = MetricResult(
         measured.value,
@@ -76,19 +76,14 @@ def _some(samples: Floats) -> tuple[float, ...]:
     return tuple(samples[:: -(-len(samples) // SAMPLES) or 1].tolist())
 
 
-def measured_by(thing: Any, seen: Seen) -> Measurement:
+def measured_by(thing: Metric, seen: Seen) -> Measurement:
     """What a metric makes of what it sees. Raises Undefined."""
-    if hasattr(thing, "measure"):
-        measured: Measurement = thing.measure(seen)
-        return measured
-    if getattr(thing, "against", None) and (seen.known is None or seen.known.u is None):
-        raise Undefined(f"the reference `{thing.against}` has no displacements there")
-    return Measurement(float(thing.value(seen.X, seen.u, seen.known.u if seen.known else None)))
+    return thing.measure(seen)
 
 
-def _seen(thing: Any, view: View, views: Mapping[str, View]) -> Seen:
+def _seen(thing: Metric, view: View, views: Mapping[str, View]) -> Seen:
     """What the metric may look at. Raises Undefined where it is not there."""
-    nothing, name = np.zeros((0, 3)), getattr(thing, "probe", None)
+    nothing, name = np.zeros((0, 3)), thing.looked_at
     own = ProbeResult(nothing, nothing)
     if name is not None:
         if name not in view.probes:
@@ -96,7 +91,7 @@ def _seen(thing: Any, view: View, views: Mapping[str, View]) -> Seen:
         own = view.probes[name]
     elif view.message is not None:
         raise Undefined(view.message)
-    against = getattr(thing, "against", None)
+    against = thing.measured_from
     return Seen(
         view.name,
         view.case,

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.interpreter.metrics.measurement import Measurement
+from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 
@@ -26,7 +27,7 @@ PASSES = 5  # of finding crossings around a level and the level between their ha
 
 
 @dataclass(frozen=True)
-class Period:
+class Period(Metric):
     """Period of the oscillation of a point, with its damping ratio.
 
     The course q(t) of the last point of the probe along a direction crosses its position of rest at times t_0 ... t_k,

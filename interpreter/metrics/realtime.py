@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.interpreter.metrics.measurement import Measurement
+from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 
@@ -20,7 +21,7 @@ SLACK = 1.0 + 1e-9  # a step of 40 ms and a rate of 25 Hz are equal whatever the
 
 
 @dataclass(frozen=True)
-class RealTime:
+class RealTime(Metric):
     """The share of a frame that computing it takes: 100 % and less is real time.
 
     In a dynamic analysis a frame is a time step dt. Real time is t_comp <= dt for what a step takes to compute, and

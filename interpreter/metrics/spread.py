@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal
 
 from softmark.interpreter.metrics.measurement import Measurement
+from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.undefined import Undefined
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ SurfaceStatistic = Literal[
 ]
 
 
-class Summed:
+class Summed(Metric):
     """A metric that sums distances up by a statistic of the scene's choice, on which its unit depends."""
 
     statistic: str
@@ -25,6 +26,11 @@ class Summed:
     def unit(self) -> str:
         """m, or 1 for what is relative."""
         return "1" if self.statistic.startswith(("relative", "by_displacement")) else "m"
+
+    @property
+    def summed_by(self) -> str:
+        """The statistic."""
+        return self.statistic
 
     @property
     def uncertain(self) -> bool:

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.interpreter.metrics.measurement import Measurement
+from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 
@@ -21,7 +22,7 @@ STEP = 1e-4  # of the body's extent
 
 
 @dataclass(frozen=True)
-class StrainEnergyNorm:
+class StrainEnergyNorm(Metric):
     """Relative error in the energy norm: strains weighed by stiffness, over a volume.
 
     eta = sqrt(sum w dE : C : dE) / sqrt(sum w E : C : E), with E = (F^T F - I) / 2 the Green-Lagrange strain of the

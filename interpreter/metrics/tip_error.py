@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
+from softmark.interpreter.metrics.metric import OfDisplacements
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -13,12 +14,13 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class TipError:
+class TipError(OfDisplacements):
     """Distance between model and reference at the last point of a probe."""
 
     probe: Annotated[str, "probe", "its last point is compared"]
     against: Annotated[str, "reference or model", "the solution that is taken as right"]
     unit: ClassVar[str] = "m"
+    last: ClassVar[bool] = True
     uncertain: ClassVar[bool] = True
 
     def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: NDArray[np.float64]) -> float:

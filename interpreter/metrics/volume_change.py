@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.interpreter.metrics.measurement import Measurement
+from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 from softmark.references.surfaces import open_edges, signed_volume
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class VolumeChange:
+class VolumeChange(Metric):
     """Relative change of the volume that a body's surface encloses.
 
     v / V - 1, with v of the deformed surface and V of the undeformed one. Each is the sum of signed tetrahedra

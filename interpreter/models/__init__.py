@@ -1,9 +1,17 @@
-"""Models: ways to compute the deformation of a body, each a file with its class.
+"""Models: ways to compute the deformation of a body, each a folder with its words and its builder.
 
-A model has words and a builder. The words are a class with fields for the scene, `doubts(declared, case)` for what
-speaks against it before anything is built (no numpy there), and `outline(case)` for the plan. The builder is a module
-with `load(model)` for its imports and `prepare(model, declared, case, workshop)`, which makes arrays and returns what
-`shared/prepared.py` describes. To add a model: its words and a line in MODELS, its builder and a line in BUILDERS.
+Nobody asks which model one is. The words are a class derived from `shared/model.py: Model`, with fields for the
+scene: they say which loads, supports and analyses they take, so that a check refuses the others, what speaks against
+them (`doubts`), what they are (`outline`, `kind`), how finely they solve and with which order, and what they reduce;
+no numpy there. The builder is a module with `load(model)` for its imports and `prepare(model, declared, case,
+workshop)`, which makes arrays and returns what `shared/prepared.py: Prepared` describes; `Meshless` has the parts of
+it that a model without a mesh need not write.
+
+To add a model:
+    words     a class, a line in MODELS here
+    builder   a module, a line in BUILDERS (builders.py)
+    evidence  forces found again by other formulas, and the error that it states: a module and a line in VOUCHERS
+              (evidence/kinds). Without them it runs, with a warning, and vouches for nothing.
 """
 
 from __future__ import annotations

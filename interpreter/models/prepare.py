@@ -30,12 +30,12 @@ def prepared_model(
 
 def from_a_model(reference: Declared) -> bool:
     """Whether a reference is made from what a model computes."""
-    return getattr(reference.thing, "of", None) is not None
+    return bool(reference.thing.how == "scanned")
 
 
 def measurement(scene: Scene, declared: Declared) -> Any:
     """A measurement, moved onto the held face of the body where the scene asks for that."""
-    thing, register = declared.thing, getattr(declared.thing, "register", "none")
+    thing, register = declared.thing, declared.thing.registered
     if register == "clamp":
         from softmark.interpreter.problem.points import held_face
 
@@ -70,7 +70,7 @@ class Measurements(Mapping[str, Any]):
 
     def _loaded(self, name: str) -> Any:
         declared = self.scene.of_kind("reference").get(name)
-        if declared is None or not hasattr(declared.thing, "load") or from_a_model(declared):
+        if declared is None or declared.thing.how != "measured":
             return None
         try:
             return measurement(self.scene, declared)

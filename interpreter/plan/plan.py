@@ -74,7 +74,7 @@ def _askers(scene: Scene) -> dict[tuple[str, str], Location]:
 
 def _bodies(scene: Scene, question: Declared) -> tuple[str, ...]:
     """The body that a probe or metric looks at; all where a metric is about the computation itself."""
-    if question.kind == "metric" and not hasattr(question.thing, "probe"):
+    if question.kind == "metric" and question.thing.looked_at is None:
         return tuple(scene.of_kind("body"))
     probe = question if question.kind == "probe" else scene.declared[question.thing.probe]
     return (probe.thing.body,)
@@ -90,8 +90,8 @@ def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -
     wanted: dict[tuple[object, ...], list[str]] = {}
     for name in models:
         model = scene.declared[name].thing
-        if hasattr(model, "mesh_key"):
-            wanted.setdefault((body_of(scene, scene.declared[name]), *model.mesh_key()), []).append(name)
+        if (key := model.mesh_key()) is not None:
+            wanted.setdefault((body_of(scene, scene.declared[name]), *key), []).append(name)
     found = []
     for (body, *_), names in wanted.items():
         model = scene.declared[names[0]].thing
@@ -103,7 +103,7 @@ def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -
 def _solve(scene: Scene, name: str, asked: Location) -> Task:
     declared = scene.declared[name]
     body = body_of(scene, declared)
-    needs = (f"mesh {body}",) if hasattr(declared.thing, "mesh_key") else ()
+    needs = (f"mesh {body}",) if declared.thing.mesh_key() is not None else ()
     return Task("solve", name, declared.thing.outline(case_of(scene, body)), asked, needs)
 
 
@@ -133,7 +133,7 @@ def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...
             )
         )
     for metric in scene.of_kind("metric").values():
-        over, against = (getattr(metric.thing, field, None) for field in ("probe", "against"))
+        over, against = metric.thing.looked_at, metric.thing.measured_from
         compared = (f" against {against}" if against else "") + (f" over {over}" if over else "")
         detail = f"{metric.constructor.name}{compared}"
         needs = tuple(str(name) for name in (over, against) if name)
@@ -146,9 +146,9 @@ def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...
 
 def _points(probe: Declared) -> str:
     """How many points, or what kind."""
-    if hasattr(probe.thing, "ends"):
+    if probe.thing.ends is not None:
         return f"{probe.thing.points} points"
-    if not hasattr(probe.thing, "stations"):
+    if probe.thing.stations is None:
         return f"a {probe.constructor.name}" if probe.constructor.name != "markers" else "tracked points"
     count = len(probe.thing.stations)
     return f"{count} point" + ("s" if count > 1 else "")

@@ -8,6 +8,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.language.sweeps import Target
+from softmark.interpreter.metrics.metric import OfDisplacements
 from softmark.interpreter.plan.quantities import Quantity, Unwalkable, quantity_of, usual
 from softmark.interpreter.plan.walks import Until
 from softmark.interpreter.problem.case import Fault, body_of
@@ -52,7 +53,7 @@ def judges(scene: Scene) -> Iterator[str]:
     """Metrics that can judge: relative errors against something, whose own error is known in their terms."""
     for metric in scene.of_kind("metric").values():
         thing = metric.thing
-        relative = getattr(thing, "against", None) and getattr(thing, "probe", None) and thing.unit == "1"
+        relative = thing.measured_from and thing.looked_at and thing.unit == "1"
         if relative and _comparable(scene, metric):
             yield metric.name
 
@@ -63,7 +64,7 @@ def _comparable(scene: Scene, metric: Declared) -> bool:
     References know theirs as a displacement; models state it by the metric itself.
     """
     against = scene.declared.get(metric.thing.against)
-    return hasattr(metric.thing, "value") or (against is not None and against.kind == "model")
+    return isinstance(metric.thing, OfDisplacements) or (against is not None and against.kind == "model")
 
 
 def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str, ...]:
@@ -116,7 +117,7 @@ def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
             yield no_judge(scene, study.at(), study.name)
     elif name not in usable:
         thing = scene.declared[name].thing
-        against = getattr(thing, "against", None)
+        against = thing.measured_from
         why = "it is in " + thing.unit if thing.unit != "1" else "it is measured from nothing"
         if thing.unit == "1" and against is not None:
             why = f"how uncertain `{against}` is, is known of its displacements and not in the terms of this metric"

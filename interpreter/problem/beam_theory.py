@@ -8,8 +8,8 @@ from typing import Any
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.stretches import coverage, inside
-from softmark.interpreter.vocabulary.loads import Gravity
-from softmark.interpreter.vocabulary.supports import Fixed
+from softmark.interpreter.vocabulary.loads import PerMass
+from softmark.interpreter.vocabulary.supports import Holding
 from softmark.references.cantilever import ALIGNMENT, Cantilever, Disc, Rectangle, Refused
 
 
@@ -20,7 +20,7 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
         raise _refused(reference, f"`{case.body.name}` is not a straight body with a constant section",
                        "beam theory needs a cylinder or a box")  # fmt: skip
     for load in case.loads:
-        if not isinstance(load.thing, Gravity):
+        if not isinstance(load.thing.action, PerMass):
             raise _refused(reference, f"the load `{load.name}` is not gravity",
                            "this reference knows a beam under its own weight alone")  # fmt: skip
     if not any(case.gravity):
@@ -28,7 +28,7 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
                        "declare a load across the axis: `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
     root, axis = _clamped_end(reference, case)
     try:  # the section too may be refused
-        young = getattr(reference.thing, "young", None) or case.material.young
+        young = reference.thing.own_young or case.material.young
         return Cantilever(shape.length, _section(case), young, case.material.poisson,
                           case.material.density, root, axis, case.gravity)  # fmt: skip
     except Refused as refused:
@@ -45,7 +45,7 @@ def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
     shape = case.shape
     clamped = []
     for support in case.supports:
-        if not isinstance(support.thing, Fixed) or len(support.thing.components) < 3:
+        if not isinstance(support.thing, Holding) or support.thing.moves or len(support.thing.components) < 3:
             raise _refused(reference, f"the support `{support.name}` is not a clamp",
                            "use `fixed(body, where = ...)` with all components")
         ends = [coverage(support.thing.where, shape, s) for s in (0.0, shape.length)]

@@ -10,7 +10,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
-from softmark.interpreter.vocabulary.loads import Gravity
+from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.records import dataclass
 
 
@@ -51,8 +51,8 @@ class Case:
     @property
     def gravity(self) -> tuple[float, float, float]:
         """Sum of all accelerations of gravity, m/s^2."""
-        pulls = [d.thing for d in self.loads if isinstance(d.thing, Gravity)]
-        x, y, z = (sum(p.magnitude * p.direction[i] for p in pulls) for i in range(3))
+        pulls = [d.thing.action for d in self.loads if isinstance(d.thing.action, PerMass)]
+        x, y, z = (sum(p.acceleration[i] for p in pulls) for i in range(3))
         return x, y, z
 
 

@@ -20,7 +20,7 @@ from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import ProbeResult, Shape
 from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.vocabulary.probes import Markers, Nodes, Surface, Volume
-from softmark.interpreter.vocabulary.supports import Fixed
+from softmark.interpreter.vocabulary.supports import Holding
 from softmark.records import dataclass
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
@@ -52,7 +52,7 @@ class Place:
 
 def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Place:
     """The points of a probe; `tracked` gives those of a measurement by its name. Raises Fault."""
-    own = getattr(probe.thing, "mesh", None) is not None
+    own = probe.thing.cells is not None
     if not own and not getattr(case.shape, "prebuilt", False):
         return _place(probe, case, tracked)
     from softmark.solvers.mesh.files.reading import Unreadable
@@ -183,7 +183,8 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
     place = drawn(case)
     if place.triangles is None:
         return None
-    wheres = [support.thing.where for support in case.supports if isinstance(support.thing, Fixed)]
+    held = [s.thing for s in case.supports if isinstance(s.thing, Holding) and not s.thing.moves]
+    wheres = [support.where for support in held]
     if not wheres:
         return None
     from softmark.interpreter.problem.parts.faces import clipped

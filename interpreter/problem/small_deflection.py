@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.vocabulary.loads import PointForce, Traction
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea
 
 
 def bending_angle(case: Case) -> float | None:
@@ -20,17 +20,17 @@ def bending_angle(case: Case) -> float | None:
     per_length = case.material.density * shape.section.area
     along = shape.axis
     distributed = _across([per_length * g for g in case.gravity], along)
-    ends = [_force(d.thing, shape) for d in case.loads]
+    ends = [_force(d.thing.action, shape) for d in case.loads]
     end = _across([sum(f[i] for f in ends) for i in range(3)], along)
     length: float = shape.length
     return (distributed * length**3 / 6 + end * length**2 / 2) / EI
 
 
-def _force(load: Any, shape: Any) -> tuple[float, ...]:
-    if isinstance(load, PointForce):
-        return load.vector
-    if isinstance(load, Traction):  # as if on the end face; an estimate
-        return tuple(t * shape.section.area for t in load.vector)
+def _force(action: Any, shape: Any) -> tuple[float, ...]:
+    if isinstance(action, AtPoint):
+        return action.force
+    if isinstance(action, PerArea):  # as if on the end face; an estimate
+        return tuple(t * shape.section.area for t in action.traction)
     return (0.0, 0.0, 0.0)
 
 

@@ -128,6 +128,15 @@ class MetricResult:
 
 
 @dataclass(frozen=True)
+class Kind:
+    """What a model is, but for how fine it is and its Poisson's ratio: those of one kind are of one family."""
+
+    words: str  # `tet4, corotational strain`
+    size: str  # `7 mm`, or how many parts it has
+    nu: float | None  # Poisson's ratio; None for the scene's own
+
+
+@dataclass(frozen=True)
 class ModelResult:
     """A model's outcome; probes and metrics are empty of numbers unless it converged."""
 
@@ -145,6 +154,7 @@ class ModelResult:
     stated: Mapping[str, Any] = field(default_factory=dict)  # the error that it states itself, where it was asked
     loads: Mapping[str, Resultant] = field(default_factory=dict)  # what acts, and what was asked
     reactions: Mapping[str, Any] = field(default_factory=dict)  # of each support: the share that is held
+    kind: Kind | None = None  # of one that has others of its kind
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""

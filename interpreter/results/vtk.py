@@ -54,7 +54,7 @@ def _file_name(name: str, taken: set[str]) -> str:
 def _mesh(target: Path, name: str, mesh: Any) -> list[Path]:
     """Undeformed points with the displacement at the end or, with a history, at each moment."""
     X, cells = np.asarray(mesh.points), [(element_of(mesh.kind).meshio, np.asarray(mesh.cells))]
-    times, frames = getattr(mesh, "times", None), getattr(mesh, "frames", None)
+    times, frames = mesh.times, mesh.frames
     if times is None or frames is None:
         return [_write(target / f"{name}.vtu", X, cells, {"displacement": np.asarray(mesh.displacement)})]
     states = ((X, {"displacement": np.asarray(u)}) for u in frames)

@@ -103,7 +103,7 @@ class _Run:
     def probes(self, body: str) -> list[Declared]:
         """The probes of a body, without those of tracked points that could not be read."""
         own = [p for p in self.scene.of_kind("probe").values() if p.thing.body == body]
-        return [p for p in own if getattr(p.thing, "of", None) in (None, *self.measured)]
+        return [p for p in own if p.thing.tracked in (None, *self.measured)]
 
 
 def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
@@ -175,13 +175,10 @@ def _warn(work: _Run, found: Sequence[Diagnostic]) -> None:
 
 def _probes_inside(work: _Run, body: str, prepared: Prepared) -> None:
     """Refuse probes outside a mesh that was read from a file (shapes of our own are checked exactly)."""
-    outside = getattr(prepared, "outside", None)
-    if outside is None:
-        return
     for probe in work.probes(body):
-        if not hasattr(probe.thing, "stations"):
+        if probe.thing.stations is None:
             continue
-        if (distance := outside(work.place(probe).X)) > 0:
+        if (distance := prepared.outside(work.place(probe).X)) > 0:
             field = "at" if "at" in probe.fields else "to"
             raise fault(
                 "E504",
@@ -226,9 +223,9 @@ def _model(work: _Run, name: str) -> None:
         history=solution.history,
         solve=solution.facts,
     )
-    outline, held = declared.thing.outline(case), reactions(case, prepared)
+    outline, kind, held = declared.thing.outline(case), declared.thing.kind(case), reactions(case, prepared)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, probes)
-    work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held)
+    work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind)
 
 
 def _timed(work: _Run, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
@@ -276,7 +273,7 @@ def _read_all(work: _Run) -> None:
     """Read measured data first: probes and supports may lie where something was measured."""
     for name in work.plan.references:
         thing = work.scene.declared[name].thing
-        if hasattr(thing, "load") and not from_a_model(work.scene.declared[name]):
+        if thing.how == "measured":
             work.options.say("reference", f"reading {name}")
             try:
                 work.measured[name] = _measurement(work, work.scene.declared[name])
@@ -304,7 +301,7 @@ def _reference(work: _Run, declared: Declared) -> None:
         if declared.name in work.measured:
             _keep_measured(work, declared, work.measured[declared.name])
             return
-        if hasattr(declared.thing, "methods"):
+        if declared.thing.how == "refined":
             _keep_refined(work, declared)
             return
         line = work.options.recall(
@@ -358,7 +355,7 @@ def _keep_measured(work: _Run, declared: Declared, data: Any) -> None:
     """A measured surface, or the displacements of tracked points."""
     cls, case = type(declared.thing), work.case(declared)
     surface = data if hasattr(data, "triangles") else None
-    if getattr(declared.thing, "register", "none") == "icp":
+    if declared.thing.registered == "icp":
 
         def surface(points: np.ndarray, triangles: np.ndarray) -> Any:
             return declared.thing.load(target=(points, triangles))
@@ -367,7 +364,7 @@ def _keep_measured(work: _Run, declared: Declared, data: Any) -> None:
     probes = {}
     if surface is None:
         for probe in work.probes(case.body.name):
-            if getattr(probe.thing, "of", None) == declared.name:
+            if probe.thing.tracked == declared.name:
                 X = work.place(probe).X
                 probes[probe.name] = ProbeResult(X, data.displacement(X))
     if not (np.isfinite(resolution) and all(map(seen_finite, probes.values()))):
@@ -455,7 +452,7 @@ def _shape(work: _Run, name: str, errors: dict[str, np.ndarray]) -> Shape | None
     asked = {m.name: m.thing for m in work.scene.of_kind("metric").values()}
     for metric, error in errors.items():
         if probe is not None and asked[metric].probe == probe.name:
-            return surface_of(view, place, u, error, getattr(asked[metric], "against", None))
+            return surface_of(view, place, u, error, asked[metric].measured_from)
     fields = (v for v in work.views.values() if v.name in work.references and v.body == view.body)
     known = next((v for v in fields if v.displacement is not None), None)
     if known is None or known.name == name:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from softmark.records import dataclass
 
@@ -11,6 +11,7 @@ Vector3 = tuple[float, float, float]
 Integrator = Literal[
     "implicit_euler", "newmark", "trapezoidal", "generalized_alpha", "bdf2", "midpoint", "central_differences"
 ]
+EXPLICIT = ("central_differences",)
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,9 @@ class Dynamic:
     loads excite, and warns where it is not resolved.
     """
 
+    path: ClassVar[Literal["load"]] = "load"  # what a static analysis may say otherwise
+    disturbed: ClassVar[Literal["none"]] = "none"
+
     duration: Annotated[float, "s in (0, inf)", "how long the motion is followed"]
     step: Annotated[float, "s in (0, inf)", "the time step"]
     integrator: Annotated[Integrator, "how time is stepped"] = "implicit_euler"
@@ -87,3 +91,8 @@ class Dynamic:
         0.0,
         0.0,
     )
+
+    @property
+    def explicit(self) -> bool:
+        """Whether steps divide by the mass and solve nothing."""
+        return self.integrator in EXPLICIT

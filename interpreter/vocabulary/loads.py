@@ -1,8 +1,14 @@
-"""Loads on bodies."""
+"""Loads on bodies, and the few ways in which anything loads a body.
+
+A load has fields for the scene and says by `action` how it acts: what solves, what adds up and what checks look at that
+alone. To add a load that acts in one of these ways: a class derived from Load, a line in LOADS. A new way to act is
+known to nobody: it is refused by every model whose `loads` do not name it, until its formulas are written.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from dataclasses import replace
+from typing import Annotated, Any, Self
 
 from softmark.records import dataclass
 
@@ -10,8 +16,65 @@ Vector3 = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class Gravity:
+class PerMass:
+    """A dead force on all matter of a body, per mass."""
+
+    acceleration: Vector3  # m/s^2
+
+
+@dataclass(frozen=True)
+class PerArea:
+    """A dead force per undeformed area on a part of the surface."""
+
+    where: Any  # a condition
+    traction: Vector3  # Pa
+
+
+@dataclass(frozen=True)
+class Follower:
+    """A pressure on a part of the surface, inward, that stays normal to it while it moves."""
+
+    where: Any  # a condition
+    pressure: float  # Pa
+
+
+@dataclass(frozen=True)
+class AtPoint:
+    """A dead force at one material point."""
+
+    at: Vector3  # m
+    force: Vector3  # N
+
+
+class Load:
+    """What every load says."""
+
+    strength = ""  # the field that says how much
+    course: Any = None  # how it changes in a dynamic analysis
+
+    @property
+    def action(self) -> Any:
+        """How it acts: one of the classes above."""
+        raise NotImplementedError(f"{type(self).__name__} does not say how it acts")
+
+    def part(self, share: float) -> Self:
+        """The same at a part of its full size."""
+        less: Self = scaled(self, self.strength, share)
+        return less
+
+
+def scaled(thing: Any, field: str, share: float) -> Any:
+    """The same with a number or a vector times a share."""
+    full = getattr(thing, field)
+    less = share * full if isinstance(full, float) else tuple(share * v for v in full)
+    return replace(thing, **{field: less})
+
+
+@dataclass(frozen=True)
+class Gravity(Load):
     """Weight of every body: density times an acceleration, per volume before deformation."""
+
+    strength = "magnitude"
 
     magnitude: Annotated[float, "m/s^2 in [0, inf)", "acceleration of free fall, 9.81 m/s^2 on Earth"]
     direction: Annotated[Vector3, "direction", "where it pulls"] = (0.0, 0.0, -1.0)
@@ -19,14 +82,22 @@ class Gravity:
         Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"
     ] = None
 
+    @property
+    def action(self) -> PerMass:
+        """How it acts."""
+        x, y, z = (self.magnitude * c for c in self.direction)
+        return PerMass((x, y, z))
+
 
 @dataclass(frozen=True)
-class Traction:
+class Traction(Load):
     """A force per undeformed area on a part of the surface, which keeps its direction (a dead load).
 
     Facets across the border of the selection count by the exact part of them that lies inside; the report says what the
     load comes to, beside what it comes to on the body itself.
     """
+
+    strength = "vector"
 
     body: Annotated[str, "body", "the body that is loaded"]
     where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
@@ -35,9 +106,14 @@ class Traction:
         Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"
     ] = None
 
+    @property
+    def action(self) -> PerArea:
+        """How it acts."""
+        return PerArea(self.where, self.vector)
+
 
 @dataclass(frozen=True)
-class Pressure:
+class Pressure(Load):
     """A pressure on a part of the surface that stays normal to it while it moves (a follower load).
 
     Positive values push inward. It has no energy in general, so the tangent is not symmetric. A model of small strain
@@ -46,6 +122,8 @@ class Pressure:
     body itself.
     """
 
+    strength = "magnitude"
+
     body: Annotated[str, "body", "the body that is loaded"]
     where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
     magnitude: Annotated[float, "Pa", "pressure, positive inward"]
@@ -53,14 +131,21 @@ class Pressure:
         Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"
     ] = None
 
+    @property
+    def action(self) -> Follower:
+        """How it acts."""
+        return Follower(self.where, self.magnitude)
+
 
 @dataclass(frozen=True)
-class PointForce:
+class PointForce(Load):
     """A force at one material point, which keeps its direction.
 
     In a solid the displacement right under a point force grows without bound as the mesh is refined: look at it from a
     distance.
     """
+
+    strength = "vector"
 
     body: Annotated[str, "body", "the body that is loaded"]
     at: Annotated[Vector3, "m", "the point, by its coordinates before deformation"]
@@ -68,3 +153,8 @@ class PointForce:
     course: Annotated[
         Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"
     ] = None
+
+    @property
+    def action(self) -> AtPoint:
+        """How it acts."""
+        return AtPoint(self.at, self.vector)

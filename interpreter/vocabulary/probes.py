@@ -1,4 +1,8 @@
-"""Probes: where the answer is looked at."""
+"""Probes: where the answer is looked at.
+
+To add one that gives its points as `stations`: a class derived from Probe, a line in PROBES. One that takes them from a
+body or a measurement has a case in problem/points.py as well.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +13,32 @@ from softmark.records import dataclass
 Vector3 = tuple[float, float, float]
 
 
+class Probe:
+    """What every probe says; one that gives its points needs nothing else, others are found in problem/points.py."""
+
+    @property
+    def stations(self) -> tuple[Vector3, ...] | None:
+        """Its material points, m; None where they are those of a body or of a measurement."""
+        return None
+
+    @property
+    def ends(self) -> tuple[Vector3, Vector3] | None:
+        """The two points between which all others lie, m."""
+        return None
+
+    @property
+    def tracked(self) -> str | None:
+        """The measurement whose points it takes."""
+        return None
+
+    @property
+    def cells(self) -> Any:
+        """The mesh whose points it takes."""
+        return vars(self).get("mesh")
+
+
 @dataclass(frozen=True)
-class Point:
+class Point(Probe):
     """The displacement of one material point."""
 
     body: Annotated[str, "body", "the body that is looked at"]
@@ -23,7 +51,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Line:
+class Line(Probe):
     """Displacements at equally spaced material points of a straight line, both ends included."""
 
     body: Annotated[str, "body", "the body that is looked at"]
@@ -47,7 +75,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Surface:
+class Surface(Probe):
     """The surface of a body, or a part of it: triangles over material points.
 
     The points are those of the surface mesh of the body's shape, of about `size`; or the boundary points of a given
@@ -65,7 +93,7 @@ class Surface:
 
 
 @dataclass(frozen=True)
-class Nodes:
+class Nodes(Probe):
     """The points of a mesh of the body, as studies that compare node by node take them."""
 
     body: Annotated[str, "body", "the body that is looked at"]
@@ -76,7 +104,7 @@ class Nodes:
 
 
 @dataclass(frozen=True)
-class Volume:
+class Volume(Probe):
     """Points throughout a body, each with the part of the volume that it stands for.
 
     Four in every cell of a tetrahedral mesh of about `size` (Hammer, Marlowe and Stroud 1956): what integrals over the
@@ -88,7 +116,7 @@ class Volume:
 
 
 @dataclass(frozen=True)
-class Markers:
+class Markers(Probe):
     """The points that were tracked in an experiment: beads, corners, ink dots.
 
     Points that the condition leaves out were measured and are not judged, such as those whose motion is imposed.
@@ -99,3 +127,8 @@ class Markers:
     where: Annotated[
         Any | None, "condition", "which of them, by coordinates before deformation; all without it"
     ] = None
+
+    @property
+    def tracked(self) -> str:
+        """The measurement whose points it takes."""
+        return self.of

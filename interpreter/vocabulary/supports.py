@@ -1,16 +1,50 @@
-"""Supports: where a body is held, or moved by a given amount."""
+"""Supports: where a body is held, or moved by a given amount.
+
+To add one: a class with the fields `body`, `where` and `components`, a line in SUPPORTS. Derived from Holding it holds
+components of all that it selects, at rest or moved by one vector, and every model takes it. Derived from Support alone
+it is refused by every model whose `supports` do not name it, until its formulas are written.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
+from softmark.interpreter.vocabulary.loads import scaled
 from softmark.records import dataclass
 
 Vector3 = tuple[float, float, float]
 
 
+class Support:
+    """What every support says."""
+
+    moves = False  # it imposes a motion
+    course: Any = None  # how it moves in a dynamic analysis
+
+    @property
+    def tracked(self) -> str | None:
+        """The measurement whose points it follows."""
+        return None
+
+    @property
+    def displacement(self) -> Vector3:
+        """That it imposes at full load, m."""
+        return (0.0, 0.0, 0.0)
+
+    def part(self, share: float) -> Self:
+        """The same at a part of its full size."""
+        return self
+
+
+class Holding(Support):
+    """One that holds `components` of all points `where` it selects them, and moves them by its `displacement`."""
+
+    where: Any
+    components: tuple[int, ...]
+
+
 @dataclass(frozen=True)
-class Fixed:
+class Fixed(Holding):
     """Holds the selected part of a body where it is.
 
     `components` chooses what is held; without it all three are. A beam model turns the condition into its rigid
@@ -23,8 +57,10 @@ class Fixed:
 
 
 @dataclass(frozen=True)
-class Displaced:
+class Displaced(Holding):
     """Moves the selected part of a body by a given vector; components that are not named stay free."""
+
+    moves = True
 
     body: Annotated[str, "body", "the body that is moved"]
     where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
@@ -32,9 +68,19 @@ class Displaced:
     components: Annotated[tuple[int, ...], "components", "directions in which it is imposed"] = (0, 1, 2)
     course: Annotated[Any | None, "course", "how it moves in a dynamic analysis; at once without"] = None
 
+    @property
+    def displacement(self) -> Vector3:
+        """That it imposes at full load, m."""
+        return self.by
+
+    def part(self, share: float) -> Self:
+        """The same at a part of its full size."""
+        moved: Self = scaled(self, "by", share)
+        return moved
+
 
 @dataclass(frozen=True)
-class Follows:
+class Follows(Holding):
     """Moves the selected part of a body as tracked points moved in an experiment.
 
     Between the points their displacements are interpolated by thin plate splines (Duchon 1977) that pass through them,
@@ -43,8 +89,15 @@ class Follows:
     `reach` of it. In a solid model every node of the selected part is moved.
     """
 
+    moves = True
+
     body: Annotated[str, "body", "the body that is moved"]
     where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
     of: Annotated[str, "reference", "the measurement: a reference of tracked points"]
     reach: Annotated[float, "m in (0, inf)", "how far from the selected part a tracked point may lie"]
     components: Annotated[tuple[int, ...], "components", "directions in which it is imposed"] = (0, 1, 2)
+
+    @property
+    def tracked(self) -> str:
+        """The measurement whose points it follows."""
+        return self.of

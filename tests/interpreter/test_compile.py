@@ -76,6 +76,7 @@ def test_directions_have_unit_length(direction: str, expected: tuple[float, ...]
 
 def test_components_are_a_set() -> None:
     text = BEAM.replace("x <= 0 mm", "x <= 0 mm, components = (z, x, z)")
+    text += "\nsupport rest = fixed(beam, where = x <= 0 mm, components = y)\n"  # nothing is free to slide
     assert valid(text).declared["wall"].thing.components == (0, 2)
 
 

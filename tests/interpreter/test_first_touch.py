@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.cli.commands import report_folder
+from softmark.interpreter.cli.commands import report_folder as shelves
 from softmark.interpreter.report.run import html
 from softmark.solvers.energies import rod_kinematics
 
@@ -199,11 +199,11 @@ def test_keeping_models_takes_a_tenth_of_what_they_take_and_grows_with_them(
     monkeypatch.setattr(time, "perf_counter", lambda: now[0])
     monkeypatch.setattr(files, "write", write)
     parsed = argparse.Namespace(json=None, junit=None, out=str(tmp_path), vtu=False)
-    shelf = report_folder.Shelf(parsed, argparse.Namespace(path=None))  # type: ignore[arg-type]
+    shelf = shelves.Shelf(parsed, argparse.Namespace(path=None))  # type: ignore[arg-type]
     for models in range(1, 301):
         now[0] += 1.0
         shelf.keep(_Report(models))  # type: ignore[arg-type]
-    assert 0.0 < spent[0] <= 300.0 / report_folder.SPARE
+    assert 0.0 < spent[0] <= 300.0 / shelves.SPARE
     assert shelf.count > 270  # on disk already
 
 
@@ -225,7 +225,7 @@ def test_a_run_that_breaks_off_leaves_all_that_was_finished(
         solve(work, name)  # type: ignore[arg-type]
 
     monkeypatch.setattr(runner, "_model", third)
-    monkeypatch.setattr(report_folder, "SPARE", 1e9)  # none but the first would be on disk
+    monkeypatch.setattr(shelves, "SPARE", 1e9)  # none but the first would be on disk
     assert main(["run", scene(tmp_path, 4), "--out", str(tmp_path / "out")]) == 130
     assert "2 finished models" in capsys.readouterr().err
     kept = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
@@ -240,14 +240,14 @@ def test_a_rod_looks_at_each_state_once(
 
     Counted is the solution alone: the coarser one from which an error is stated has states of its own.
     """
-    from softmark.interpreter.evidence.error_estimate import Stated
+    from softmark.interpreter.evidence.kinds.beams import Beams
     from softmark.interpreter.evidence.probe_answers import Unknown
     from softmark.interpreter.face.api import load
 
     def none(*_: object) -> None:
         raise Unknown("not here")
 
-    monkeypatch.setattr(Stated, "_coarser_beams", none)
+    monkeypatch.setattr(Beams, "coarser", none)
     states, of = [0], rod_kinematics.Segments.of
 
     def counted(*arguments: object) -> object:

@@ -21,6 +21,7 @@ from softmark.interpreter.models.springs.words import Calibrated, FromMaterial, 
 from softmark.interpreter.problem.case import Case, case_of
 from softmark.interpreter.results.report import Report
 from softmark.references.measured import MeasuredPoints
+from softmark.references.reference import Reference
 from softmark.solvers.mesh.shapes import Box
 
 BEAM = """
@@ -292,8 +293,10 @@ def test_a_network_that_cannot_be_fitted_says_so() -> None:
 
 
 @dataclass(frozen=True)
-class Tracked:
+class Tracked(Reference):
     """A reference of tracked points that lay at X and moved by u."""
+
+    how = "measured"
 
     X: np.ndarray
     u: np.ndarray

@@ -15,6 +15,7 @@ from softmark.interpreter.metrics import METRICS
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.mean_error import MeanError
 from softmark.interpreter.metrics.measurement import Known, Seen
+from softmark.interpreter.metrics.metric import OfDisplacements
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.realtime import RealTime
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
@@ -48,7 +49,9 @@ def test_every_metric_says_what_its_number_is(name: str) -> None:
     assert units.parse(thing.unit).factor == 1.0  # SI
     assert isinstance(thing.uncertain, bool)
     assert thing.unit == "m" or not thing.uncertain  # the uncertainty of a reference is in m
-    assert hasattr(thing, "measure") != hasattr(thing, "value")
+    of_displacements = isinstance(thing, OfDisplacements)
+    assert of_displacements == (METRICS[name].measure is OfDisplacements.measure)
+    assert of_displacements == ("value" in vars(METRICS[name]))
 
 
 # ------------------------------------------------------------------ points

@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+import softmark
 from softmark.interpreter.language.amounts import negligible, own_error
+from softmark.interpreter.problem.case import case_for
 from softmark.interpreter.report.run.bodies import bodies
-from softmark.interpreter.report.run.families import by_poisson, by_size, kind_of
+from softmark.interpreter.report.run.families import by_poisson, by_size
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.html import render
 from softmark.interpreter.report.run.tables.probes import drawn_first, looks
@@ -20,6 +22,7 @@ from softmark.interpreter.report.run.terminal import WIDE, table
 from softmark.interpreter.report.view3d.camera import letters, upward, view_of
 from softmark.interpreter.report.view3d.still import axes_of, frame_of
 from softmark.interpreter.results.report import (
+    Kind,
     MetricResult,
     ModelResult,
     ProbeResult,
@@ -41,6 +44,20 @@ metric gap = mean_error(axis, against = scan)
 LINE = ProbeResult(np.linspace([0, 0, 0], [0.1, 0, 0], 5), np.linspace([0, 0, 0], [0, -0.02, 0], 5))
 
 
+SIZE = re.compile(r"^(?P<element>\w+) of about (?P<size>[\d.eE+-]+ \S+?)(?=,|$)")
+SEGMENTS = re.compile(r"^(?P<size>\d+) (?P<element>beam segments)(?=,|$)")
+POISSON = re.compile(r",? *\bnu = (?P<nu>[\d.eE+-]+)")
+
+
+def read(outline: str) -> Kind | None:
+    """The kind that an outline tells of, as a person reads it."""
+    found, rest = POISSON.search(outline), POISSON.sub("", outline)
+    sized = SIZE.match(rest) or SEGMENTS.match(rest)
+    if sized is None:
+        return None
+    return Kind(sized["element"] + rest[sized.end() :], sized["size"], float(found["nu"]) if found else None)
+
+
 def model(name: str, outline: str, dofs: int, eta: float | None, gap: float | None) -> ModelResult:
     metrics = {
         "eta": MetricResult(eta, "1", None if eta is not None else "the reference `theory` has no solution"),
@@ -48,8 +65,9 @@ def model(name: str, outline: str, dofs: int, eta: float | None, gap: float | No
     }
     time = {"solve_s": Timing((0.2,)), "setup_s": Timing((0.1,))}
     return ModelResult(
-        name, "converged", None, outline, {"dofs": dofs}, {"iterations": 3}, time, {"axis": LINE}, metrics
-    )
+        name, "converged", None, outline, {"dofs": dofs}, {"iterations": 3}, time, {"axis": LINE}, metrics,
+        kind=read(outline),
+    )  # fmt: skip
 
 
 def report(*models: ModelResult, text: str = SCENE, **changes: Any) -> Report:
@@ -78,28 +96,41 @@ def words(page: str) -> str:
 TET, HEX = "tet4 of about {} mm, corotational strain", "hex8 of about {} mm, corotational strain"
 
 
+OTHER = "neo_hookean(young = 1 MPa, poisson = 0.3, density = 1 g/cm^3)"
+
+
 @pytest.mark.parametrize(
-    ("outline", "said"),
+    ("words", "said"),
     [
-        (TET.format(7), ("tet4, corotational strain", "7 mm", None)),
-        (TET.format(10.5) + ", nu = 0.3", ("tet4, corotational strain", "10.5 mm", 0.3)),
-        ("tet4 of about 7 mm, nu = 0.499, small strain", ("tet4, small strain", "7 mm", 0.499)),
+        ("fem(tet4, strain = corotational, size = 7 mm)", ("tet4, corotational strain", "7 mm", None)),
         (
-            "hex8 of about 9 mm, selectively integrated, finite strain",
-            ("hex8, selectively integrated, finite strain", "9 mm", None),
+            f"fem(tet4, strain = corotational, size = 10.5 mm, material = {OTHER})",
+            ("tet4, corotational strain", "10.5 mm", 0.3),
         ),
-        ("40 beam segments, no mesh", ("beam segments, no mesh", "40", None)),
+        (
+            f"fem(hex8, strain = finite, size = 9 mm, integration = selective, linear = superlu, material = {OTHER})",
+            ("hex8, finite strain, selectively integrated, superlu", "9 mm", 0.3),
+        ),
+        ("beam6dof(segments = 40)", ("beam segments, no mesh", "40", None)),
+        ("beam6dof(segments = 4, shear = no)", ("beam segments, no mesh, without shear", "4", None)),
+        (
+            "mass_spring(stiffness = from_material(), size = 9 mm)",
+            ("tet4, springs: stiffness from the material", "9 mm", None),
+        ),
+        ("modal(of = sel)", None),
     ],
 )
-def test_outlines_are_read(outline: str, said: tuple[str, str, float | None]) -> None:
-    kind = kind_of(model("a", outline, 30, 0.1, 0.1))
-    assert kind is not None
-    assert (kind.words, kind.size, kind.nu) == said
-
-
-@pytest.mark.parametrize("outline", ["", "tet4 of the file, small strain", "<b>", "of about 7 mm", "a tube"])
-def test_other_outlines_are_of_no_kind(outline: str) -> None:
-    assert kind_of(model("a", outline, 30, 0.1, 0.1)) is None
+def test_models_say_of_what_kind_they_are(words: str, said: tuple[str, str, float | None] | None) -> None:
+    """As their outlines have it, without size and Poisson's ratio."""
+    text = SCENE[: SCENE.index("probe axis")].replace("linear_elastic(", "neo_hookean(")
+    text = text.replace("solid(bar,", "solid(cylinder(radius = 1 cm, length = 1 m),")
+    scene = softmark.loads(f"{text}model sel = fem(hex8, strain = finite, size = 9 mm)\nmodel m = {words}\n"
+                           "support wall = fixed(beam, where = x <= 0 mm)\n"
+                           "probe axis = point(beam, at = (0, 0, 0) m)\n").scene  # fmt: skip
+    case = case_for(scene, scene.declared["m"])
+    kind = scene.declared["m"].thing.kind(case)
+    assert kind == (None if said is None else Kind(*said))
+    assert kind == read(scene.declared["m"].thing.outline(case))
 
 
 # eta falls and gap rises with refinement, as in silicone-beam-refined

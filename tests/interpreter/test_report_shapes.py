@@ -359,7 +359,9 @@ def solid(kind: str) -> SimpleNamespace:
 @pytest.mark.parametrize("kind", ELEMENTS)
 def test_meshes_are_undeformed_with_displacements(kind: str, tmp_path: Path) -> None:
     body = solid(kind)
-    still = SimpleNamespace(points=body.points, cells=body.cells, kind=kind, displacement=body.displacement)
+    still = SimpleNamespace(
+        points=body.points, cells=body.cells, kind=kind, displacement=body.displacement, times=None, frames=None
+    )
     disk.write_vtu(report(replace(model("a", 0.02), mesh=still)), tmp_path)
     mesh = meshio.read(tmp_path / "vtu" / "a.vtu")
     np.testing.assert_array_equal(mesh.points, body.points)

@@ -11,7 +11,8 @@ import pytest
 from scipy.integrate import solve_bvp
 
 import softmark
-from softmark.interpreter.evidence.error_estimate import Unknown, _of_beams
+from softmark.interpreter.evidence.kinds.beams import left_out
+from softmark.interpreter.evidence.probe_answers import Unknown
 from softmark.interpreter.models.beam import ribbon
 from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.run.pipeline import Options, run
@@ -43,7 +44,7 @@ def said(
     names = ("bending_strain", "axial_strain", "flat_curvature_per_m")
     result: Any = SimpleNamespace(solve={"checks": dict(zip(names, strains, strict=True))})
     try:
-        return _of_beams(Beam6Dof(segments=10), case, result)
+        return left_out(Beam6Dof(segments=10), case, result)
     except Unknown:
         return None
 

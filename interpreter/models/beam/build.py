@@ -8,20 +8,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.beam.rigid import AXES, point_rows
+from softmark.interpreter.models.beam import holding
 from softmark.interpreter.models.beam.words import Beam6Dof, station
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_rod
-from softmark.interpreter.models.shared.holding import Held, moved_by
-from softmark.interpreter.models.shared.prepared import Solution, Workshop
-from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.models.shared.prepared import Meshless, Solution, Workshop
+from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage
-from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_section import RodStiffness, Section
 from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, rod_at_rest
@@ -34,7 +32,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class PreparedBeam:
+class PreparedBeam(Meshless):
     """A rod at rest and its static problem."""
 
     declared: Declared
@@ -42,7 +40,6 @@ class PreparedBeam:
     elastic: RodElastic
     problem: Statics
     size: dict[str, int]
-    notes: tuple[Diagnostic, ...] = ()
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, RodLoad], ...] = ()  # every load by itself
 
@@ -50,6 +47,10 @@ class PreparedBeam:
     def points(self) -> Floats:
         """Nodes of the axis (n, 3), undeformed, m."""
         return self.rest.reshape(-1, 7)[:, :3]
+
+    def forces(self) -> list[tuple[Declared, Floats]]:
+        """Of every load by itself at these nodes (n, 3), N."""
+        return [(load, energy.forces) for load, energy in self.applied]
 
     def warm(self) -> None:
         """Nothing to compile, beams are numpy; but libraries and classes are made at their first use."""
@@ -99,10 +100,10 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop)
     """Everything that solving needs. Raises Fault."""
     shape = case.shape
     stations = np.array(model.stations(case))
-    points = np.array(shape.root) + stations[:, None] * np.array(shape.axis)
+    points = holding.points_of(case, stations)
     rest = rod_at_rest(points, np.array(transverse(shape.axis)[1]))
     nodes = len(points)
-    fixed, target = _supports(case, stations, points)
+    fixed, target = holding.fixed(case, stations.tolist())
     elastic = RodElastic(rest, chain(nodes), _stiffness(model, case))
     held = np.zeros((nodes, 6), dtype=bool)
     held.ravel()[fixed] = True
@@ -120,7 +121,7 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop)
         bold=False,
         extent=shape.length,
         weights=np.tile([1.0, 1.0, 1.0, *[1.0 / shape.length] * 3], nodes),
-        path=getattr(case.analysis, "path", "load"),
+        path=case.analysis.path,
     )
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
     return PreparedBeam(declared, rest, elastic, problem, size, disturbance=disturbance_of(case), applied=applied)
@@ -138,64 +139,26 @@ def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
     return whole.stiffness.without(case.shape.length, shear=model.shear, axial=model.axial)
 
 
-def _supports(case: Case, stations: Floats, points: Floats) -> tuple[Ints, Floats]:
-    """Held degrees of freedom of the rod (c,) and their values (c,), m or rad. Raises Fault."""
-    held = Held(case, case.shape.length, points.mean(axis=0))
-    for support in case.supports:
-        components = support.thing.components
-        turns = _held_turns(case.shape.axis, components)
-        for node, s in enumerate(stations.tolist()):
-            if coverage(support.thing.where, case.shape, s) != "all":
-                continue
-            held.rows.append(point_rows(points[node : node + 1] - held.centre, components))
-            held.rows.append(np.eye(6)[[3 + t for t in turns]] * case.shape.length)
-            for c in components:
-                held.impose(6 * node + c, moved_by(support)[c], support, points[node], AXES[c])
-            for turn in _body_axes(case.shape.axis, turns):
-                held.impose(6 * node + 3 + turn, 0.0, support, points[node], AXES[turn])
-    return held.finished()
-
-
-def _held_turns(axis: tuple[float, float, float], components: tuple[int, ...]) -> list[int]:
-    """Rotations about x, y, z that a rigid section cannot make while `components` of all its points are held.
-
-    A rotation omega moves a point r of the section by omega x r; component c of that is omega . (r x e_c), so holding c
-    takes away the rotations along r x e_c for every r across the axis.
-    """
-    if len(components) == 3:
-        return [0, 1, 2]
-    taken = [np.abs(np.cross(r, np.eye(3)[c])) for r in transverse(axis) for c in components]
-    return [t for t in range(3) if any(v[t] > 0.5 for v in taken)]
-
-
-def _body_axes(axis: tuple[float, float, float], turns: list[int]) -> list[int]:
-    """The same rotations as degrees of freedom, which are about the rod's own axes e1, e2, e3."""
-    if len(turns) == 3:
-        return [0, 1, 2]
-    frame = np.array([axis, *transverse(axis)])
-    return [int(np.argmax(np.abs(frame[:, t]))) for t in turns]
-
-
 def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, RodLoad], ...]:
-    """Every load with its forces on the axis. Raises Fault."""
+    """Every load with its forces on the axis."""
     return tuple((load, RodLoad(rest, _forces(case, load, rest, stations))) for load in case.loads)
 
 
 def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Floats:
-    """Of one load, at the nodes (n, 3), N. Raises Fault."""
+    """Of one load, at the nodes (n, 3), N."""
     shape, forces = case.shape, np.zeros((len(stations), 3))
-    match load.thing:
-        case Gravity(magnitude=magnitude, direction=direction):
-            w = case.material.density * shape.section.area * magnitude * np.array(direction)
+    match load.thing.action:
+        case PerMass(acceleration=g):
+            w = case.material.density * shape.section.area * np.array(g)
             return RodLoad.uniform(rest, chain(len(stations)), w).forces
-        case Traction(where=where, vector=vector):
+        case PerArea(where=where, traction=traction):
             node = 0 if coverage(where, shape, 0.0) == "all" else -1
-            forces[node] = shape.section.area * np.array(vector)
-        case PointForce(at=at, vector=vector):
+            forces[node] = shape.section.area * np.array(traction)
+        case AtPoint(at=at, force=force):
             node, share = _place(station(case, at) or 0.0, stations)
-            forces[node : node + 2] = np.outer([1 - share, share], vector)
-        case _:
-            raise fault("E501", load.location, f"no beam model knows the load `{load.name}`")
+            forces[node : node + 2] = np.outer([1 - share, share], force)
+        case unknown:  # refused when a scene is checked
+            raise TypeError(f"no beam knows a load that acts as {type(unknown).__name__}")
     return forces
 
 

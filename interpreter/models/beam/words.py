@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING, Annotated
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.models.beam import ribbon
+from softmark.interpreter.models.shared.model import Model
+from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.stretches import borders, coverage, coverages, inside
+from softmark.interpreter.results.report import Kind
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
-from softmark.interpreter.vocabulary.supports import Follows
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Beam6Dof:
+class Beam6Dof(Model):
     """Geometrically exact beam with six degrees of freedom per node, for straight prismatic bodies.
 
     Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, rotations
@@ -28,7 +30,9 @@ class Beam6Dof:
     Source: Simo (1985); Simo and Vu-Quoc (1986); Crisfield and Jelenic (1999).
     """
 
-    recovers = True  # finds back to rest from any state
+    moves = False
+    recovers = True
+    finely = ("segments",)
 
     segments: Annotated[int, "1 in [1, 10000]", "elements along the axis"]
     shear: Annotated[bool, "whether cross-sections may shear against the axis"] = True
@@ -50,17 +54,19 @@ class Beam6Dof:
                 )
             ]
         if isinstance(case.analysis, Dynamic):
-            return [_still(declared)]
+            return list(self.refusals(declared, case))
         flat = ribbon.doubt(declared, case)
-        found = [*self._loads(declared, case), *self._supports(declared, case), *self._thick(declared, case)]
+        found = [*self.refusals(declared, case), *self._loads(declared, case)]
+        found += self._supports(declared, case)
+        found += [*([] if found else self._held(case)), *self._thick(declared, case)]
         return found if flat is None else [*found, flat]
 
     def _loads(self, declared: Declared, case: Case) -> list[Diagnostic]:
         found = []
         for load in case.loads:
             reason = _unfit(load, case)
-            if reason:
-                at = load.at("at" if isinstance(load.thing, PointForce) else "where")
+            if reason and isinstance(load.thing.action, self.loads):
+                at = load.at("at" if isinstance(load.thing.action, AtPoint) else "where")
                 found.append(
                     Diagnostic(
                         "E501",
@@ -76,13 +82,15 @@ class Beam6Dof:
     def _supports(self, declared: Declared, case: Case) -> list[Diagnostic]:
         found = []
         for support in case.supports:
+            if not isinstance(support.thing, self.supports):
+                continue
             where = support.thing.where
             between = {cover for _, cover in inside(where, case.shape)}
             cover = coverages(where, case.shape, self.stations(case))
             oblique = len(support.thing.components) < 3 and not _aligned(case.shape.axis)
             reason = (
                 "follows tracked points, which do not move a section rigidly"
-                if isinstance(support.thing, Follows)
+                if support.thing.tracked is not None
                 else "takes only part of a cross-section"
                 if "some" in cover | between
                 else "selects no cross-section at a node"
@@ -104,6 +112,18 @@ class Beam6Dof:
                     )
                 )
         return found
+
+    def _held(self, case: Case) -> list[Diagnostic]:
+        """Supports that contradict each other, or leave the beam free to move: a single clamp does neither."""
+        if not case.supports or (len(case.supports) == 1 and len(case.supports[0].thing.components) == 3):
+            return []  # none is said of the body
+        from softmark.interpreter.models.beam.holding import fixed
+
+        try:
+            fixed(case, self.stations(case))
+        except Fault as loose:
+            return [loose.diagnostic]
+        return []
 
     def _thick(self, declared: Declared, case: Case) -> list[Diagnostic]:
         section = case.shape.section
@@ -138,20 +158,20 @@ class Beam6Dof:
 
     def outline(self, case: Case) -> str:
         """One line for the plan."""
+        return f"{self.segments} {self._words}"
+
+    @property
+    def _words(self) -> str:
         off = [name for name, on in (("shear", self.shear), ("stretch", self.axial)) if not on]
-        return f"{self.segments} beam segments, no mesh" + (f", without {' and '.join(off)}" if off else "")
+        return "beam segments, no mesh" + (f", without {' and '.join(off)}" if off else "")
 
+    def kind(self, case: Case) -> Kind:
+        """What it is but for its segments."""
+        return Kind(self._words, str(self.segments), None)
 
-def _still(declared: Declared) -> Diagnostic:
-    at = declared.at()
-    return Diagnostic(
-        "E501",
-        f"`{declared.name}` knows no motion, only the state of rest",
-        at.source,
-        at.span,
-        "a static model",
-        "use `fem(...)` or `mass_spring(...)` in a dynamic analysis",
-    )
+    def orders(self) -> dict[str, int]:
+        """Two-node elements with one point are of second order (Simo and Vu-Quoc 1986)."""
+        return {"segments": 2}
 
 
 def _aligned(axis: tuple[float, ...]) -> bool:
@@ -160,12 +180,12 @@ def _aligned(axis: tuple[float, ...]) -> bool:
 
 def _unfit(load: Declared, case: Case) -> str:
     """Why a beam cannot carry a load, or nothing."""
-    match load.thing:
-        case Gravity():
+    match load.thing.action:
+        case PerMass():
             return ""
-        case PointForce(at=at):
+        case AtPoint(at=at):
             return "" if station(case, at) is not None else "not on the axis of the beam"
-        case Traction(where=where):
+        case PerArea(where=where):
             length = case.shape.length
             ends = [coverage(where, case.shape, s) for s in (0.0, length)]
             between = {cover for _, cover in inside(where, case.shape)}

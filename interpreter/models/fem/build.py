@@ -21,7 +21,7 @@ from softmark.interpreter.models.shared.deformed import Deformed, displacement_o
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_solid
 from softmark.interpreter.models.shared.gripping import held_notes
 from softmark.interpreter.models.shared.holding import solid_supports
-from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
+from softmark.interpreter.models.shared.loading import at_nodes, mass_matrix, single_loads, together
 from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note, with_quality
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, fault
@@ -94,6 +94,20 @@ class PreparedSolid:
             systems.warm(self.problem.linear, self.problem.rest.dtype)
         if self.first is not None:
             self.first.prepared.warm()
+
+    @property
+    def assembly(self) -> Assembly:
+        """In double precision."""
+        return self.problem.exact or self.problem.assembly
+
+    @property
+    def points(self) -> Floats:
+        """Nodes (n, 3), m."""
+        return self.mesh.points
+
+    def forces(self) -> list[tuple[Declared, Floats]]:
+        """Of every load by itself at the nodes (n, 3), N, at rest."""
+        return [(load, at_nodes(energy, self.points)) for load, energy in self.applied]
 
     def outside(self, X: Floats) -> float:
         """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
@@ -254,7 +268,7 @@ def at_rest(
         unknowns.of_displacements(lambda x: least_stretch(elastic.F(x)) > FLAT),
         convex=model.strain == "small" and assembly.conservative,
         extent=mesh.extent,
-        path=getattr(case.analysis, "path", "load"),
+        path=case.analysis.path,
     )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
     shape = model.mesh or case.shape
@@ -317,14 +331,9 @@ def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
     return mass_matrix(mesh, parts, case.material.density, model.mass)
 
 
-def mesh_key(model: Fem, case: Case) -> tuple[Any, ...]:
-    """What models must agree in to share a mesh: body, element, size, and where supports need nodes."""
-    return (case.body.name, *model.mesh_key(), *(() if model.mesh else cuts_of(case)))
-
-
 def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Mesh:
     """The mesh of a model, made once for all models that want the same. Raises Fault."""
-    key = mesh_key(model, case)
+    key = model.meshed_as(case)
     if key in workshop.meshes:
         workshop.borrowed = workshop.seconds.get(key, (0.0, 0.0))
     else:

@@ -82,7 +82,7 @@ def _mixed(model: Fem, case: Case) -> Iterator[Clash]:
         problem = "pressures have no mass to move: mixed elements are for statics"
         yield "E553", "formulation", problem, "not in a dynamic analysis", help
         return
-    if getattr(case.analysis, "disturbed", "none") != "none":
+    if case.analysis.disturbed != "none":
         problem = "a disturbed start is followed downhill in energy, and with pressures there is no downhill"
         help = "use `formulation = mean_dilatation` with hex8, or an analysis that is not disturbed"
         yield "E554", "formulation", problem, "not with `disturbed`", help

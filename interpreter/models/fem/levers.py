@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.problem.case import elsewhere
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import Pressure
+from softmark.interpreter.vocabulary.loads import Follower
 from softmark.solvers.elements import ELEMENTS
 
 if TYPE_CHECKING:
@@ -102,6 +102,16 @@ def _of_motion(model: Fem, case: Case) -> Iterator[Clash]:
             yield field, f"{steps}`{field}` is for static analyses", "not in a dynamic analysis", help
 
 
+def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
+    """Steps that divide by a mass, and a mass that is a matrix."""
+    analysis = case.analysis
+    if not isinstance(analysis, Dynamic) or not analysis.explicit or model.mass != "consistent":
+        return []
+    problem = f"`{declared.name}` needs a lumped mass for {analysis.integrator}"
+    help = "add `mass = lumped`, or use an implicit integrator"
+    return [_refused(declared, "mass", problem, "a matrix that would have to be inverted", help)]
+
+
 def _of_levers(model: Fem, case: Case) -> Iterator[Clash]:
     """Levers of static analyses that exclude each other."""
     if isinstance(case.analysis, Dynamic):
@@ -141,7 +151,7 @@ def _of_levers(model: Fem, case: Case) -> Iterator[Clash]:
 
 def _of_path(model: Fem, case: Case) -> Iterator[Clash]:
     """Levers that a path followed by its length does without."""
-    if getattr(case.analysis, "path", "load") != "arc_length":
+    if case.analysis.path != "arc_length":
         return
     usual = {"cap": None, "precision": "double", "factorisation": "fresh", "start": None}
     for field, value in usual.items():
@@ -156,7 +166,7 @@ def _of_path(model: Fem, case: Case) -> Iterator[Clash]:
 def _of_forces(model: Fem, case: Case) -> Iterator[Clash]:
     """Linear solvers for symmetric matrices, and forces that have none."""
     reused, capped = model.factorisation == "reused", model.linear in SYMMETRIC
-    follows = any(isinstance(load.thing, Pressure) for load in case.loads) and model.strain != "small"
+    follows = any(isinstance(load.thing.action, Follower) for load in case.loads) and model.strain != "small"
     if (
         isinstance(case.analysis, Dynamic)
         or not (reused or capped)

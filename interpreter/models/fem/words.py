@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.models.fem import formulations
 from softmark.interpreter.models.fem import levers as options
+from softmark.interpreter.models.shared.model import Model
+from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.problem.small_deflection import bending_angle
+from softmark.interpreter.results.report import Kind
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.elements import UnknownElement, element_of
@@ -19,11 +23,14 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.case import Case
 
 LARGE_ANGLE = 0.1  # rad: a rotation that small strains misread by 0.5 % strain (1 - cos)
+PLAIN: dict[str, Any] = {
+    "cap": None, "linear_cap": None, "start": None, "precision": "double", "linear": "auto", "factorisation": "fresh",
+}  # fmt: skip
 FORMULATIONS = {"mixed": "with pressures", "mean_dilatation": "mean dilatation"}  # in an outline
 
 
 @dataclass(frozen=True)
-class Fem:
+class Fem(Model):
     """Finite elements over the volume of a body: a choice of element and of how strain is measured.
 
     `small`: strain is linear in the displacements; right for rotations of a few degrees, grows the body when
@@ -61,7 +68,8 @@ class Fem:
     cheaper strain; what that one takes is part of what this one takes.
     """
 
-    recovers = True  # finds back to rest from any state
+    recovers = True
+    finely = ("size",)
 
     element: Annotated[str, "element", "the element: tet4, tet10, hex8, hex20 or hex27"]
     strain: Annotated[Literal["small", "corotational", "finite"], "how strain is measured"]
@@ -102,6 +110,30 @@ class Fem:
         "of the worst cell, to which nodes are moved: a mesh made worse on purpose; none: as it is made",
     ] = None
 
+    @property
+    def constant(self) -> bool:  # type: ignore[override]
+        """Its stiffness never changes: strain is linear in the displacements."""
+        return self.strain == "small"
+
+    @property
+    def unsolved(self) -> bool:  # type: ignore[override]
+        """It may accept states that are not solved."""
+        return self.cap is not None or self.linear_cap is not None
+
+    @property
+    def order(self) -> int:
+        """In displacements, where the solution is smooth: degree of the element + 1 (Strang and Fix 1973, 1.5)."""
+        return int(element_of(self.element).order) + 1
+
+    def orders(self) -> dict[str, int]:
+        """That of the element, where every state is solved by energies that theory knows."""
+        known = self.mass != "uniform" and self.rotation != "element" and not self.unsolved
+        return {"size": self.order} if known else {}
+
+    def plain(self, **changes: Any) -> Fem:
+        """The same without what it trades for speed."""
+        return replace(self, **{**PLAIN, **changes})
+
     def mesh_key(self) -> tuple[Any, ...]:
         """What two models of a body must agree in to share a mesh."""
         moved = () if self.quality is None else (("quality", self.quality),)
@@ -109,6 +141,10 @@ class Fem:
             return self.element, self.size, *moved
         facts = (getattr(self.mesh, name, None) for name in ("path", "unit", "split"))
         return self.element, self.size, *facts, *moved
+
+    def meshed_as(self, case: Case) -> tuple[Any, ...]:
+        """The same in a case: body, element, size, and where supports need nodes."""
+        return (case.body.name, *self.mesh_key(), *(() if self.mesh else cuts_of(case)))
 
     def _own_mesh(self, case: Case) -> bool:
         """Whether the mesh comes from a file, of the model or of the body."""
@@ -121,12 +157,14 @@ class Fem:
         except UnknownElement as error:
             return [options.unmeshed(declared, error)]
         found = [
+            *self.refusals(declared, case),
             self.one_mesh(declared, case),
             *options.sized(self, declared, case),
             self._finite_law(declared, case),
             self._locking(declared, case),
             self._rotation(declared, case),
         ]
+        found += options.explicit(self, declared, case)
         found += [*options.doubts(self, declared, case), *formulations.doubts(self, declared, case)]
         found.append(self.coarse(declared, case))
         return [d for d in found if d is not None]
@@ -242,15 +280,25 @@ class Fem:
 
     def outline(self, case: Case) -> str:
         """One line for the plan and the report."""
+        return f"{self.mesh_words(case)}, {self._words(case, self.material)}"
+
+    def kind(self, case: Case) -> Kind | None:
+        """What it is but for its size and Poisson's ratio."""
+        if self.size is None or self._own_mesh(case):
+            return None
+        nu = None if self.material is None else float(f"{self.material.poisson:g}")
+        return Kind(f"{self.element}, {self._words(case, None)}", units.show(self.size, units.LENGTH), nu)
+
+    def _words(self, case: Case, material: Any) -> str:
         options = (
             ", selectively integrated" if self.integration == "selective" else "",
             f", {FORMULATIONS[self.formulation]}" if self.formulation != "displacement" else "",
             ", one rotation for each cell" if self.rotation == "element" else "",
             _capped(self.cap, case) if self.cap is not None else "",
-            f", nu = {self.material.poisson:g}" if self.material is not None else "",
+            f", nu = {material.poisson:g}" if material is not None else "",
             *self._levers(),
         )
-        return f"{self.mesh_words(case)}, {self.strain} strain{''.join(options)}"
+        return f"{self.strain} strain{''.join(options)}"
 
     def _levers(self) -> tuple[str, ...]:
         return (

@@ -13,7 +13,7 @@ from scipy import sparse
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.fem import build
-from softmark.interpreter.models.fem.build import PreparedSolid, outside
+from softmark.interpreter.models.fem.build import PreparedSolid
 from softmark.interpreter.models.reduced.space import Basis, Rest, gradient_of, modal_space, pod_space
 from softmark.interpreter.models.reduced.training import (
     Training,
@@ -42,6 +42,7 @@ from softmark.solvers.statics.equilibrium import Equilibrium, NotConverged, Stat
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.trajectory import Trajectory
+    from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.equilibrium import Watch
 
 IDLE = 1e-9  # of the loads: what must act along the fields of a space
@@ -197,6 +198,8 @@ class Recovered(Meshed):
     q: Floats
     times: Floats | None = None
     frames: Floats | None = None
+    pressures: Floats | None = None
+    left: Floats | None = None
 
     @cached_property
     def displacement(self) -> Floats:
@@ -239,9 +242,28 @@ class PreparedReduced:
             except NotConverged:  # it is for the solution to say so
                 return
 
+    @property
+    def mesh(self) -> Mesh:
+        """Of the full model."""
+        return self.rest.static.mesh
+
+    @property
+    def assembly(self) -> Assembly:
+        """Of the full model."""
+        return self.rest.static.assembly
+
+    @property
+    def points(self) -> Floats:
+        """Nodes of the full model (n, 3), m."""
+        return self.rest.static.points
+
+    def forces(self) -> list[tuple[Declared, Floats]]:
+        """Of every load by itself on the full model (n, 3), N."""
+        return self.rest.static.forces()
+
     def outside(self, X: Floats) -> float:
         """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
-        return outside(self.rest.static.shape, self.rest.static.mesh, X)
+        return self.rest.static.outside(X)
 
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium of the reduced equations, from rest."""
@@ -283,6 +305,7 @@ class PreparedReduced:
 class MovingReduced(PreparedMotion):
     """A reduced model in motion."""
 
+    static: PreparedReduced
     fields: Floats = field(default_factory=lambda: np.zeros((0, 0)))
 
     def warm(self) -> None:
@@ -402,14 +425,6 @@ def _moving(still: PreparedReduced, full: Declared, case: Case, workshop: Worksh
         return MovingReduced(still, still.declared, whole.analysis, problem, whole.mesh)
     V, M = equations.basis.fields, still.rest.mass
     mass = V.T @ (M @ V)
-    if problem.integrator.explicit and len(equations.fixed):
-        raise fault(
-            "E532",
-            still.declared.at("of"),
-            f"`{still.declared.name}` cannot be marched by {whole.analysis.integrator} while its supports move",
-            "its mass is not diagonal",
-            "use an implicit integrator",
-        )
     moving = replace(
         problem,
         assembly=equations.assembly(problem.assembly.internal, problem.assembly.loads),

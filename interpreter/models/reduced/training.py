@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import itertools
 import time
-from collections.abc import Iterator
-from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.language.compile import recompiled
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.fem import build
+from softmark.interpreter.models.reduced.settings import scenes, value
 from softmark.interpreter.models.reduced.words import ADVICE
 from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.models.springs.calibration import scaled
-from softmark.interpreter.plan import sweeps
 from softmark.interpreter.problem.case import Case, case_for, fault
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
@@ -43,15 +39,6 @@ class Training:
     ranges: dict[str, list[Any]]
     failed: tuple[str, ...]
     seconds: tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Setting:
-    """One scene of the sweep, in words and as values by target."""
-
-    words: str
-    scene: Scene
-    values: dict[str, Any] = field(default_factory=dict)
 
 
 def trained(model: Pod, declared: Declared, case: Case, mesh: Mesh, workshop: Workshop) -> Training:
@@ -88,13 +75,14 @@ def _computed(
     wall, cpu = time.perf_counter(), time.process_time()
     states, settings, failed = [], [], []
     ranges: dict[str, list[Any]] = {"load": sorted(set(model.parts))}
-    for setting in _settings(model, scene):
-        for target, value in setting.values.items():
+    for setting in scenes(model.over, scene):
+        for target, one in setting.values.items():
             seen = ranges.setdefault(target, [])
-            seen += [] if value in seen else [value]
+            seen += [] if one in seen else [one]
         full = setting.scene.declared[model.of]
         own = case_for(setting.scene, full)
-        bench = _bench(declared, case, own, mesh, full, workshop)
+        # of one mesh, as a check has said
+        bench = Workshop({full.thing.meshed_as(own): mesh}, scene=workshop.scene, measured=workshop.measured)
         for part in dict.fromkeys(model.parts):
             words = f"{100 * part:g} % of the load{setting.words}"
             static, _ = build.at_rest(full.thing, full, scaled(own, part), bench)
@@ -105,55 +93,6 @@ def _computed(
                 failed.append(f"{words}: {failure.reason}")
     spent = time.perf_counter() - wall, time.process_time() - cpu
     return Training(np.array(states).reshape(-1, mesh.points.size), tuple(settings), ranges, tuple(failed), spent)
-
-
-def _bench(
-    declared: Declared, case: Case, own: Case, mesh: Mesh, full: Declared, workshop: Workshop
-) -> Workshop:
-    """A workshop that holds the one mesh of all training. Raises Fault where the sweep varies it."""
-    key = build.mesh_key(full.thing, own)
-    same = own.shape == case.shape and key == build.mesh_key(_full(declared, workshop).thing, case)
-    if not same:
-        raise fault(
-            "E532",
-            declared.at("over"),
-            f"`{declared.thing.over}` varies the mesh of `{full.name}`",
-            "another mesh",
-            "fields of one mesh say nothing on another: sweep a load, a displacement or a material",
-        )
-    return Workshop({key: mesh}, scene=workshop.scene, measured=workshop.measured)
-
-
-def _full(declared: Declared, workshop: Workshop) -> Declared:
-    return scene_of(workshop, declared).declared[declared.thing.of]
-
-
-def _settings(model: Pod, scene: Scene) -> Iterator[Setting]:
-    """The scene with each value of the sweep; as it is where none is named."""
-    if model.over is None:
-        yield Setting("", scene)
-        return
-    links = sweeps.chain(scene, scene.declared[model.over])
-    for chosen in itertools.product(*(link.thing.over for link in links)):
-        pairs = [(link.thing, variant) for link, variant in zip(links, chosen, strict=True)]
-        other, _ = recompiled(scene, [sweeps.override_of(sweep, variant) for sweep, variant in pairs])
-        words = "".join(f", {sweep.target.name} = {variant.text}" for sweep, variant in pairs)
-        names = [sweep.target.name for sweep, _ in pairs]
-        yield Setting(words, other, {name: value(other, name) for name in names})
-
-
-def value(scene: Scene, name: str) -> Any:
-    """What a parameter or a field is in a scene: a number, a list of numbers, or a text."""
-    if name in scene.parameters:
-        found: Any = scene.parameters[name].value
-        return found.value if hasattr(found, "value") else list(found.values)
-    owner, _, attribute = name.rpartition(".")
-    declared = scene.declared[owner]
-    known_field = declared.constructor.field(attribute)
-    thing = getattr(declared.thing, known_field.attribute if known_field else attribute)
-    if isinstance(thing, int | float) and not isinstance(thing, bool):
-        return float(thing)
-    return list(thing) if isinstance(thing, tuple) else str(thing)
 
 
 # ------------------------------------------------------------------ beyond the training

@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.reduced import settings
+from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.case import elsewhere
+from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -17,14 +20,20 @@ ADVICE = "such states are new to it: train on a range that holds the scene, and 
 PARTS = (0.25, 0.5, 0.75, 1.0)  # of all loads: what a training goes through where the scene does not say
 
 
-class Reduced:
+class Reduced(Model):
     """What the reduced models share: a model of finite elements that they reduce."""
 
-    recovers = False  # it knows a few fields of displacements only
+    of: str
+
+    @property
+    def reduces(self) -> str:  # type: ignore[override]
+        """The model of finite elements whose equations it reduces."""
+        return self.of
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against reducing that model."""
-        return [d for d in (_not_reducible(scene, declared, case), _linear(scene, declared)) if d is not None]
+        found = (_not_reducible(scene, declared, case), _linear(scene, declared), _driven(declared, case))
+        return [d for d in found if d is not None]
 
 
 @dataclass(frozen=True)
@@ -122,8 +131,11 @@ class Pod(Reduced):
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against reducing that model."""
-        unswept = self._no_sweep(scene, declared)
-        return super().scene_doubts(scene, declared, case) + ([] if unswept is None else [unswept])
+        found = super().scene_doubts(scene, declared, case)
+        swept = self._no_sweep(scene, declared)
+        if swept is None and not found:
+            swept = settings.remeshed(scene, declared)
+        return found + ([] if swept is None else [swept])
 
     def _training(self, declared: Declared) -> Diagnostic | None:
         if self.training is not None and any(self.training.dimension):
@@ -211,8 +223,18 @@ def _not_reducible(scene: Scene, declared: Declared, case: Case) -> Diagnostic |
 def _linear(scene: Scene, declared: Declared) -> Diagnostic | None:
     """Small strain needs no cells once it is reduced."""
     full = scene.declared[declared.thing.of].thing
-    if declared.thing.cells == "all" or getattr(full, "strain", None) != "small":
+    if declared.thing.cells == "all" or not full.constant:
         return None
     problem = f"`{declared.name}` samples the cells of a model whose stiffness is constant"
     help = "leave `cells` out: small strain is reduced to one small matrix, and no cell is evaluated again"
     return _refused(declared, "cells", problem, "nothing to sample", help)
+
+
+def _driven(declared: Declared, case: Case) -> Diagnostic | None:
+    """Explicit steps divide by a mass that is diagonal, and what is imposed has a mass in common with all else."""
+    analysis = case.analysis
+    moved = any(s.thing.tracked is not None or any(s.thing.displacement) for s in case.supports)
+    if not isinstance(analysis, Dynamic) or not analysis.explicit or not moved:
+        return None
+    problem = f"`{declared.name}` cannot be marched by {analysis.integrator} while its supports move"
+    return _refused(declared, "of", problem, "its mass is not diagonal", "use an implicit integrator")

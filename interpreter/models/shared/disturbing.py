@@ -29,7 +29,7 @@ class Disturbance:
 def disturbance_of(case: Case) -> Disturbance | None:
     """The disturbance of a case, None where there is none."""
     analysis: Any = case.analysis
-    kind = getattr(analysis, "disturbed", "none")
+    kind = analysis.disturbed
     return None if kind == "none" else Disturbance(kind, analysis.amount, analysis.seed)
 
 
@@ -47,7 +47,7 @@ def doubts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         if getattr(model, field, usual) != usual:
             problem = f"{word} needs every step solved, in double precision, from the disturbed state: not `{field}`"
             found.append(_refused(declared, field, problem, "not here", "leave it out"))
-    if getattr(case.analysis, "path", "load") != "load":
+    if case.analysis.path != "load":
         problem = f"`path = arc_length` follows equilibria from rest, and {word} starts far from any"
         analysis = next(iter(scene.of_kind("analysis").values()))
         found.append(_refused(analysis, "path", problem, "one of the two", "leave one of the two out"))

@@ -13,7 +13,6 @@ from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.beam.rigid import AXES, free_motions, point_rows
 from softmark.interpreter.problem.case import Case, Fault, fault, reach
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.supports import Displaced, Follows
 from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
@@ -83,7 +82,8 @@ class Held:
 
 def moved_by(support: Declared) -> tuple[float, float, float]:
     """The displacement that a support imposes, m."""
-    return support.thing.by if isinstance(support.thing, Displaced) else (0.0, 0.0, 0.0)
+    moved: tuple[float, float, float] = support.thing.displacement
+    return moved
 
 
 def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple[Ints, Floats]:
@@ -114,7 +114,7 @@ def _scaled(rows: Floats, extent: float) -> Floats:
 
 def displacements(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floats:
     """What a support imposes on points X (n, 3) of the undeformed body (n, 3), m. Raises Fault."""
-    if isinstance(support.thing, Follows):
+    if support.thing.tracked is not None:
         return _followed(support, X, measured)
     return np.tile(moved_by(support), (len(X), 1))
 

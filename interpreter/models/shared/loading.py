@@ -8,10 +8,11 @@ from typing import Any, Literal
 import numpy as np
 
 from softmark.interpreter.language import units
+from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, fault
 from softmark.interpreter.problem.parts.surface import Loaded, loaded
-from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass, Vector3
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.mesh.interpolation import Integration, locate
@@ -27,6 +28,13 @@ def together(applied: Sequence[tuple[Declared, Energy]], dofs: int) -> list[Ener
     return [DeadForces(dead), *(e for e in found if not isinstance(e, DeadForces))]
 
 
+def at_nodes(load: Energy, points: Floats) -> Floats:
+    """Forces (n, 3), N, of a load on the undeformed body with these nodes (n, 3), m."""
+    g = np.zeros(points.size)
+    load.add_gradient(np.zeros_like(g), g)
+    return -g.reshape(-1, 3)
+
+
 def single_loads(
     case: Case, mesh: Mesh, parts: Integration, small: bool, mass: Distribution = "consistent"
 ) -> list[tuple[Declared, Energy]]:
@@ -39,22 +47,23 @@ def _load(
     case: Case, load: Declared, mesh: Mesh, parts: Integration, small: bool, mass: Distribution
 ) -> Energy:
     dead = np.zeros((len(mesh.points), 3))
-    match load.thing:
-        case Gravity(magnitude=magnitude, direction=direction):
+    match load.thing.action:
+        case PerMass(acceleration=g):
             weights = nodal_mass(mesh, parts, case.material.density, mass)
-            dead += weights[:, None] * (magnitude * np.array(direction))
-        case Traction(vector=vector):
-            t = np.array(vector)
-            _surface(case, load, mesh).spread(dead, lambda A: np.linalg.norm(A, axis=-1)[..., None] * t, False)
-        case Pressure(magnitude=p) if small:
-            _surface(case, load, mesh).spread(dead, lambda A: -p * A, True)
-        case Pressure(magnitude=p):
-            facets, of_parts = _surface(case, load, mesh).weighted
+            dead += weights[:, None] * np.array(g)
+        case PerArea(where=where, traction=traction):
+            t = np.array(traction)
+            surface = _surface(case, load, where, mesh)
+            surface.spread(dead, lambda A: np.linalg.norm(A, axis=-1)[..., None] * t, False)
+        case Follower(where=where, pressure=p) if small:
+            _surface(case, load, where, mesh).spread(dead, lambda A: -p * A, True)
+        case Follower(where=where, pressure=p):
+            facets, of_parts = _surface(case, load, where, mesh).weighted
             return FollowerPressure(mesh.points, facets, p, of_parts)
-        case PointForce():
-            _point_force(dead, case, load, mesh)
-        case _:
-            raise fault("E501", load.location, f"no solid model knows the load `{load.name}`")
+        case AtPoint(at=at, force=force):
+            _at_point(dead, case, load, at, force, mesh)
+        case unknown:  # refused when a scene is checked
+            raise TypeError(f"no solid knows a load that acts as {type(unknown).__name__}")
     return DeadForces(dead.ravel())
 
 
@@ -86,8 +95,8 @@ def mass_matrix(mesh: Mesh, parts: Integration, density: float, mass: Distributi
     return form(mesh.cells, N, w, density, len(mesh.points))
 
 
-def _point_force(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
-    place = locate(mesh, np.array([load.thing.at]))
+def _at_point(dead: Floats, case: Case, load: Declared, at: Vector3, force: Vector3, mesh: Mesh) -> None:
+    place = locate(mesh, np.array([at]))
     if getattr(case.shape, "prebuilt", False) and place.outside[0] > 0:
         away = units.show(float(place.outside[0]), units.LENGTH)
         raise fault(
@@ -97,12 +106,12 @@ def _point_force(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
             "not in the body",
             "give coordinates of the undeformed body",
         )
-    np.add.at(dead, place.nodes[0], place.N[0][:, None] * np.array(load.thing.vector))
+    np.add.at(dead, place.nodes[0], place.N[0][:, None] * np.array(force))
 
 
-def _surface(case: Case, load: Declared, mesh: Mesh) -> Loaded:
+def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> Loaded:
     """The part of the surface that a load acts on. Raises Fault where it has no area."""
-    found = loaded(case.shape, mesh, load.thing.where)
+    found = loaded(case.shape, mesh, where)
     if found.empty:
         raise fault(
             "E302",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -13,8 +13,8 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.meshing import mesh_facts
-from softmark.interpreter.models.shared.prepared import Solution, Status
-from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.models.shared.prepared import Prepared, Solution, Status
+from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.history import History
 from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -47,23 +47,35 @@ REMEDY = "try a smaller step, another integrator or more damping"
 class PreparedMotion:
     """A body in motion; `static` is the same body prepared for rest, which knows its mesh."""
 
-    static: Any
+    static: Prepared
     declared: Declared
     analysis: Dynamic
     problem: Dynamics
     mesh: Mesh
 
     @property
-    def size(self) -> dict[str, int]:
+    def size(self) -> Mapping[str, int]:
         """nodes, elements, dofs."""
-        size: dict[str, int] = self.static.size
-        return size
+        return self.static.size
 
     @property
     def notes(self) -> tuple[Diagnostic, ...]:
         """Warnings about what was built."""
-        notes: tuple[Diagnostic, ...] = self.static.notes
-        return notes
+        return self.static.notes
+
+    @property
+    def assembly(self) -> None:
+        """Of a state of rest alone."""
+        return
+
+    @property
+    def points(self) -> Floats:
+        """Undeformed points that loads act at (n, 3), m."""
+        return self.static.points
+
+    def forces(self) -> Sequence[tuple[Declared, Floats]]:
+        """Of every load by itself at full size (n, 3), N."""
+        return self.static.forces()
 
     def warm(self) -> None:
         """Compile what the solution needs: two steps, outside the clock."""
@@ -73,7 +85,7 @@ class PreparedMotion:
 
     def outside(self, X: Floats) -> float:
         """How far, in m, the farthest of the points X (n, 3) lies outside the mesh."""
-        return float(self.static.outside(X))
+        return self.static.outside(X)
 
     def solve(self, watch: Watch) -> Solution:
         """March from the start to the end."""
@@ -280,7 +292,7 @@ def integrator_of(analysis: Dynamic) -> Integrator:
 
 
 def in_motion(
-    static: Any,
+    static: Prepared,
     declared: Declared,
     case: Case,
     mesh: Mesh,
@@ -289,19 +301,11 @@ def in_motion(
     loads: Sequence[tuple[Declared, Energy]],
     rest: Statics,
 ) -> PreparedMotion:
-    """A body on a mesh, with its mass (kg, matrix or diagonal) and each load by itself. Raises Fault."""
+    """A body on a mesh, with its mass (kg, matrix or diagonal) and each load by itself."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
         raise TypeError("the analysis is static")
     integrator = integrator_of(analysis)
-    if integrator.explicit and mass.ndim == 2:
-        raise fault(
-            "E508",
-            declared.at("mass"),
-            f"`{declared.name}` needs a lumped mass for {analysis.integrator}",
-            "a matrix that would have to be inverted",
-            "add `mass = lumped`, or use an implicit integrator",
-        )
     dofs = mesh.points.size
     problem = Dynamics(
         Assembly(dofs, rest.fixed, internal, [energy for _, energy in loads]),
@@ -333,12 +337,12 @@ def _velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
 
 def course_of(load: Declared) -> Course:
     """How a load or support grows in time; in full from the start where the scene does not say."""
-    course: Course | None = getattr(load.thing, "course", None)
+    course: Course | None = load.thing.course
     return course or Constant()
 
 
 def _support_course(case: Case) -> Course:
     """The one course of all supports that move; scenes in which they differ are refused when they are checked."""
-    moving = (s for s in case.supports if hasattr(s.thing, "course"))
+    moving = (s for s in case.supports if s.thing.moves and s.thing.tracked is None)
     first = next(moving, None)
     return Constant() if first is None else course_of(first)

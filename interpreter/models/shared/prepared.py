@@ -1,8 +1,8 @@
-"""A model made ready to solve, and what solving it gives."""
+"""A model made ready to solve, and what solving it gives: all that is asked of either stands here."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -16,10 +16,57 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.problem.case import Case
+    from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.equilibrium import Watch
+
+    Floats = NDArray[np.float64]
 
 # capped: computed as the scene asks, with steps that were accepted unsolved
 Status = Literal["converged", "capped", "not_converged", "diverged", "failed", "skipped"]
+
+
+class Moved(Protocol):
+    """A mesh and the displacements of its nodes: for files that other programs read, and for who looks at them again.
+
+    `shared/deformed.py` has it ready made.
+    """
+
+    @property
+    def mesh(self) -> Mesh:
+        """The mesh itself."""
+
+    @property
+    def points(self) -> Floats:
+        """Undeformed nodes (n, 3), m."""
+
+    @property
+    def cells(self) -> Any:
+        """Nodes of each cell (m, a)."""
+
+    @property
+    def kind(self) -> str:
+        """The element."""
+
+    @property
+    def displacement(self) -> Floats:
+        """Of the nodes (n, 3), m."""
+
+    @property
+    def times(self) -> Floats | None:
+        """Of a motion, some (t,), s."""
+
+    @property
+    def frames(self) -> Floats | None:
+        """Displacements of the nodes at these times (t, n, 3), m."""
+
+    @property
+    def pressures(self) -> Floats | None:
+        """Unknown ones (m, b), Pa, positive in tension: at four corners of each cell, or one in it."""
+
+    @property
+    def left(self) -> Floats | None:
+        """The Newton step that would come next (n, 3), m, where it is known."""
 
 
 @dataclass(frozen=True)
@@ -32,19 +79,37 @@ class Solution:
     displacement: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None  # (n, 3) -> (n, 3), m
     notes: tuple[Diagnostic, ...] = ()
     history: History | None = None  # of a dynamic analysis; `displacement` is then that of its end
-    mesh: Any = None  # points, cells, kind and nodal displacements, for files that other programs read
+    mesh: Moved | None = None  # of a model that has one
 
 
 class Prepared(Protocol):
-    """A model built for a case."""
+    """A model built for a case. `Meshless` has what a model without a mesh says."""
 
     @property
-    def size(self) -> dict[str, int]:
+    def size(self) -> Mapping[str, int]:
         """nodes, elements, dofs."""
 
     @property
     def notes(self) -> tuple[Diagnostic, ...]:
         """Warnings about what was built."""
+
+    @property
+    def mesh(self) -> Mesh | None:
+        """What its supports and loads were found on; None of a model without a mesh."""
+
+    @property
+    def assembly(self) -> Assembly | None:
+        """Energies and loads over the displacements of all nodes of the mesh; None where its unknowns are others."""
+
+    @property
+    def points(self) -> Floats:
+        """Undeformed points that its loads act at (n, 3), m."""
+
+    def forces(self) -> Sequence[tuple[Declared, Floats]]:
+        """Of every load by itself at these points (n, 3), N, at rest."""
+
+    def outside(self, X: Floats) -> float:
+        """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file; or 0."""
 
     def warm(self) -> None:
         """Compile or load whatever the solution needs, outside the clock."""
@@ -53,14 +118,30 @@ class Prepared(Protocol):
         """Solve from rest; calling it again repeats the same work."""
 
 
-class Model(Protocol):
-    """A model as a scene declares it."""
+class Meshless:
+    """What a prepared model says that has no mesh."""
 
-    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Errors and warnings that need no arrays."""
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """None."""
+        return ()
 
-    def outline(self, case: Case) -> str:
-        """What will be built, on one line."""
+    @property
+    def mesh(self) -> None:
+        """None."""
+        return
+
+    @property
+    def assembly(self) -> None:
+        """None."""
+        return
+
+    def outside(self, X: Floats) -> float:
+        """Shapes of our own are checked before."""
+        return 0.0
+
+    def warm(self) -> None:
+        """Nothing to compile."""
 
 
 @dataclass

@@ -16,7 +16,7 @@ from softmark.interpreter.models.shared.deformed import Deformed, displacement_o
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_springs
 from softmark.interpreter.models.shared.gripping import held_notes
 from softmark.interpreter.models.shared.holding import solid_supports
-from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
+from softmark.interpreter.models.shared.loading import at_nodes, mass_matrix, single_loads, together
 from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note
 from softmark.interpreter.models.shared.motion import PreparedMotion, in_motion
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
@@ -64,6 +64,20 @@ class PreparedSprings:
         """Compile or load every kernel, outside the clock."""
         warm_kernels()
         factorisations.warm(len(self.problem.assembly.pattern.indices))
+
+    @property
+    def assembly(self) -> Assembly:
+        """Springs and loads over all nodes."""
+        return self.problem.assembly
+
+    @property
+    def points(self) -> Floats:
+        """Nodes (n, 3), m."""
+        return self.mesh.points
+
+    def forces(self) -> list[tuple[Declared, Floats]]:
+        """Of every load by itself at the nodes (n, 3), N, at rest."""
+        return [(load, at_nodes(energy, self.points)) for load, energy in self.applied]
 
     def outside(self, X: Floats) -> float:
         """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
@@ -140,9 +154,11 @@ def warm_kernels() -> None:
 class MovingSprings(PreparedMotion):
     """A network in motion; its report says of the springs what that of a network at rest does."""
 
+    static: PreparedSprings
+
     def solve(self, watch: Watch) -> Solution:
         """March from the start to the end."""
-        still: PreparedSprings = self.static
+        still = self.static
         if isinstance(still.fit, NoFit):
             return still.solve(watch)
         solution = super().solve(watch)
@@ -211,7 +227,7 @@ def statics_of(
         case.analysis.tolerance,
         case.analysis.max_iterations,
         extent=mesh.extent,
-        path=getattr(case.analysis, "path", "load"),
+        path=case.analysis.path,
     )
 
 

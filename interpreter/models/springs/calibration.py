@@ -85,7 +85,7 @@ def _checked(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Decla
     """Metric, probe and reference of a calibrated model. Raises Fault."""
     calibrated, at = model.thing.stiffness, model.at("stiffness")
     metric = scene.declared[calibrated.metric]
-    names = [getattr(metric.thing, name, None) for name in ("probe", "against")]
+    names = [metric.thing.looked_at, metric.thing.measured_from]
     if None in names:
         raise fault("E521", at, f"`{model.name}` cannot be fitted to `{metric.name}`",
                     "compares with no reference",
@@ -102,24 +102,24 @@ def _checked(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Decla
 def _scalable(model: Declared, reference: Declared, case: Case) -> None:
     """Raise a Fault where the reference, or what moves the body, is not known at the part of the load."""
     load, at = model.thing.stiffness.load, model.at("stiffness")
-    refined = hasattr(reference.thing, "methods")
-    if reference.kind == "model" or refined or getattr(reference.thing, "of", None) is not None:
+    how = "computed" if reference.kind == "model" else reference.thing.how
+    if how not in ("solved", "measured"):
+        what = {"computed": "a model", "refined": "refines models", "scanned": "scans a model"}[how]
         raise fault("E521", at, f"`{model.name}` cannot be fitted to `{reference.name}`",
-                    "a model" if reference.kind == "model" else "refines models" if refined else "scans a model",
-                    "models are computed after the fit; take a metric against another reference")  # fmt: skip
-    if getattr(reference.thing, "register", "none") == "icp":
+                    what, "models are computed after the fit; take a metric against another reference")  # fmt: skip
+    if reference.thing.registered == "icp":
         raise fault("E521", at, f"`{model.name}` cannot be fitted to `{reference.name}`",
                     "moved onto each computed surface", "register it by `clamp`, or not at all")  # fmt: skip
     if load == 1.0:
         return
     part = units.show(load, units.NONE)
-    if not hasattr(reference.thing, "solve"):
+    if how != "solved":
         raise fault("E521", at, f"`{reference.name}` was measured under the full load, not at {part} of it",
                     "not known there",
                     "fit to a reference that can be solved, such as `simo_reissner(...)`, or at"
                     " `load = 100 %`")  # fmt: skip
     for support in case.supports:
-        if hasattr(support.thing, "of"):
+        if support.thing.tracked is not None:
             raise fault("E521", at, f"the motion of `{support.name}` was measured at full load, not at {part} of it",
                         "not known there", "fit at `load = 100 %`")  # fmt: skip
 
@@ -136,13 +136,7 @@ def scaled(case: Case, part: float) -> Case:
 
 
 def _scaled(declared: Declared, part: float) -> Declared:
-    thing = declared.thing
-    name = next((n for n in ("magnitude", "vector", "by") if hasattr(thing, n)), None)
-    if name is None:
-        return declared
-    full = getattr(thing, name)
-    less = part * full if isinstance(full, float) else tuple(part * v for v in full)
-    return replace(declared, thing=replace(thing, **{name: less}))
+    return replace(declared, thing=declared.thing.part(part))
 
 
 def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, Any]) -> Target:
@@ -168,7 +162,7 @@ def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, 
 
 def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> Any:
     """What a measured reference holds, as the run has read it; None of one that is solved. Raises Fault."""
-    if not hasattr(reference.thing, "load"):
+    if reference.thing.how != "measured":
         return None
     if reference.name not in measured:
         problem = f"`{model.name}` is fitted to `{reference.name}`, which could not be read"

@@ -5,17 +5,20 @@ To add a rule for the stiffness: a class here, a line in STIFFNESSES, a case in 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.models.fem import levers
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.shared.model import Model
 from softmark.records import dataclass
 from softmark.solvers.elements import element_of
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.problem.case import Case
+    from softmark.interpreter.results.report import Kind
 
 CAUCHY = 0.25  # Poisson's ratio of every isotropic network of springs
 FAR = 0.05  # from it: then the material is another one
@@ -64,7 +67,7 @@ STIFFNESSES: dict[str, type[Any]] = {
 
 
 @dataclass(frozen=True)
-class MassSpring:
+class MassSpring(Model):
     """Masses at the nodes of a mesh, linear springs between them.
 
     Springs run along the edges of tetrahedra, or along the edges and diagonals of hexahedra; the energy of one is
@@ -74,7 +77,8 @@ class MassSpring:
     Source: Provot (1995); Van Gelder (1998); for the lattice Love (1906), note B.
     """
 
-    recovers = True  # finds back to rest from any state
+    recovers = True
+    finely = ("size",)
 
     stiffness: Annotated[
         Any, "stiffness", "how stiff its springs are, such as `uniform(120 N/m)` or `from_material()`"
@@ -103,6 +107,7 @@ class MassSpring:
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against this model of this case."""
         found = [
+            *self.refusals(declared, case),
             self.solid.one_mesh(declared, case),
             *levers.sized(self.solid, declared, case),
             self._cauchy(declared, case),
@@ -163,8 +168,17 @@ class MassSpring:
 
     def outline(self, case: Case) -> str:
         """One line for the plan."""
+        return f"{self.mesh_words(case)}, {self._words}"
+
+    def kind(self, case: Case) -> Kind | None:
+        """What it is but for its size."""
+        solid = self.solid.kind(case)
+        return None if solid is None else replace(solid, words=f"{self.network}, {self._words}")
+
+    @property
+    def _words(self) -> str:
         across = f" with diagonals of {self._across}" if element_of(self.network).diagonals[0] else ""
-        return f"{self.mesh_words(case)}, springs{across}: {self._rule}"
+        return f"springs{across}: {self._rule}"
 
     @property
     def _across(self) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,20 +14,30 @@ from softmark.interpreter.problem.parts.patches import Floats
 from softmark.interpreter.problem.parts.surface import Loaded
 from softmark.interpreter.problem.parts.true import selected
 from softmark.interpreter.results.loads import Resultant, Vector
-from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass
 
 SHOWN = 1e-3  # of a load: what may be missing, or undecided, without a word
 
-def resultants(case: Case, prepared: Any) -> dict[str, Resultant]:
-    """Of every load of a model that was built, by name; empty of a model that does not say what it applies."""
-    while not hasattr(prepared, "applied"):
-        inner = getattr(prepared, "static", None) or getattr(prepared, "rest", None)
-        if inner is None:
-            return {}
-        prepared = inner
-    mesh = getattr(prepared, "mesh", None)
-    points = prepared.points if mesh is None else mesh.points
-    return {load.name: _resultant(case, load, mesh, points, energy) for load, energy in prepared.applied}
+
+class Built(Protocol):
+    """What is asked of a model that was built: models/shared/prepared.py has all of it."""
+
+    @property
+    def mesh(self) -> Any:
+        """Its mesh, if it has one."""
+
+    @property
+    def points(self) -> Floats:
+        """Undeformed points that its loads act at (n, 3), m."""
+
+    def forces(self) -> Sequence[tuple[Declared, Floats]]:
+        """Of every load by itself at these points (n, 3), N."""
+
+
+def resultants(case: Case, prepared: Built) -> dict[str, Resultant]:
+    """Of every load of a model that was built, by name."""
+    mesh, points = prepared.mesh, prepared.points
+    return {load.name: _resultant(case, load, mesh, points, f) for load, f in prepared.forces()}
 
 
 def missing(found: Mapping[str, Resultant]) -> float | None:
@@ -41,13 +51,14 @@ def of_selections(found: Mapping[str, Resultant]) -> dict[str, Callable[[Any], f
     return {} if own is None else {"loads": lambda seen: own * seen.size}
 
 
-def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, energy: Any) -> Resultant:
-    f = _forces(energy, points)
+def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats) -> Resultant:
     force, moment = _vector(f.sum(axis=0)), _vector(np.cross(points, f).sum(axis=0))
-    known: Loaded | None = None if mesh is None else mesh.selections.get(getattr(load.thing, "where", None))
+    action = load.thing.action
+    on_surface = isinstance(action, PerArea | Follower)
+    known: Loaded | None = mesh.selections.get(action.where) if mesh is not None and on_surface else None
     exact, area = _exact(case, load)
-    if known is None and isinstance(load.thing, Traction) and area:  # on the end of a beam
-        taken = float(np.linalg.norm(force)) / (float(np.linalg.norm(load.thing.vector)) or 1.0)
+    if known is None and isinstance(action, PerArea) and area:  # on the end of a beam
+        taken = float(np.linalg.norm(force)) / (float(np.linalg.norm(action.traction)) or 1.0)
         return Resultant(force, moment, taken, exact, taken / area if taken else 1.0)
     if known is None:
         return Resultant(force, moment, None, exact, 1.0 if exact is None else _ratio(force, exact))
@@ -55,31 +66,18 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, energy: An
     return Resultant(force, moment, known.area, exact, share, known.remainder, known.leaning)
 
 
-def _forces(energy: Any, points: Floats) -> Floats:
-    """Nodal forces (n, 3), N, on the undeformed body."""
-    known = getattr(energy, "forces", None)  # of rods
-    if known is not None:
-        return np.asarray(known)
-    g = np.zeros(points.size)
-    energy.add_gradient(np.zeros_like(g), g)
-    return -g.reshape(-1, 3)
-
-
 def _exact(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
     """The force on the body itself, and the area that it acts on; None where they are not known."""
-    thing, shape = load.thing, case.shape
-    match thing:
-        case PointForce(vector=vector):
-            return _vector(np.array(vector)), None
-        case Gravity(magnitude=magnitude, direction=direction) if hasattr(shape, "volume"):
-            return _vector(case.material.density * shape.volume * magnitude * np.array(direction)), None
-        case Traction() | Pressure():
-            found = selected(shape, thing.where)
-            if found is None:
-                return None, None
-            area, normal = found
-            of = area * np.array(thing.vector) if isinstance(thing, Traction) else -thing.magnitude * normal
-            return _vector(of), area
+    shape = case.shape
+    match load.thing.action:
+        case AtPoint(force=force):
+            return _vector(np.array(force)), None
+        case PerMass(acceleration=g) if hasattr(shape, "volume"):
+            return _vector(case.material.density * shape.volume * np.array(g)), None
+        case PerArea(where=where, traction=t) if (found := selected(shape, where)) is not None:
+            return _vector(found[0] * np.array(t)), found[0]
+        case Follower(where=where, pressure=p) if (found := selected(shape, where)) is not None:
+            return _vector(-p * found[1]), found[0]
     return None, None
 
 

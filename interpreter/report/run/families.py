@@ -1,55 +1,18 @@
-"""Families of models: those that differ by the size of their mesh alone, or by Poisson's ratio alone.
-
-What a model is, is read from its outline: `tet4 of about 7 mm, corotational strain, nu = 0.3`.
-"""
+"""Families of models: those that differ by the size of their mesh alone, or by Poisson's ratio alone."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 
 from softmark.grammar import tree
 from softmark.interpreter.report.run.findings import Findings
-from softmark.interpreter.results.report import ModelResult
-from softmark.records import dataclass
-
-SIZE = re.compile(r"^(?P<element>\w+) of about (?P<size>[\d.eE+-]+ \S+?)(?=,|$)")
-SEGMENTS = re.compile(r"^(?P<size>\d+) (?P<element>beam segments)(?=,|$)")
-POISSON = re.compile(r",? *\b(?:nu|poisson) = (?P<nu>[\d.eE+-]+)")
-
-
-@dataclass(frozen=True)
-class Kind:
-    """What an outline says: all but size and Poisson's ratio, and these two; `nu` None for the scene's own."""
-
-    words: str  # `tet4, corotational strain`
-    size: str
-    nu: float | None
-
-
-def kind_of(model: ModelResult) -> Kind | None:
-    """What a model is; None where the outline names no element with a size."""
-    found = POISSON.search(model.outline)
-    rest = POISSON.sub("", model.outline)
-    sized = SIZE.match(rest) or SEGMENTS.match(rest)
-    if sized is None:
-        return None
-    words = sized["element"] + rest[sized.end() :]
-    return Kind(words.strip(" ,"), sized["size"], _float(found["nu"]) if found else None)
-
-
-def _float(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
 
 
 def by_size(findings: Findings) -> dict[str, dict[str, float]]:
     """Family -> its models with their numbers of unknowns, in ascending order; at least two of different size."""
     found: dict[str, dict[str, float]] = {}
     for name, model in findings.report.models.items():
-        kind = kind_of(model)
+        kind = model.kind
         if kind is None or not model.size.get("dofs"):
             continue
         nu = "" if kind.nu is None else f", nu = {kind.nu:g}"
@@ -61,7 +24,7 @@ def by_poisson(findings: Findings) -> dict[str, dict[str, float]]:
     """Family -> its models with their Poisson's ratios, in ascending order; at least two that differ."""
     usual, found = scene_poisson(findings), dict[str, dict[str, float]]()
     for name, model in findings.report.models.items():
-        kind = kind_of(model)
+        kind = model.kind
         nu = None if kind is None else usual if kind.nu is None else kind.nu
         if kind is not None and nu is not None and -1.0 < nu < 0.5:
             found.setdefault(f"{kind.words}, {kind.size}", {})[name] = nu

@@ -12,17 +12,13 @@ from typing import Any
 
 from softmark.interpreter.front.refinements import counted
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.models.beam.words import Beam6Dof
-from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.plan.needs import reached
 from softmark.interpreter.problem.case import Fault, case_for
 from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.study.expansion.keys import words_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.solvers.elements import element_of
 
 PROBLEM = ("material", "body", "support", "load", "analysis")  # kinds that say what is to be solved
-FIELDS = ("size", "segments", "step")  # those that say how finely
 
 
 def resolution_of(scene: Scene, model: str) -> dict[str, Any]:
@@ -37,12 +33,11 @@ def resolution_of(scene: Scene, model: str) -> dict[str, Any]:
     problem = [d for d in scene.declared.values() if d.kind in PROBLEM]
     found = {}
     for declared in (*problem, *whole):
-        for name in FIELDS:
-            value = getattr(declared.thing, name, None)
-            if isinstance(value, int | float) and (declared is own or name not in found):
+        for name, value in _finely(declared).items():
+            if value is not None and (declared is own or name not in found):
                 found[name] = float(value)
     digest = hashlib.sha256("".join(words_of(_without(d)) for d in (*problem, *whole)).encode()).hexdigest()
-    size = getattr(own.thing, "size", None)
+    size = _finely(own).get("size")
     return {"of": found, "formal": formal_orders(scene, own), "problem": digest, "meshed": size is not None,
             "counts": None if size is None else _counts(scene, own, size)}  # fmt: skip
 
@@ -57,10 +52,16 @@ def _counts(scene: Scene, model: Declared, size: float) -> list[int] | None:
 
 def _without(declared: Declared) -> Declared:
     """A declaration without what says how finely: of the models and of the analysis alone."""
-    if declared.kind not in ("model", "analysis"):
-        return declared
-    names = [name for name in FIELDS if hasattr(declared.thing, name)]
-    return replace(declared, thing=replace(declared.thing, **dict.fromkeys(names))) if names else declared
+    names = dict.fromkeys(_finely(declared))
+    return replace(declared, thing=replace(declared.thing, **names)) if names else declared
+
+
+def _finely(declared: Declared) -> dict[str, Any]:
+    """What a declaration says of how finely things are solved, by field: models and motions do."""
+    thing = declared.thing
+    if declared.kind == "model":
+        return {name: getattr(thing, name) for name in thing.finely}
+    return {"step": thing.step} if isinstance(thing, Dynamic) else {}
 
 
 # ------------------------------------------------------------------ orders of theory
@@ -69,26 +70,17 @@ def _without(declared: Declared) -> Declared:
 def formal_orders(scene: Scene, model: Declared) -> dict[str, int]:
     """The order in displacements that theory gives each field of a model, where the solution is smooth.
 
-    Finite elements with polynomials of degree k: k + 1 with the size of cells (Strang and Fix 1973, theorem 1.5), where
-    every state is solved. Two-node beams with one point: 2 with the number of segments (Simo and Vu-Quoc 1986).
-    Integrators: theirs, with the step. Springs, modes and tolerances have none.
+    The model says those with its size or segments; integrators have theirs with the step. Springs, modes and
+    tolerances have none.
     """
-    if any(getattr(model.thing, name, None) is not None for name in ("cap", "linear_cap")):
+    if model.thing.unsolved:
         return {}
-    found = {}
-    match model.thing:
-        case Fem(mass="uniform") | Fem(rotation="element"):
-            pass
-        case Fem(element=element):
-            found["size"] = int(element_of(element).order) + 1
-        case Beam6Dof():
-            found["segments"] = 2
+    found = dict(model.thing.orders())
     motion = next((d.thing for d in scene.of_kind("analysis").values() if isinstance(d.thing, Dynamic)), None)
     return found if motion is None else {**found, "step": _order_in_time(motion, model.thing)}
 
 
 def _order_in_time(motion: Dynamic, model: Any) -> int:
     """Damping by the stiffness at the start of a step is of first order where the stiffness changes."""
-    linear = getattr(model, "strain", None) == "small"
-    first = motion.integrator == "implicit_euler" or (motion.damping_stiffness > 0 and not linear)
+    first = motion.integrator == "implicit_euler" or (motion.damping_stiffness > 0 and not model.constant)
     return 1 if first else 2

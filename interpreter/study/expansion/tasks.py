@@ -150,7 +150,7 @@ def _stated(scene: Scene, model: ModelResult) -> Json:
     """What the model states of the first relative metric against something, and of all (`of`)."""
     relative = (
         n for n, m in scene.of_kind("metric").items()
-        if n in model.stated and m.thing.unit == "1" and getattr(m.thing, "against", None) is not None
+        if n in model.stated and m.thing.unit == "1" and m.thing.measured_from is not None
     )  # fmt: skip
     first = next(relative, next(n for n, said in model.stated.items() if said.get("unit", "1") == "1"))
     return {**model.stated[first], "metric": first, "of": dict(model.stated)}
@@ -200,7 +200,7 @@ def _errors(scene: Scene, report: Report, model: ModelResult) -> Json:
     """Every metric but those about speed, which a shared processor would spoil; without comparisons, our own."""
     found, asked = {}, scene.of_kind("metric")
     for name, result in model.metrics.items():
-        if hasattr(asked[name].thing, "probe"):
+        if asked[name].thing.looked_at is not None:
             entry = {"value": result.value, "unit": result.unit, "against": _against(asked[name])}
             extra = {"reason": result.reason, "uncertainty": result.uncertainty}
             found[name] = entry | {n: v for n, v in extra.items() if v is not None}
@@ -210,7 +210,7 @@ def _errors(scene: Scene, report: Report, model: ModelResult) -> Json:
 
 
 def _against(metric: Declared) -> str | None:
-    against: str | None = getattr(metric.thing, "against", None)
+    against: str | None = metric.thing.measured_from
     return against
 
 

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from softmark.grammar import tree
 from softmark.interpreter.report.charts.styles import COLOURS, Look, model_look, reference_look
 from softmark.interpreter.report.page.plate import SHOWN
-from softmark.interpreter.report.run.families import kind_of
 from softmark.interpreter.report.run.findings import Findings, value_of
 from softmark.interpreter.results.report import ProbeResult, Report
 
@@ -59,7 +58,7 @@ def _by_kind(report: Report) -> dict[str, Look]:
     """A colour for each kind of model, whatever its size or Poisson's ratio; models of no kind have their own."""
     kinds: dict[str, list[str]] = {}
     for name, model in report.models.items():
-        kind = kind_of(model)
+        kind = model.kind
         kinds.setdefault(f"kind {kind.words}" if kind else f"model {name}", []).append(name)
     colours = {n: i for i, names in enumerate(kinds.values()) for n in names}
     places = {n: i for names in kinds.values() for i, n in enumerate(names)} if len(kinds) <= COLOURS else {}
@@ -83,7 +82,7 @@ def drawn_first(findings: Findings) -> list[str]:
         return names
     kinds: dict[str, list[str]] = {}
     for name in names:
-        kind = kind_of(models[name])
+        kind = models[name].kind
         kinds.setdefault(f"kind {kind.words}" if kind else f"model {name}", []).append(name)
     ends = [n for own in kinds.values() for n in dict.fromkeys((own[0], own[-1]))]
     return ends if len(ends) <= SHOWN else names[:SHOWN]

@@ -1,0 +1,110 @@
+"""Forces of a beam found again from where its points are, without its solver."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.evidence.load_check import Unchecked
+from softmark.interpreter.models.beam.words import Beam6Dof, station
+from softmark.interpreter.models.shared.prepared import Solution
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.stretches import coverage
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
+from softmark.records import dataclass
+from softmark.solvers.checks import solids
+from softmark.solvers.checks.rods import Rod, frames
+from softmark.solvers.checks.solids import Balance, Floats
+
+
+@dataclass(frozen=True)
+class Line:
+    """What of a beam model is known without its solver."""
+
+    model: Beam6Dof
+    case: Case
+    s: Floats  # stations (n,), m
+
+    @property
+    def axes(self) -> Floats:
+        """e1, e2, e3 at rest (3, 3), as rows."""
+        from softmark.solvers.mesh.shapes import transverse
+
+        return np.array([self.case.shape.axis, *transverse(self.case.shape.axis)])
+
+    @property
+    def stiffness(self) -> Floats:
+        """EA, GA2, GA3, GJ, EI2, EI3."""
+        section, material = self.case.shape.section, self.case.material
+        E, G = material.young, material.young / (2.0 * (1.0 + material.poisson))
+        shear = section.shear_factor(material.poisson) * G * section.area
+        return np.array([E * section.area, shear, shear, G * section.torsion, *(E * I for I in section.moments)])
+
+    def rod(self, displacement: Any) -> tuple[Rod, float]:
+        """The deformed rod, from displacements of points on and beside its axis, and how far beside."""
+        shape = self.case.shape
+        arm = max(max(abs(u), abs(v)) for u, v in shape.section.samples())
+        X = np.array(shape.root) + self.s[:, None] * self.axes[0]
+        beside = X[:, None] + arm * self.axes[1:]
+        x = X + displacement(X)
+        tips = (beside + displacement(beside.reshape(-1, 3)).reshape(beside.shape)) - x[:, None]
+        rigid = (() if self.model.axial else (0,)) + (() if self.model.shear else (1, 2))
+        return Rod(x, frames(tips, arm * self.axes[1:]), np.diff(self.s), self.stiffness, rigid), arm
+
+    def loads(self) -> Floats:
+        """Forces at the nodes (n, 3), N. Raises Unchecked."""
+        shape, f, l = self.case.shape, np.zeros((len(self.s), 3)), np.diff(self.s)
+        for load in self.case.loads:
+            match load.thing.action:
+                case PerMass(acceleration=g):
+                    w = self.case.material.density * shape.section.area * np.array(g)
+                    f[:-1] += 0.5 * l[:, None] * w
+                    f[1:] += 0.5 * l[:, None] * w
+                case PerArea(where=where, traction=traction):
+                    end = 0 if coverage(where, shape, 0.0) == "all" else -1
+                    f[end] += shape.section.area * np.array(traction)
+                case AtPoint(at=at, force=force):
+                    s = station(self.case, at) or 0.0
+                    for node in range(len(self.s)):
+                        f[node] += np.interp(s, self.s, np.eye(len(self.s))[node]) * np.array(force)
+                case _:
+                    raise Unchecked(f"there is no other formula for `{load.name}`")
+        return f
+
+    def held(self) -> NDArray[np.bool_]:
+        """Forces and moments that supports carry (n, 6); of a partly held section, all moments."""
+        found = np.zeros((len(self.s), 6), dtype=np.bool_)
+        for support in self.case.supports:
+            for node, s in enumerate(self.s.tolist()):
+                if coverage(support.thing.where, self.case.shape, s) == "all":
+                    found[node, [*support.thing.components, 3, 4, 5]] = True
+        return found
+
+
+def balance_of(model: Beam6Dof, case: Case, solution: Solution) -> Balance:
+    """The forces of a beam found again. Raises Unchecked."""
+    beam = Line(model, case, np.array(model.stations(case)))
+    if solution.displacement is None or (len(beam.s) > 200 and not (model.shear and model.axial)):
+        raise Unchecked("constraints of so many elements are not looked at again")
+    rod, arm = beam.rod(solution.displacement)
+    inside, by = rod.forces()
+    outside, fixed = np.zeros_like(inside), beam.held()
+    outside[:, :3] = beam.loads()
+    scale = np.array([1.0, 1.0, 1.0, *[1.0 / case.shape.length] * 3])
+    inside, by = inside * scale, by * scale[:, None, None]
+    if rod.rigid:
+        inside = inside + _carried(inside - outside, by, fixed)
+    noise = rod.rounding(arm)
+    result = solids.balance(inside[:, :3], outside[:, :3], fixed[:, :3], noise, None)
+    whole = solids.balance(inside, outside, fixed, noise, None)
+    return whole if whole.residual >= result.residual else result
+
+
+def _carried(left: Floats, by: Floats, fixed: NDArray[np.bool_]) -> Floats:
+    """What constraints carry (n, 6): what of it balances the free nodes best."""
+    B = by.reshape(left.size, -1)
+    free = ~fixed.ravel()
+    best, *_ = np.linalg.lstsq(B[free], -left.ravel()[free], rcond=None)
+    return (B @ best).reshape(left.shape)

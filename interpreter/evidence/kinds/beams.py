@@ -1,0 +1,93 @@
+"""What vouches for beams."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.evidence.answer import Answer
+from softmark.interpreter.evidence.kinds.beam_forces import Line, balance_of
+from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
+from softmark.interpreter.evidence.orders import COARSE
+from softmark.interpreter.evidence.probe_answers import NO_ERROR, Seen, Unknown
+from softmark.interpreter.models.beam import ribbon
+from softmark.interpreter.models.beam.words import Beam6Dof
+from softmark.interpreter.models.shared.prepared import Solution
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.results.report import ModelResult
+from softmark.solvers.checks.solids import Balance
+
+BENT, STRETCHED = 0.5, 1.2  # times the square of its strain of bending, and times that of stretch
+
+
+class Beams(Voucher):
+    """Of beams: forces from the places of their points, fewer segments, and what their theory leaves out."""
+
+    def facts(self, found: Found) -> dict[str, Any]:
+        """The largest strain: of the outermost fibre, with shear."""
+        model, case, solution = found.declared.thing, found.case, found.solution
+        if solution.displacement is None:
+            return {}
+        rod, arm = Line(model, case, np.array(model.stations(case))).rod(solution.displacement)
+        u, v = (max(abs(p[i]) for p in case.shape.section.samples()) for i in (0, 1))
+        bent, stretched = rod.strain(np.array([arm, v, u]))
+        flat = rod.curvatures[:, 1 if v <= u else 2]  # about the axis along the wider side
+        return {
+            "largest_strain": bent + stretched, "bending_strain": bent, "axial_strain": stretched,
+            "flat_curvature_per_m": float(np.abs(flat).max()),
+        }  # fmt: skip
+
+    def balance(self, found: Found) -> tuple[Balance, float | None]:
+        """By the formulas of solvers/checks/rods.py. Raises Unchecked."""
+        solution = found.solution
+        return balance_of(found.declared.thing, found.case, solution), solution.facts.get("residual")
+
+    def coarser(self, answer: Answer) -> list[tuple[Solution, float]]:
+        """Of half and a quarter as many segments. Raises Unknown."""
+        thing = answer.declared.thing
+        found: list[tuple[Solution, float]] = []
+        answer.budget.must_hold(0.75, slight=True)
+        segments = thing.segments
+        while segments > 1 and len(found) < 2:
+            fewer = (segments + 1) // 2
+            declared = replace(answer.declared, thing=replace(thing, segments=fewer))
+            try:
+                solution, _ = answer.solved(f"segments {fewer}", declared, answer.case)
+            except Unknown:  # of one segment, supports may hold all
+                if not found:
+                    raise
+                break
+            found.append((solution, segments / fewer))
+            segments = fewer
+        if not found:
+            raise Unknown("a beam of one segment has no coarser one")
+        return found
+
+    def model(self, answer: Answer, seen: Seen) -> float:
+        """What the theory of beams leaves out. Raises Unknown."""
+        if not seen.in_displacements:
+            raise Unknown(f"{NO_ERROR}: what the theory of beams leaves out is known of displacements alone")
+        return left_out(answer.declared.thing, answer.case, answer.result) * seen.size
+
+
+def left_out(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
+    """What the theory of beams leaves out, relative: clamps and thickness, curling across flat sections, and strain.
+
+    Estimates for solid sections, on the safe side of what solids of the same shape show. Bending stretches one side as
+    much as it shortens the other, so that a law that is not linear shows in second order; in stretch it does at once.
+    """
+    section, poisson = case.shape.section, case.material.poisson
+    spans, checks = max(1, len(case.supports)), result.solve.get("checks") or {}
+    said = (float(checks.get(n) or 0.0) for n in ("bending_strain", "axial_strain", "flat_curvature_per_m"))
+    bent, stretched, curvature = said
+    missing = ribbon.missing(section, case.shape.length, poisson, spans, thing.shear)
+    missing += ribbon.stiffening(section, poisson, curvature)
+    strained: float = BENT * bent**2 + STRETCHED * stretched
+    if missing + strained > COARSE:
+        raise Unknown(f"the beam is too {'thick' if missing > strained else 'strained'} for its theory")
+    return missing + strained
+
+
+VOUCHER = Beams()

@@ -1,0 +1,96 @@
+"""Forces of finite elements found again by formulas that share nothing with those that solved."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.evidence.load_check import Unchecked, loads_on
+from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.shared.prepared import Moved
+from softmark.interpreter.problem.case import Case
+from softmark.solvers.checks import solids
+from softmark.solvers.checks.pressures import Pressed, split_of
+from softmark.solvers.checks.solids import Balance, Body, Term
+from softmark.solvers.elements import ELEMENTS
+
+LEFT = 50.0  # times the estimate of what rounding leaves
+INWARD = 1e-6  # of the way to its centroid: where a cell is looked at, so that its border is not
+
+
+def balance_of(model: Fem, case: Case, mesh: Moved | None) -> Balance:
+    """The forces of finite elements found again. Raises Unchecked."""
+    if mesh is None or mesh.kind not in ELEMENTS:
+        raise Unchecked(f"there is no other formula for {model.element}")
+    u = np.asarray(mesh.displacement, dtype=np.float64)
+    if model.formulation != "displacement":
+        inside, lacking, noise = pressed(model, case, mesh).forces()
+        outside, unsure = loads_on(case, mesh, u, model.strain == "small", model.mass)
+        return solids.balance(inside, outside, held(case, mesh), noise + unsure / LEFT, lacking=lacking)
+    terms, stiff = terms_of(model, case)
+    body = Body(mesh.points, mesh.cells, mesh.kind, u, terms, stiff, turned=model.rotation == "element")
+    chosen, cells = solids.sample(len(mesh.points), mesh.cells, len(solids.rule(mesh.kind)[1]))
+    inside, noise = body.forces(cells)
+    outside, unsure = loads_on(case, mesh, u, model.strain == "small", model.mass)
+    return solids.balance(inside, outside, held(case, mesh), noise + unsure / LEFT, chosen)
+
+
+def pressed(model: Fem, case: Case, mesh: Moved) -> Pressed:
+    """The solid of a formulation with pressures, deformed. Raises Unchecked."""
+    E, nu = case.material.young, case.material.poisson
+    split = split_of(case.material, model.strain, E, nu)
+    if split is None:
+        raise Unchecked(f"there is no other formula for a {type(case.material).__name__} with pressures")
+    u, own = np.asarray(mesh.displacement, dtype=np.float64), None
+    if model.formulation == "mixed":
+        if (own := mesh.pressures) is None:
+            raise Unchecked("its pressures are not known")
+    elif model.formulation != "mean_dilatation":
+        raise Unchecked(f"there is no other formula for formulation = {model.formulation}")
+    return Pressed(mesh.points, mesh.cells, mesh.kind, u, split, E / (2.0 * (1.0 + nu)), own)
+
+
+def terms_of(model: Fem, case: Case) -> tuple[tuple[Term, ...], float]:
+    """The parts of the stress of a model, and its stiffest modulus, Pa. Raises Unchecked."""
+    E, nu = case.material.young, case.material.poisson
+    mu, lam = E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    stiff = 6.0 * mu + 9.0 * abs(lam)
+    if model.integration not in ("full", "selective"):
+        raise Unchecked(f"there is no other formula for {model.integration} integration")
+    selective, strain = model.integration == "selective", "small" if model.rotation == "element" else model.strain
+    if strain == "finite":
+        return _finite_terms(case.material, selective), stiff
+    law = solids.small_stress if strain == "small" else solids.corotational_stress
+    if selective:
+        return (Term(law(mu, 0.0)), Term(law(0.0, lam), centre=True)), stiff
+    return (Term(law(mu, lam)),), stiff
+
+
+def _finite_terms(material: Any, selective: bool) -> tuple[Term, ...]:
+    parts = material.finite_parts() if selective else None
+    if parts is not None:
+        return Term(parts[0].P), Term(parts[1].P, centre=True)
+    return (Term(material.finite_law().P),)
+
+
+def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:
+    """Which degrees of freedom supports hold (n, 3): of the nodes that they select, and of whole cells and facets.
+
+    Cells and facets are taken as selected where all their corners are, seen from a little inside: a selection without
+    its border holds up to it.
+    """
+    points = mesh.points
+    found = np.zeros(points.shape, dtype=np.bool_)
+    extent = float(np.sqrt((np.ptp(points, axis=0) ** 2).sum()))
+    for support in case.supports:
+        where = np.array(np.broadcast_to(support.thing.where.holds(*points.T, extent), len(points)))
+        for nodes in (mesh.cells, mesh.mesh.facets):
+            corners = points[nodes]
+            X = corners + INWARD * (corners.mean(axis=1, keepdims=True) - corners)
+            inside = np.broadcast_to(support.thing.where.holds(*np.moveaxis(X, 2, 0), extent), nodes.shape)
+            where[nodes[inside.all(axis=1)]] = True
+        for c in support.thing.components:
+            found[:, c] |= where
+    return found

@@ -1,0 +1,153 @@
+"""What vouches for finite elements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.evidence import finer
+from softmark.interpreter.evidence.answer import Answer
+from softmark.interpreter.evidence.budget import NOT_ASKED
+from softmark.interpreter.evidence.kinds.solid_forces import balance_of, pressed
+from softmark.interpreter.evidence.kinds.voucher import FINER, HOPELESS, Found, Sized, from_coarser
+from softmark.interpreter.evidence.load_check import Unchecked
+from softmark.interpreter.evidence.probe_answers import Field, Seen, Unknown
+from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.problem.case import case_for
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.solvers.checks.solids import Balance
+from softmark.solvers.elements import element_of
+
+THEORY = 2.0  # times the distance of two strain measures on another mesh
+ALIKE = 1.25  # the same on the mesh itself
+
+
+class Solids(Sized):
+    """Of finite elements: forces by formulas of their own, a finer space over the same cells, the best strain."""
+
+    def facts(self, found: Found) -> dict[str, Any]:
+        """Of a solid that cannot change its volume: by how much a cell does, and the whole."""
+        if found.solution.mesh is None or found.case.material.poisson < 0.5:
+            return {}
+        try:
+            most, whole = pressed(found.declared.thing, found.case, found.solution.mesh).grown()
+        except Unchecked:  # the balance of forces says why
+            return {}
+        return {"volume": most, "body_volume": whole}
+
+    def balance(self, found: Found) -> tuple[Balance, float | None]:
+        """By the formulas of solvers/checks/solids.py. Raises Unchecked."""
+        solution = found.solution
+        return balance_of(found.declared.thing, found.case, solution.mesh), solution.facts.get("residual")
+
+    def cells(self, answer: Answer) -> int:
+        """Of the mesh, whether they are evaluated or not."""
+        return super().cells(answer) if answer.mesh is None else len(answer.mesh.cells)
+
+    # ------------------------------------------------------------------ discretisation
+
+    def discretisation(self, answer: Answer, seen: Seen) -> float:
+        """From a finer space over the same cells, or else from coarser meshes. Raises Unknown."""
+        why = ""
+        if not isinstance(answer.case.analysis, Dynamic):
+            try:
+                return self._from_finer(answer, seen)
+            except Unknown as unknown:
+                why = str(unknown)
+        if why == NOT_ASKED:
+            raise Unknown(why)
+        try:
+            return self._from_coarser(answer, seen)
+        except Unknown as unknown:
+            raise Unknown(f"{why}; {unknown}" if why and why != str(unknown) else str(unknown)) from unknown
+
+    def _from_finer(self, answer: Answer, seen: Seen) -> float:
+        thing: Fem = answer.solid.thing
+        fine = seen.at(self._finer(answer))
+        apart, size = fine.apart(seen), fine.size
+        left = element_of(thing.element).leaves * apart
+        if not left <= HOPELESS * size:
+            raise Unknown(f"the mesh is too coarse to say: a finer space is {100 * apart / (size or apart):.3g} % away")
+        return left
+
+    def _finer(self, answer: Answer) -> Field:
+        own = (answer.scene, answer.solid, answer.own)
+        field: Field = answer.once(
+            "finer", lambda: finer.found(*own, answer.on_nodes(), answer.tangent, answer.budget)
+        )
+        return field
+
+    def _from_coarser(self, answer: Answer, seen: Seen) -> float:
+        """From one or two coarser meshes. Raises Unknown."""
+        thing: Fem = answer.solid.thing
+        if thing.locks_at(answer.own.material.poisson):
+            raise Unknown("its element locks at this Poisson's ratio, and coarse meshes agree on what is wrong")
+        return from_coarser(self.coarser(answer), seen, float(thing.order))
+
+    # ------------------------------------------------------------------ the measure of strain
+
+    def model(self, answer: Answer, seen: Seen) -> float:
+        """How far the model is from the same with the best strain measure that its material has. Raises Unknown."""
+        thing: Fem = answer.solid.thing
+        best = self._best(answer, thing)
+        if best == {}:
+            return 0.0
+        if isinstance(answer.case.analysis, Dynamic):
+            return THEORY * self._measures_apart(answer, seen, best)
+        return ALIKE * self._grown(answer, seen) * self._best_apart(answer, seen, thing, best)
+
+    def _best(self, answer: Answer, thing: Fem) -> dict[str, Any]:
+        """What the model would be with the best strain measure that there is, where it is another."""
+        material = answer.scene.declared[answer.own.body.name].thing.material
+        strain = "corotational" if material.finite_law() is None else "finite"
+        best = {"strain": strain, "rotation": "point", "material": None}
+        best |= {"mass": "consistent"} if thing.mass == "uniform" else {}
+        if thing.integration == "selective" and strain == "finite" and material.finite_parts() is None:
+            best["integration"] = "full"
+        return best if any(getattr(thing, n) != v for n, v in best.items()) else {}
+
+    def _best_apart(self, answer: Answer, seen: Seen, thing: Fem, best: Mapping[str, Any]) -> float:
+        """The distance between the model and the best, both on its own mesh and of one discretisation."""
+        own, alike = seen, self._likened(answer, thing, best)
+        right = self._another(answer, seen, "best", thing, **best, **alike)
+        if alike:
+            own = self._another(answer, seen, "alike", thing, **alike)
+        apart = right.apart(own)
+        if not apart <= HOPELESS * right.size:
+            raise Unknown("the best strain of its material leads to quite another state")
+        return apart
+
+    def _likened(self, answer: Answer, thing: Fem, best: Mapping[str, Any]) -> dict[str, Any]:
+        """How both keep the volume where means of it leave unlike parts of the laws at every point of a cell."""
+        split = answer.scene.declared[answer.own.body.name].thing.material.finite_parts() is not None
+        if thing.formulation == "mean_dilatation" and best["strain"] == "finite" != thing.strain and split:
+            return {"formulation": "displacement", "integration": "selective"}
+        return {}
+
+    def _another(self, answer: Answer, seen: Seen, key: str, thing: Fem, **changes: Any) -> Seen:
+        """What is seen of another model on the same mesh. Raises Unknown."""
+        other = replace(answer.solid, thing=thing.plain(**changes))
+        own = (answer.scene, other, case_for(answer.scene, other))
+        return seen.at(answer.once(key, lambda: finer.alike(*own, answer.on_nodes(), answer.budget)))
+
+    def _grown(self, answer: Answer, seen: Seen) -> float:
+        """What a mesh that is too stiff hides of the error of its strain, which grows with the square of the motion."""
+        try:
+            fine = seen.at(self._finer(answer))
+        except Unknown:
+            return 1.0
+        own = float(np.linalg.norm(seen.u))
+        return max(1.0, (float(np.linalg.norm(fine.u)) / own) ** 2) if own > 0.0 else 1.0
+
+    def _measures_apart(self, answer: Answer, seen: Seen, best: Mapping[str, Any]) -> float:
+        """The distance between the model and the best, both on a coarser mesh."""
+        (own, _), *_ = self.coarser(answer)
+        better = answer.sized(FINER, **best)
+        solution, _ = answer.solved("best", better, case_for(answer.scene, better))
+        return seen.of(solution).apart(seen.of(own))
+
+
+VOUCHER = Solids()

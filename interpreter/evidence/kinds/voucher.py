@@ -1,0 +1,105 @@
+"""What can be said for the answers of a kind of model, and what is said where nothing is known of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from softmark.interpreter.evidence import orders
+from softmark.interpreter.evidence.answer import Answer
+from softmark.interpreter.evidence.load_check import Unchecked
+from softmark.interpreter.evidence.probe_answers import Seen, Unknown
+from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.models.shared.prepared import Prepared, Solution
+from softmark.interpreter.problem.case import Case
+from softmark.records import dataclass
+from softmark.solvers.checks.solids import Balance
+
+HOPELESS = 1.0  # relative: an error of all that moves is no statement
+FINER = 2.0  # how much coarser another mesh is
+NEAR, APART = 1.25, 1.6  # times as many cells along an edge: less is the same mesh; from here on it will do
+
+
+@dataclass(frozen=True)
+class Found:
+    """A solution that is looked at once more, and what it is one of."""
+
+    scene: Scene
+    declared: Declared
+    case: Case
+    prepared: Prepared
+    solution: Solution
+
+
+class Voucher:
+    """What vouches for a kind of model; nothing does but what its own class says otherwise."""
+
+    order = 2.0  # in displacements, that coarser solutions are held to
+
+    # ------------------------------------------------------------------ forces
+
+    def facts(self, found: Found) -> dict[str, Any]:
+        """What the report says of a solution beside its balance of forces."""
+        return {}
+
+    def balance(self, found: Found) -> tuple[Balance, float | None]:
+        """Its forces found again by other formulas, and what its solver claims of them. Raises Unchecked."""
+        raise Unchecked("there is no other formula for this model")
+
+    # ------------------------------------------------------------------ the error that it states
+
+    def discretisation(self, answer: Answer, seen: Seen) -> float:
+        """How far what is seen is from the limit of refinement. Raises Unknown."""
+        return from_coarser(self.coarser(answer), seen, self.order)
+
+    def coarser(self, answer: Answer) -> list[tuple[Solution, float]]:
+        """The same, coarser once or twice, with how many times coarser each is than the last. Raises Unknown."""
+        raise Unknown("no coarser one of its kind is known")
+
+    def model(self, answer: Answer, seen: Seen) -> float:
+        """How far the limit of refinement is from the body. Raises Unknown."""
+        raise Unknown("nothing is known of this kind of model")
+
+    def cells(self, answer: Answer) -> int:
+        """How many parts of equal standing the body is cut into."""
+        return max(1, int(answer.result.size.get("elements", 1)))
+
+
+def from_coarser(coarser: list[tuple[Solution, float]], seen: Seen, order: float) -> float:
+    """The error of what is seen, from one or two coarser solutions and the order in theory. Raises Unknown."""
+    (first, ratio), *second = coarser
+    near = seen.of(first)
+    apart = seen.apart(near)
+    orders.must_tell([apart], seen.size)
+    farther = None
+    if second and abs(second[0][1] - ratio) <= 0.25 * ratio:
+        farther = near.apart(near.of(second[0][0]))
+    found = orders.index(apart, ratio, order, farther)
+    orders.must_tell([found], seen.size, HOPELESS)
+    return found
+
+
+class Sized(Voucher):
+    """Of models on meshes that aim at a size."""
+
+    def coarser(self, answer: Answer) -> list[tuple[Solution, float]]:
+        """On meshes of twice and four times the size. Raises Unknown."""
+        if answer.solid.thing.size is None:
+            raise Unknown("its mesh is that of a file, and there is no coarser one")
+        found: list[tuple[Solution, float]] = []
+        cells = self.cells(answer)
+        for factor in (FINER, FINER**2):
+            try:
+                answer.budget.must_hold((FINER / factor) ** 3)
+                solution, size = answer.solved(f"size {factor:g}", answer.sized(factor), answer.own)
+            except Unknown:
+                if not found:
+                    raise
+                break
+            ratio = (cells / max(1, size["elements"])) ** (1.0 / 3.0)
+            if ratio < (APART if factor > FINER else NEAR):
+                break
+            found.append((solution, ratio))
+            cells = max(1, size["elements"])
+        if not found:
+            raise Unknown("a coarser mesh is the same one")
+        return found

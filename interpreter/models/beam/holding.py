@@ -1,0 +1,59 @@
+"""How supports hold a rod: found when a scene is checked, where that is not plain, and when it is built."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from softmark.interpreter.models.beam.rigid import AXES, point_rows
+from softmark.interpreter.models.shared.holding import Held, moved_by
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.stretches import coverage
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.mesh.shapes import transverse
+
+
+def points_of(case: Case, stations: Floats) -> Floats:
+    """The points of the axis (n, 3), m, at stations (n,), m from the root."""
+    points: Floats = np.array(case.shape.root) + stations[:, None] * np.array(case.shape.axis)
+    return points
+
+
+def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats]:
+    """Held degrees of freedom of a rod with nodes there (c,) and their values (c,), m or rad. Raises Fault."""
+    points = points_of(case, np.array(stations))
+    held = Held(case, case.shape.length, points.mean(axis=0), 6 * len(points))
+    for support in case.supports:
+        components = support.thing.components
+        turns = _held_turns(case.shape.axis, components)
+        for node, s in enumerate(stations):
+            if coverage(support.thing.where, case.shape, s) != "all":
+                continue
+            held.rows.append(point_rows(points[node : node + 1] - held.centre, components))
+            held.rows.append(np.eye(6)[[3 + t for t in turns]] * case.shape.length)
+            for c in components:
+                held.impose(6 * node + c, moved_by(support)[c], support, points[node], AXES[c])
+            for turn in _body_axes(case.shape.axis, turns):
+                held.impose(6 * node + 3 + turn, 0.0, support, points[node], AXES[turn])
+    return held.finished()
+
+
+def _held_turns(axis: tuple[float, float, float], components: tuple[int, ...]) -> list[int]:
+    """Rotations about x, y, z that a rigid section cannot make while `components` of all its points are held.
+
+    A rotation omega moves a point r of the section by omega x r; component c of that is omega . (r x e_c), so holding c
+    takes away the rotations along r x e_c for every r across the axis.
+    """
+    if len(components) == 3:
+        return [0, 1, 2]
+    taken = [np.abs(np.cross(r, np.eye(3)[c])) for r in transverse(axis) for c in components]
+    return [t for t in range(3) if any(v[t] > 0.5 for v in taken)]
+
+
+def _body_axes(axis: tuple[float, float, float], turns: list[int]) -> list[int]:
+    """The same rotations as degrees of freedom, which are about the rod's own axes e1, e2, e3."""
+    if len(turns) == 3:
+        return [0, 1, 2]
+    frame = np.array([axis, *transverse(axis)])
+    return [int(np.argmax(np.abs(frame[:, t]))) for t in turns]

@@ -1,0 +1,94 @@
+"""What every model says of itself: the words of a model derive from `Model`, and say what is otherwise.
+
+Nobody asks which model one is. What a scene may put on it, how finely it solves, what it is a member of and how it is
+made plain are asked of the words; what needs arrays, of what its builder prepares (`shared/prepared.py`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Self
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass
+from softmark.interpreter.vocabulary.supports import Holding
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.scene import Declared, Location, Scene
+    from softmark.interpreter.problem.case import Case
+    from softmark.interpreter.results.report import Kind
+
+MOST = "`fem(...)` takes all"
+
+
+class Model:
+    """A model as a scene declares it, where nothing else is said."""
+
+    # what a scene may put on it: `refusals` says so of all else, when the scene is checked
+    loads: tuple[type[Any], ...] = (PerMass, PerArea, Follower, AtPoint)  # how they may act
+    supports: tuple[type[Any], ...] = (Holding,)  # what they are
+    moves = True  # it takes dynamic analyses
+    recovers = False  # it finds back to rest from any state
+
+    # what it is
+    reduces: str | None = None  # the model whose equations it reduces
+    constant = False  # its stiffness never changes
+    unsolved = False  # it may accept states that are not solved
+    finely: tuple[str, ...] = ()  # its fields that say how finely it solves
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against it in this case, errors and warnings that need no arrays."""
+        return list(self.refusals(declared, case))
+
+    def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+        """The same that must know the whole scene."""
+        return []
+
+    def outline(self, case: Case) -> str:
+        """What will be built, on one line."""
+        raise NotImplementedError(f"{type(self).__name__} has no outline")
+
+    def kind(self, case: Case) -> Kind | None:
+        """What it is but for its size and Poisson's ratio; None of one that is alone of its kind."""
+        return None
+
+    def mesh_key(self) -> tuple[Any, ...] | None:
+        """What two models of a body must agree in to share a mesh; None of one without a mesh."""
+        return None
+
+    def mesh_words(self, case: Case) -> str:
+        """Its mesh in words."""
+        return ""
+
+    def plain(self, **changes: Any) -> Self:
+        """The same without what it trades for speed, and with other fields."""
+        changed: Any = replace(self, **changes)  # type: ignore[type-var]
+        made: Self = changed
+        return made
+
+    def orders(self) -> dict[str, int]:
+        """The order in displacements that theory gives its fields in `finely`, where the solution is smooth."""
+        return {}
+
+    def refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+        """Errors for the analysis, the loads and the supports that it does not take."""
+        if not self.moves and isinstance(case.analysis, Dynamic):
+            yield refused(
+                declared.at(), f"`{declared.name}` knows no motion, only the state of rest", "a static model",
+                "use `fem(...)` or `mass_spring(...)` in a dynamic analysis",
+            )  # fmt: skip
+        for load in case.loads:
+            if not isinstance(load.thing.action, self.loads):
+                yield refused(load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
+                              "not a load that it takes", MOST)  # fmt: skip
+        for support in case.supports:
+            if not isinstance(support.thing, self.supports):
+                yield refused(support.at(), f"`{declared.name}` cannot represent the support `{support.name}`",
+                              "not a support that it takes", MOST)  # fmt: skip
+
+
+def refused(at: Location, problem: str, label: str, help: str) -> Diagnostic:
+    """A scene has what a model does not take."""
+    return Diagnostic("E501", problem, at.source, at.span, label, help)

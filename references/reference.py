@@ -1,0 +1,44 @@
+"""What every reference says of where it is known from."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Literal
+
+How = Literal["solved", "measured", "refined", "scanned"]
+
+
+class Reference:
+    """A reference, and by what it is known.
+
+    `solved`: `solve(cantilever)` gives a CentreLine. `measured`: `load()` gives a MeasuredSurface or MeasuredPoints.
+    `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
+    computes, which `load(points, triangles)` takes.
+    """
+
+    how: ClassVar[How] = "solved"
+
+    @property
+    def scans(self) -> str | None:
+        """The model whose shape it is made from."""
+        return vars(self).get("of")
+
+    @property
+    def registered(self) -> str:
+        """How what was measured is moved onto the body: `none`, `clamp` or `icp`."""
+        found: str = vars(self).get("register", "none")
+        return found
+
+    @property
+    def file(self) -> str:
+        """The file that it is read from, "" of none."""
+        found: str = vars(self).get("path", "")
+        return found
+
+    @property
+    def own_young(self) -> float | None:
+        """Young's modulus that it takes in place of the material's, Pa."""
+        return vars(self).get("young")
+
+    def unfit(self) -> tuple[Any, Any] | None:
+        """Why its table cannot be used, and what to do, as far as a look at it tells; None where nothing is wrong."""
+        return None

@@ -1,0 +1,392 @@
+"""What every word of the vocabulary keeps to: functions that take a class, yours or ours, and assert it.
+
+    check_word      documented, frozen, each field with its range and meaning, explained by `dsl explain`, a stable text
+    check_load      it says how it acts, and less of it at a part of its size
+    check_support   it selects components of a body, and what it imposes shrinks with its part
+    check_probe     it finds its points in a body
+    check_metric    it measures, or says why not; zero against itself where it is an error
+    check_model     it says what it is, and refuses what it does not take; what it takes it builds, and solves
+
+A class is tried under a name of its own in its table: `with added(LOADS, "magnet", Magnet): ...`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import pickle
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from itertools import count, product
+from pathlib import Path
+from typing import Annotated, Any, get_type_hints
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.interpreter.cli.commands.explain import _constructor
+from softmark.interpreter.evidence.kinds import voucher_of
+from softmark.interpreter.evidence.kinds.voucher import Voucher
+from softmark.interpreter.face.api import checked
+from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.language.schema import Constructor, _fields
+from softmark.interpreter.metrics.measure import measured_by
+from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
+from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.models.builders import build, load
+from softmark.interpreter.models.shared.model import Model
+from softmark.interpreter.models.shared.prepared import Workshop
+from softmark.interpreter.problem.case import Case, case_for, case_of
+from softmark.interpreter.problem.points import place_of
+from softmark.interpreter.results.report import Kind, ModelResult
+from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.vocabulary import LOADS, SUPPORTS
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, Load, PerArea, PerMass
+from softmark.interpreter.vocabulary.supports import Support
+from softmark.records import dataclass
+
+HERE = Path(__file__).parent  # for the tables that words name
+SIZE = (0.04, 0.02, 0.02)  # m, of the body that words are tried on
+BODY = """softmark 1
+scene "contract"
+material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body bar = solid(box(size = (40, 20, 20) mm, origin = (0, -10, -10) mm), gel)
+"""
+CLAMP = "support wall = fixed(bar, where = x <= 0 mm)\n"
+LOOK = "probe tip = point(bar, at = (40, 0, 0) mm)\n"
+BEADS = 'reference beads = markers("beads.csv", unit = 1 mm, uncertainty = 0.1 mm)\n'
+
+# one of each, as a scene has it; a new word needs none of these to be checked by itself
+LOADED = {
+    "gravity": "gravity(1 m/s^2)",
+    "traction": "traction(bar, where = x >= 40 mm, vector = (0, 0, -1) Pa)",
+    "pressure": "pressure(bar, where = z >= 10 mm, magnitude = 1 Pa)",
+    "point_force": "point_force(bar, at = (40, 0, 0) mm, vector = (0, 0, -0.1) mN)",
+}
+SUPPORTED = {
+    "fixed": "fixed(bar, where = x >= 40 mm, components = (y, z))",
+    "displaced": "displaced(bar, where = x >= 40 mm, by = (0, 0, 1) mm)",
+    "follows": "follows(bar, where = x >= 40 mm, of = beads, reach = 15 mm)",
+}
+ANALYSED = {
+    "rest": "",
+    "path": "analysis a = static(path = arc_length)\n",
+    "disturbed": "analysis a = static(disturbed = scrambled, amount = 0.1)\n",
+    "implicit": "analysis a = dynamic(duration = 2 ms, step = 1 ms)\n",
+    "explicit": "analysis a = dynamic(duration = 20 us, step = 10 us, integrator = central_differences)\n",
+}
+_number = count()
+
+
+@contextmanager
+def added(table: dict[str, Any], name: str, thing: Any) -> Iterator[str]:
+    """A word that is in a table for a while, under a name that nothing else has had."""
+    own = f"{name}_{next(_number)}"
+    table[own] = thing
+    try:
+        yield own
+    finally:
+        del table[own]
+
+
+def scene_of(text: str) -> tuple[Any, list[Diagnostic]]:
+    """A scene, None of one in error, and what is said of it, in the folder of the tables."""
+    scene: Scene | None
+    scene, found = checked(Source("contract", text), HERE, HERE / "contract.scene", [])
+    return scene, found
+
+
+def errors(found: list[Diagnostic]) -> list[str]:
+    """Codes of the errors among diagnostics."""
+    return [d.code for d in found if d.severity == "error"]
+
+
+# ------------------------------------------------------------------ every word
+
+
+def check_word(cls: type[Any], kind: str, name: str) -> None:
+    """Documented, frozen, annotated, explained."""
+    assert cls.__doc__, "say what it is"
+    first = cls.__doc__.strip().split("\n")[0]
+    assert 10 <= len(first) <= 120, first
+    assert first[0].isupper(), first
+    assert first.endswith("."), "the first line is a sentence"
+    assert dataclasses.is_dataclass(cls)
+    params: Any = cls.__dataclass_params__  # type: ignore[attr-defined]
+    assert params.frozen
+    hints = get_type_hints(cls, include_extras=True)
+    for f in dataclasses.fields(cls):
+        assert getattr(hints[f.name], "__metadata__", None), f"{f.name}: Annotated[type, unit or kind, meaning]"
+    word = Constructor(name, kind, cls, _fields(cls))
+    assert len(word.fields) == len(dataclasses.fields(cls))
+    for field in word.fields:
+        assert len(field.doc) > 3, field.name
+        assert not field.doc.endswith("."), f"{field.name}: a meaning, and no sentence"
+        if field.interval is not None and isinstance(field.default, int | float):
+            assert field.default in field.interval, f"{field.name}: its default is out of its range"
+        if field.form == "choice" and field.default is not None and not field.required:
+            assert field.default in field.options, field.name
+        assert field.expected, field.name
+    page = _constructor(word)
+    assert first in page
+    assert all(field.doc in page for field in word.fields)
+
+
+def check_text(thing: Any) -> None:
+    """Its text is that of its values, the same in every process: results are known by it."""
+    assert " at 0x" not in repr(thing)
+    assert pickle.loads(pickle.dumps(thing)) == thing
+    assert hash(thing) == hash(dataclasses.replace(thing))
+
+
+# ------------------------------------------------------------------ loads
+
+
+def check_load(cls: type[Any], words: str) -> None:
+    """It derives from Load, and acts in a way that somebody knows; at half its size half as much."""
+    assert issubclass(cls, Load)
+    name = next(n for n, c in LOADS.items() if c is cls)
+    solid = "model m = fem(hex8, strain = small, size = 10 mm)"
+    scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}load push = {words}\n{solid}\n")
+    assert errors(found) == [], name
+    push = scene.declared["push"].thing
+    assert push.strength in {f.name for f in dataclasses.fields(cls)}, "which field says how much?"
+    assert isinstance(push.action, PerMass | PerArea | Follower | AtPoint)
+    np.testing.assert_allclose(_amount(push.part(0.5).action), 0.5 * _amount(push.action), rtol=1e-15)
+    case = case_for(scene, scene.declared["m"])
+    prepared = build(scene.declared["m"], case, Workshop(scene=scene))
+    ((who, forces),) = prepared.forces()
+    assert who.name == "push"
+    assert forces.shape == prepared.points.shape
+    assert np.linalg.norm(forces) > 0.0
+    assert np.all(np.isfinite(forces))
+
+
+def _amount(action: Any) -> Any:
+    match action:
+        case PerMass(acceleration=a):
+            return np.array(a)
+        case PerArea(traction=t):
+            return np.array(t)
+        case Follower(pressure=p):
+            return np.array(p)
+    return np.array(action.force)
+
+
+# ------------------------------------------------------------------ supports
+
+
+def check_support(cls: type[Any], words: str) -> None:
+    """It derives from Support, selects components of a body, and imposes half as much at half its size."""
+    assert issubclass(cls, Support)
+    assert {"body", "where", "components"} <= {f.name for f in dataclasses.fields(cls)}
+    scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}{BEADS}support s = {words}\n")
+    assert errors(found) == []
+    thing = scene.declared["s"].thing
+    assert set(thing.components) <= {0, 1, 2}
+    np.testing.assert_array_equal(thing.part(0.5).displacement, 0.5 * np.array(thing.displacement))
+    assert thing.moves or not any(thing.displacement)
+    assert thing.tracked is None or scene.declared[thing.tracked].kind == "reference"
+
+
+# ------------------------------------------------------------------ probes
+
+
+def check_probe(cls: type[Any], words: str) -> None:
+    """It finds points of the body, over which there are triangles or volumes, if any, and says how many in the plan."""
+    scene, found = scene_of(f"{BODY}{CLAMP}{BEADS}probe p = {words}\nmodel m = beam6dof(segments = 2)\n")
+    assert errors(found) == []
+    probe = scene.declared["p"]
+    assert isinstance(probe.thing, cls)
+    data = scene.declared["beads"].thing.load()
+    place = place_of(probe, case_of(scene, "bar"), lambda name: data.X)
+    low, high = (np.array(b) for b in scene.declared["bar"].thing.shape.bounds)
+    assert place.X.ndim == 2
+    assert place.X.shape[1] == 3
+    assert len(place.X) > 0
+    assert np.all(low - 1e-3 <= place.X)
+    assert np.all(high + 1e-3 >= place.X)
+    assert place.triangles is None or place.triangles.max() < len(place.X)
+    if place.weights is not None:
+        assert np.isclose(place.weights.sum(), np.prod(SIZE), rtol=1e-9)
+
+
+# ------------------------------------------------------------------ metrics
+
+
+def check_metric(cls: type[Any], metric: Any, case: Case) -> None:
+    """A finite number with a unit or a reason; an error is zero of what agrees, more of what does not, in JSON's types.
+
+    `metric` is one of the class, `case` any case of a body.
+    """
+    from softmark.interpreter.language import units
+
+    units.parse(metric.unit)
+    X = np.array([[x, 0.0, 0.0] for x in np.linspace(0.0, 0.04, 6)])
+    u = np.outer(np.linspace(0.0, 1e-3, 6), [0.0, 0.0, -1.0])
+    same, other = (Known("truth", v, lambda Y, v=v: np.interp(Y[:, 0], X[:, 0], v[:, 2])[:, None] * [0.0, 0.0, 1.0])
+                   for v in (u, 1.5 * u))  # fmt: skip
+    known = "against" in {f.name for f in dataclasses.fields(cls)}
+    told = []
+    for truth in (same, other) if known else (None,):
+        try:
+            found: Any = measured_by(metric, Seen("m", case, X, u, known=truth))
+        except Undefined as why:
+            found = why
+        if isinstance(found, Undefined):
+            assert len(str(found)) > 10, "why?"
+            continue
+        assert isinstance(found, Measurement)
+        assert np.isfinite(found.value)
+        assert isinstance(json.dumps(dict(found.details), default=lambda v: v.tolist()), str)
+        assert found.samples is None or found.samples.ndim == 1
+        told.append(float(found.value))
+    if len(told) == 2 and "statistic" not in {f.name for f in dataclasses.fields(cls)}:
+        assert told[0] <= 1e-12
+        assert told[1] > 1e-6
+
+
+# ------------------------------------------------------------------ models
+
+
+def check_model(cls: type[Any], words: str, before: str = "") -> set[str]:
+    """Everything that is asked of a model; `before` are declarations that its words name. What it took, in words."""
+    assert issubclass(cls, Model)
+    own = {n for n in vars(Model) if not n.startswith("_")}
+    hidden = own & {f.name for f in dataclasses.fields(cls)}
+    assert not hidden, f"these say what a model is, and are no fields: {hidden}"
+    assert isinstance(voucher_of(_made(before, words)[0].thing), Voucher)
+    _says(*_made(before, words))
+    refuses_foreign(words, before)
+    taken = set()
+    for (load_word, push), (held, grip), (how, analysis) in product(LOADED.items(), [("", ""), *SUPPORTED.items()],
+                                                                    ANALYSED.items()):  # fmt: skip
+        if grip and load_word != "gravity":
+            continue  # each load, and each support: not each pair
+        text = f"{BODY}{CLAMP}{LOOK}{BEADS}{analysis}load push = {push}\n"
+        text += f"support grip = {grip}\n" if grip else ""
+        what = f"{load_word}, {held or 'a clamp'}, {how}"
+        if _takes(f"{text}{before}model m = {words}\n", what):
+            taken.add(what)
+    assert taken, "it takes nothing"
+    return taken
+
+
+def _made(before: str, words: str) -> tuple[Declared, Case]:
+    scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}load push = gravity(1 m/s^2)\n{before}model m = {words}\n")
+    assert errors(found) == []
+    return scene.declared["m"], case_for(scene, scene.declared["m"])
+
+
+def _says(declared: Declared, case: Case) -> None:
+    """What it says of itself hangs together."""
+    thing: Model = declared.thing
+    outline, kind = thing.outline(case), thing.kind(case)
+    assert len(outline) > 5
+    assert "\n" not in outline
+    if kind is not None:
+        assert isinstance(kind, Kind)
+        assert kind.size.split(" ")[0] in outline
+        assert all(part.strip() in outline for part in kind.words.split(", "))
+    fields = {f.name for f in dataclasses.fields(declared.constructor.cls)}
+    assert set(thing.finely) <= fields
+    assert set(thing.orders()) <= set(thing.finely)
+    assert all(order >= 1 for order in thing.orders().values())
+    assert thing.plain() == thing.plain().plain()
+    assert type(thing.plain()) is type(thing)
+    key = thing.mesh_key()
+    assert (key is None) == (thing.mesh_words(case) == "")
+    hash(key)
+    check_text(thing)
+
+
+def refuses_foreign(words: str, before: str = "") -> None:
+    """A load that acts as nothing known, and a support that is none of the known: an error each, no exception."""
+    with added(LOADS, "magnet", Magnet) as magnet, added(SUPPORTS, "cushion", Cushion) as cushion:
+        for line, who in ((f"load push = {magnet}(bar, 1 N)", "push"),
+                          (f"support pad = {cushion}(bar, where = x >= 40 mm)", "pad")):  # fmt: skip
+            _, found = scene_of(f"{BODY}{CLAMP}{LOOK}load w = gravity(1 m/s^2)\n{line}\n{before}model m = {words}\n")
+            said = [d for d in found if d.code == "E501" and f"`{who}`" in d.message]
+            assert len(said) >= 1, (who, [d.message for d in found])
+            assert all(d.label and d.help and d.span for d in said)
+
+
+def _takes(text: str, what: str) -> bool:
+    """Whether it is built: it is refused when it is checked, or says all that a prepared model says."""
+    scene, found = scene_of(text)
+    if errors(found):
+        assert all(d.message and d.span is not None for d in found if d.severity == "error"), what
+        return False
+    declared = scene.declared["m"]
+    measured: Mapping[str, Any] = {"beads": scene.declared["beads"].thing.load()}
+    case = case_for(scene, declared)
+    load(declared.thing)
+    prepared = build(declared, case, Workshop(scene=scene, measured=measured))
+    assert {"nodes", "elements", "dofs"} <= set(prepared.size), what
+    assert all(isinstance(n, int) and n >= 0 for n in prepared.size.values()), what
+    assert all(isinstance(note, Diagnostic) for note in prepared.notes), what
+    assert prepared.points.shape[1] == 3, what
+    applied = prepared.forces()
+    assert [d.name for d, _ in applied] == [d.name for d in case.loads], what
+    assert all(f.shape == prepared.points.shape for _, f in applied), what
+    assert prepared.outside(np.array([[0.02, 0.0, 0.0]])) == 0.0, what
+    if prepared.assembly is not None:
+        assert prepared.assembly.dofs >= prepared.points.size, what
+    if "gravity" in what:  # all of it, on solids of straight edges
+        weight = 1000.0 * np.prod(SIZE)
+        np.testing.assert_allclose(applied[0][1].sum(axis=0), [0.0, 0.0, -weight], rtol=1e-9, atol=1e-15)
+    return True
+
+
+def check_result(words: str, before: str = "", analysis: str = "") -> ModelResult:
+    """A run of a model: its entry of the report has its keys, and nothing but JSON's own types."""
+    scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}{analysis}load push = gravity(1 m/s^2)\n"
+                            f"metric sag = displacement(tip, along = -z)\n{before}model m = {words}\n")  # fmt: skip
+    assert errors(found) == []
+    report = run(scene, found, Options(draw=False, stated=()))
+    own = report.to_json()["models"]["m"]
+    json.dumps(own, allow_nan=False)
+    assert {"status", "message", "outline", "size", "solve", "time", "probes", "metrics", "loads"} <= set(own)
+    assert own["status"] == "converged", own["message"]
+    assert own["metrics"]["sag"]["value"] > 0.0
+    assert set(own["loads"]) == {"push"}
+    assert "checks" in own["solve"]
+    assert {"value", "unit", "parts", "reason", "doubts"} <= set(own["stated"]["sag"])
+    result: ModelResult = report.models["m"]
+    return result
+
+
+# ------------------------------------------------------------------ what nobody knows
+
+
+@dataclass(frozen=True)
+class Torque:
+    """A way to act that no model knows."""
+
+    moment: float
+
+
+@dataclass(frozen=True)
+class Magnet(Load):
+    """Acts in a way that no model knows."""
+
+    strength = "pull"
+
+    body: Annotated[str, "body", "the body that is loaded"]
+    pull: Annotated[float, "N", "how strong it is"]
+
+    @property
+    def action(self) -> Torque:
+        """How it acts."""
+        return Torque(self.pull)
+
+
+@dataclass(frozen=True)
+class Cushion(Support):
+    """Gives way under what rests on it, as no model knows how to."""
+
+    body: Annotated[str, "body", "the body that is held"]
+    where: Annotated[Any, "condition", "which of its points"]
+    components: Annotated[tuple[int, ...], "components", "directions in which it is"] = (0, 1, 2)
+
+

@@ -1,0 +1,221 @@
+"""The contracts of the vocabulary, over every table; and that they find what breaks them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+import pytest
+from contracts import (
+    BODY,
+    CLAMP,
+    LOADED,
+    LOOK,
+    SUPPORTED,
+    Cushion,
+    Magnet,
+    added,
+    check_load,
+    check_metric,
+    check_model,
+    check_probe,
+    check_result,
+    check_support,
+    check_text,
+    check_word,
+    errors,
+    scene_of,
+)
+
+from softmark.interpreter.evidence.kinds.voucher import Voucher
+from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.interpreter.metrics import METRICS
+from softmark.interpreter.models import MODELS
+from softmark.interpreter.models.builders import BUILDERS
+from softmark.interpreter.models.shared.model import Model
+from softmark.interpreter.problem.case import case_of
+from softmark.interpreter.vocabulary import LOADS, PROBES, SUPPORTS
+from softmark.interpreter.vocabulary.analyses import EXPLICIT
+from softmark.interpreter.vocabulary.loads import Load, PerMass
+from softmark.records import dataclass
+from softmark.solvers.dynamics import INTEGRATORS
+
+WORDS = [(kind, name, cls) for kind in CATALOGUE for name, cls in CATALOGUE[kind].items()]
+FULL = "model full = fem(hex8, strain = corotational, size = 10 mm, mass = lumped)\n"
+MODELLED = {
+    "fem": [("fem(hex8, strain = corotational, size = 10 mm)", ""),
+            ("fem(tet4, strain = finite, size = 10 mm, mass = lumped, cap = 3)", ""),
+            ("fem(tet10, strain = finite, size = 20 mm, formulation = mixed)", "")],
+    "beam6dof": [("beam6dof(segments = 4)", "")],
+    "mass_spring": [("mass_spring(stiffness = from_material(), size = 10 mm)", "")],
+    "modal": [("modal(of = full, modes = 2)", FULL)],
+    "pod": [("pod(of = full, training = [1])", FULL)],
+}  # fmt: skip
+TAKES = {  # of 35: each load, and each support under gravity, in each of five analyses
+    "fem(hex8": 28,  # its consistent mass is no explicit one
+    "fem(tet4": 21,  # a cap has no part in a path or a disturbed start
+    "fem(tet10": 14,  # pressures have no mass, and no way downhill
+    "beam6dof(segments = 4)": 15,  # no motion, no pressure, no tracked points
+    "mass_spring(stiffness = from_material()": 35,
+    "modal(of = full": 19,  # at rest and in motion, but supports that move are not marched explicitly
+    "pod(of = full": 19,
+}
+CASES = [pytest.param(MODELS[name], *words, id=words[0]) for name, all_ in MODELLED.items() for words in all_]
+PROBED = {
+    "point": "point(bar, at = (40, 0, 0) mm)",
+    "line": "line(bar, from = (0, 0, 0) mm, to = (40, 0, 0) mm, points = 5)",
+    "surface": "surface(bar, size = 10 mm)",
+    "volume": "volume(bar, size = 10 mm)",
+    "nodes": 'nodes(bar, mesh = mesh("../errors/parts/sound.mesh", unit = 1 mm))',
+    "markers": "markers(bar, of = beads)",
+}
+MEASURED: dict[str, dict[str, Any]] = {
+    "displacement": {"along": (0.0, 0.0, -1.0)},
+    "period": {"along": (0.0, 0.0, -1.0)},
+    "realtime": {"rate": 25.0},
+}
+
+
+@pytest.mark.parametrize(("kind", "name", "cls"), WORDS, ids=[f"{k}-{n}" for k, n, _ in WORDS])
+def test_every_word_is_documented_and_annotated(kind: str, name: str, cls: type[Any]) -> None:
+    check_word(cls, kind, name)
+
+
+@pytest.mark.parametrize("name", LOADS)
+def test_loads(name: str) -> None:
+    check_load(LOADS[name], LOADED[name])
+
+
+@pytest.mark.parametrize("name", SUPPORTS)
+def test_supports(name: str) -> None:
+    check_support(SUPPORTS[name], SUPPORTED[name])
+
+
+@pytest.mark.parametrize("name", PROBES)
+def test_probes(name: str) -> None:
+    check_probe(PROBES[name], PROBED[name])
+
+
+@pytest.mark.parametrize("name", METRICS)
+def test_metrics(name: str) -> None:
+    cls = METRICS[name]
+    scene, _ = scene_of(BODY + CLAMP)
+    own = {n: v for n, v in (("probe", "tip"), ("against", "truth")) if n in cls.__dataclass_fields__}
+    metric = cls(**own, **MEASURED.get(name, {}))
+    check_text(metric)
+    check_metric(cls, metric, case_of(scene, "bar"))
+
+
+@pytest.mark.parametrize(("cls", "words", "before"), CASES)
+def test_models(cls: type[Any], words: str, before: str) -> None:
+    taken = check_model(cls, words, before)
+    assert {f"gravity, {held}, rest" for held in ("a clamp", "displaced")} <= taken
+    if cls is not MODELS["beam6dof"]:
+        assert {"pressure, a clamp, rest", "gravity, follows, rest"} <= taken
+    assert len(taken) == TAKES[words.partition(",")[0]], sorted(taken)
+
+
+@pytest.mark.parametrize(("cls", "words", "before"), CASES)
+def test_results_of_models(cls: type[Any], words: str, before: str) -> None:
+    check_result(words, before)
+
+
+def test_every_model_has_words_here_and_a_builder() -> None:
+    assert set(MODELLED) == set(MODELS)
+    assert set(BUILDERS) == set(MODELS.values())
+
+
+def test_which_integrators_are_explicit_is_said_the_same_twice() -> None:
+    """A check knows it without the integrators, which need arrays."""
+    assert set(EXPLICIT) == {name for name, cls in INTEGRATORS.items() if cls.explicit}
+
+
+# ------------------------------------------------------------------ somebody else's
+
+
+@dataclass(frozen=True)
+class Wind(Load):
+    """Pulls on all of a body along x, as somebody else would have it."""
+
+    strength = "speed"
+
+    speed: Annotated[float, "m/s^2 in [0, inf)", "how strongly"]
+
+    @property
+    def action(self) -> PerMass:
+        """How it acts."""
+        return PerMass((self.speed, 0.0, 0.0))
+
+
+@pytest.fixture
+def wind() -> Iterator[str]:
+    with added(LOADS, "wind", Wind) as name:
+        yield name
+
+
+def test_a_load_that_acts_in_a_known_way_is_one_class_and_one_line(wind: str) -> None:
+    """Every model takes it, its forces are found again by other formulas, and the report says what it comes to."""
+    check_word(Wind, "load", wind)
+    check_load(Wind, f"{wind}(2 m/s^2)")
+    for words in ("fem(hex8, strain = finite, size = 10 mm)", "beam6dof(segments = 2)",
+                  "mass_spring(stiffness = from_material(), size = 10 mm)"):  # fmt: skip
+        scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}load w = {wind}(2 m/s^2)\nmodel m = {words}\n")
+        assert errors(found) == []
+        from softmark.interpreter.run.pipeline import Options, run
+
+        model = run(scene, found, Options(draw=False)).models["m"]
+        assert model.status == "converged"
+        assert model.solve["checks"]["residual"] < 1e-8
+        assert model.loads["w"].to_json()["force"][0] == pytest.approx(1000 * 0.04 * 0.02 * 0.02 * 2)
+
+
+@dataclass(frozen=True)
+class Guess(Model):
+    """A model that has words and nothing else."""
+
+    moves = False
+    loads = (PerMass,)
+
+    share: Annotated[float, "1 in (0, 1]", "how much of it is believed"] = 0.5
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    def outline(self, case: Any) -> str:
+        """One line for the plan."""
+        return f"a guess of {self.share:g}"
+
+
+def test_a_model_that_says_next_to_nothing_refuses_what_it_does_not_take() -> None:
+    with added(MODELS, "guess", Guess) as name:
+        check_word(Guess, "model", name)
+        for line, refused in (
+            ("load p = pressure(bar, where = z >= 10 mm, magnitude = 1 Pa)", ["E501"]),
+            ("load w = gravity(1 m/s^2)", []),
+            ("load w = gravity(1 m/s^2)\nanalysis a = dynamic(duration = 1 s, step = 1 ms)", ["E501"]),
+        ):
+            _, found = scene_of(f"{BODY}{CLAMP}{LOOK}{line}\nmodel m = {name}()\n")
+            assert errors(found) == refused, line
+    assert isinstance(Voucher(), Voucher)
+
+
+def test_what_breaks_a_contract_is_found() -> None:
+    @dataclass(frozen=True)
+    class Mute(Model):
+        """A model without an outline, one of whose fields hides what it is."""
+
+        kind: Annotated[str, "what it is"] = "mute"  # type: ignore[assignment]
+
+    with added(MODELS, "mute", Mute) as name, pytest.raises(AssertionError, match="no fields"):
+        check_model(Mute, f"{name}()")
+    with added(LOADS, "magnet", Magnet) as name, pytest.raises(AssertionError):
+        check_load(Magnet, f"{name}(bar, 1 N)")
+    with added(SUPPORTS, "cushion", Cushion) as name:
+        check_support(Cushion, f"{name}(bar, where = x >= 40 mm)")
+
+    @dataclass(frozen=True)
+    class Vague(Load):
+        """Pulls"""
+
+        pull: Annotated[float, "N", "how strong."]
+
+    with pytest.raises(AssertionError):
+        check_word(Vague, "load", "vague")
