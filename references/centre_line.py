@@ -35,11 +35,6 @@ class CentreLine:
     estimated_error: float  # m, of the displacement of any point of the body; numerical error alone
     linearised: bool = False  # small rotations: a section moves by theta x r, to first order
 
-    @property
-    def tip_slope(self) -> float:
-        """The rotation of the free end's section, rad; without shear it is the slope there."""
-        return float(self.rotation(np.array([self.cantilever.length]))[0])
-
     def displacement(self, X: Array) -> Array:
         """Displacement (n, 3), m, of the points X (n, 3), m, of the undeformed body.
 

@@ -208,11 +208,6 @@ def _least(which: Ints, values: Array, count: int) -> Ints:
     return first
 
 
-def closest_points(queries: Array, points: Array, triangles: Ints) -> Closest:
-    """The exact closest points of a surface to queries (n, 3), m."""
-    return Target(points, triangles).closest(queries)
-
-
 def closest_in_triangles(p: Array, corners: Array) -> Array:
     """The point of each triangle, corners (n, 3, 3), that is closest to p (n, 3).
 

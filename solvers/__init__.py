@@ -12,4 +12,71 @@
     dynamics   integrators, and the march that runs them
     reduced    few unknowns in place of many
     checks     forces found again by other formulas
+    alone      solids for programs of their own, put together from all of these
+
+To solve a solid without a scene, SI units throughout:
+
+    from softmark.solvers import Cylinder, Solid, clamp, equilibrium, gravity, material
+
+    rubber = material("neo_hookean", young=60e3, poisson=0.49, density=1070.0)
+    beam = Solid(Cylinder(length=0.178, radius=0.019).mesh("tet10", size=0.01), rubber)
+    wall = clamp(beam, beam.nodes(lambda X: X[:, 0] <= 0.0))
+    equilibrium(beam, [wall], [gravity(beam, (0.0, 0.0, -9.81))]).displacement  # (n, 3), m
+
+Nothing is imported before one of the names is used, and nothing of softmark beside this package ever.
 """
+
+from __future__ import annotations
+
+TYPE_CHECKING = False  # as in `typing`, which takes longer to import than this
+if TYPE_CHECKING:
+    from typing import Any
+
+    from softmark.solvers.alone.answers import AtRest as AtRest
+    from softmark.solvers.alone.answers import InMotion as InMotion
+    from softmark.solvers.alone.answers import equilibrium as equilibrium
+    from softmark.solvers.alone.answers import march as march
+    from softmark.solvers.alone.loads import gravity as gravity
+    from softmark.solvers.alone.loads import pressure as pressure
+    from softmark.solvers.alone.loads import traction as traction
+    from softmark.solvers.alone.solid import Solid as Solid
+    from softmark.solvers.alone.solid import material as material
+    from softmark.solvers.alone.supports import Clamp as Clamp
+    from softmark.solvers.alone.supports import clamp as clamp
+    from softmark.solvers.mesh.files.reading import read as read
+    from softmark.solvers.mesh.mesh import Mesh as Mesh
+    from softmark.solvers.mesh.shapes import Box as Box
+    from softmark.solvers.mesh.shapes import Cylinder as Cylinder
+    from softmark.solvers.statics.problem import NotConverged as NotConverged
+
+# where each public name comes from
+_PUBLIC = {
+    "Box": "mesh.shapes",
+    "Cylinder": "mesh.shapes",
+    "Mesh": "mesh.mesh",
+    "read": "mesh.files.reading",
+    "material": "alone.solid",
+    "Solid": "alone.solid",
+    "clamp": "alone.supports",
+    "Clamp": "alone.supports",
+    "gravity": "alone.loads",
+    "pressure": "alone.loads",
+    "traction": "alone.loads",
+    "equilibrium": "alone.answers",
+    "AtRest": "alone.answers",
+    "march": "alone.answers",
+    "InMotion": "alone.answers",
+    "NotConverged": "statics.problem",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'softmark.solvers' has no attribute {name!r}")
+    import importlib
+
+    return getattr(importlib.import_module(f"softmark.solvers.{_PUBLIC[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *_PUBLIC]

@@ -6,6 +6,8 @@ So is the guide to the vocabulary in grammar/README.md: its scenes are sound, an
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -49,6 +51,23 @@ def test_the_python_example_runs() -> None:
     report = names["report"]
     assert isinstance(report, softmark.Report)
     assert list(report.models) == ["rod"]
+
+
+def test_the_solvers_alone_find_the_tip_of_the_silicone_beam() -> None:
+    """At most 30 lines, nothing of softmark beside the solvers, and the tip that another program finds.
+
+    (111.9, -133.8) mm is from mixed 27-node hexahedra of code of its own (tests/interpreter/test_converged_beam.py
+    has its digits); 0.7 mm is what the first scene expects of this element at this size.
+    """
+    found = re.search(r"^```python\n(from softmark.solvers .*?)^```$", TEXT, re.MULTILINE | re.DOTALL)
+    assert found is not None
+    assert len(found[1].splitlines()) <= 30
+    told = "\nimport sys\nprint(sorted(m for m in sys.modules if m.startswith('softmark.')))"
+    done = subprocess.run([sys.executable, "-c", found[1] + told], capture_output=True, text=True, check=True)
+    tip, loaded = done.stdout.splitlines()
+    assert [float(n) for n in re.findall(r"-?\d+\.\d", tip)] == pytest.approx([111.9, -133.8], abs=0.7)
+    others = [m for m in eval(loaded) if not m.startswith(("softmark.solvers", "softmark.records"))]
+    assert others == []
 
 
 @pytest.mark.parametrize("command", COMMANDS)

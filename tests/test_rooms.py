@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,7 +17,7 @@ ROOMS = {
     ],
     "solvers": [
         "base", "materials", "elements", "mesh", "energies", "sparse",
-        "assembly", "linear", "statics", "dynamics", "reduced", "checks",
+        "assembly", "linear", "statics", "dynamics", "reduced", "checks", "alone",
     ],
 }  # fmt: skip
 ENTRANCE = {"softmark.interpreter", "softmark.interpreter.__main__", "softmark.solvers"}
@@ -35,6 +36,7 @@ MANY = {  # and why
     "interpreter/language": "a step of reading is a file",
     "interpreter/metrics": "a metric is a file",
     "interpreter/cli/commands": "a command is a file, and what they share is beside them",
+    "solvers/materials": "a law is a file, and what they share is beside them",
     "solvers/dynamics": "an integrator is a file, and what they share is beside them",
     "references": "a reference is a file",
 }
@@ -156,6 +158,14 @@ def test_a_room_says_what_lives_there(part: str) -> None:
     for own in ROOMS[part]:
         text = ast.get_docstring(ast.parse((ROOT / part / own / "__init__.py").read_text(encoding="utf-8")))
         assert len(text or "") > 40, f"{part}/{own}/__init__.py"
+
+
+@pytest.mark.parametrize("part", ROOMS)
+def test_the_map_in_the_readme_names_every_room_in_its_order(part: str) -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    found = re.search(rf"^{part}/ .*\n((?:  .*\n)+)", text, re.MULTILINE)
+    assert found is not None
+    assert re.findall(r"\w+", re.sub(r"\([^)]*\)", "", found[1])) == ROOMS[part]
 
 
 def test_files_are_short_and_folders_small() -> None:

@@ -18,6 +18,7 @@ if _OURS and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
 from collections.abc import Sequence  # noqa: E402
 from contextlib import suppress  # noqa: E402
 
+from softmark import pausing  # noqa: E402
 from softmark.interpreter.cli import signals  # noqa: E402
 
 COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpreter.cli.commands, summary)
@@ -32,6 +33,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "fmt": ("fmt", "rewrite scenes in canonical form"),
     "completion": ("completion", "print the completion script of a shell"),
 }
+IDLE = "16"  # log2 of the cycles that a thread of OpenBLAS waits awake, which by default are 30 ms of its processor
 COMPUTING = frozenset({"run", "compare", "stress"})  # what loads numpy, scipy and numba
 
 
@@ -39,6 +41,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the value is the exit status."""
     if argv is None:  # a process of our own, and not a call from Python
         signals.guard()
+        pausing.begin()
+        os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", IDLE)
     arguments = list(sys.argv[1:] if argv is None else argv)
     status = _guarded(arguments)
     signals.unguard()
@@ -106,6 +110,8 @@ def _dispatch(arguments: list[str]) -> int:
 
     module = importlib.import_module(f"softmark.interpreter.cli.commands.{COMMANDS[name][0]}")
     parser = argparse.ArgumentParser(prog=f"dsl {name}", description=COMMANDS[name][1], allow_abbrev=False)
+    if name in COMPUTING - {"run"}:  # which says itself when it has loaded what it needs
+        pausing.end()
     module.arguments(parser)
     parsed = parser.parse_intermixed_args(arguments[arguments.index(name) + 1 :])
     status: int = module.run(parsed)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from softmark.interpreter.evidence.seen import Unknown
+from softmark.interpreter.evidence.probe_answers import Unknown
 
 SOLUTIONS = 4.0  # times what the solution took, in all
 LEAST = 2.0  # s that may be spent in any case

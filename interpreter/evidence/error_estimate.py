@@ -26,9 +26,9 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.evidence import finer, orders, rounding
 from softmark.interpreter.evidence.budget import NOT_ASKED, Budget
 from softmark.interpreter.evidence.doubts import DOUBTS, doubts_of, is_doubt
-from softmark.interpreter.evidence.seen import NO_ERROR, Field, Floats, Seen, Unknown
-from softmark.interpreter.evidence.wider import selection
-from softmark.interpreter.front.resolving import shows
+from softmark.interpreter.evidence.probe_answers import NO_ERROR, Field, Floats, Seen, Unknown
+from softmark.interpreter.evidence.selection_error import selection
+from softmark.interpreter.front.course_steps import shows
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.models.beam import ribbon

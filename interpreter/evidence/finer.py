@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.evidence.budget import Budget
-from softmark.interpreter.evidence.seen import Field, Floats, Unknown
+from softmark.interpreter.evidence.probe_answers import Field, Floats, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.prepared import Workshop

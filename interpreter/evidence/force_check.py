@@ -18,13 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.evidence.recounted import Unchecked, loads_on
+from softmark.interpreter.evidence.load_check import Unchecked, loads_on
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.beam.words import Beam6Dof, station
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.models.springs.words import MassSpring
-from softmark.interpreter.problem.case import Case, case_for, coverage
+from softmark.interpreter.problem.case import Case, case_for
+from softmark.interpreter.problem.stretches import coverage
 from softmark.interpreter.results.report import ModelResult, clean
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from softmark.interpreter.evidence.seen import Unknown
+from softmark.interpreter.evidence.probe_answers import Unknown
 
 FIRST = 3.0  # safety factor of two grids, as if errors fell with the size alone, and of an order far from theory
 THREE = 1.25  # of three whose order is that of theory

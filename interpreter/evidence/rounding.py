@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.evidence.orders import COARSE
-from softmark.interpreter.evidence.seen import Floats, Seen, Unknown
+from softmark.interpreter.evidence.probe_answers import Floats, Seen, Unknown
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.report import ModelResult
 

@@ -10,14 +10,14 @@ from dataclasses import replace
 
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.front import given, lints
+from softmark.interpreter.front import files_and_selections, lints
 from softmark.interpreter.front.comparisons import comparisons
+from softmark.interpreter.front.course_steps import unresolved
 from softmark.interpreter.front.refinements import doubts as doubts_of_refined
-from softmark.interpreter.front.resolving import unresolved
 from softmark.interpreter.language import units
-from softmark.interpreter.language.bounded import shortened
 from softmark.interpreter.language.compile import recompiled
 from softmark.interpreter.language.conditions import Point
+from softmark.interpreter.language.message_limit import shortened
 from softmark.interpreter.language.overrides import Override
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
@@ -308,7 +308,7 @@ def _lints(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _given(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    yield from given.faults(scene, found)
+    yield from files_and_selections.faults(scene, found)
 
 
 def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:

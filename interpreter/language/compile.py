@@ -16,10 +16,10 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import aliases, overrides, parameters, schema, sources
-from softmark.interpreter.language.bounded import Ledger
 from softmark.interpreter.language.calls import Binder
 from softmark.interpreter.language.expectations import Expectations
 from softmark.interpreter.language.expressions import Bad, Place, describe
+from softmark.interpreter.language.message_limit import Ledger
 from softmark.interpreter.language.overrides import Override
 from softmark.interpreter.language.scene import Declared, Expectation, Location, Scene, SceneError
 from softmark.interpreter.language.schema import Vocabulary

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from softmark.interpreter.metrics.seen import Measurement
+from softmark.interpreter.metrics.measurement import Measurement
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.seen import Floats, Seen
+    from softmark.interpreter.metrics.measurement import Floats, Seen
 else:
     from softmark.solvers.base.deferred import np
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from softmark.interpreter.metrics.seen import Measurement
+from softmark.interpreter.metrics.measurement import Measurement
 from softmark.interpreter.metrics.surface import known_surface
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 from softmark.references.surfaces import Target, open_edges, used
 
 if TYPE_CHECKING:
-    from softmark.interpreter.metrics.seen import Seen
+    from softmark.interpreter.metrics.measurement import Seen
 
 
 @dataclass(frozen=True)

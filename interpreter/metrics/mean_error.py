@@ -9,7 +9,7 @@ from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.metrics.seen import Measurement, Seen
+    from softmark.interpreter.metrics.measurement import Measurement, Seen
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.metrics.seen import Known, Measurement, Seen
+from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import MetricResult, ProbeResult, clean

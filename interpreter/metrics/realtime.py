@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from softmark.interpreter.metrics.seen import Measurement
+from softmark.interpreter.metrics.measurement import Measurement
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.seen import Seen
+    from softmark.interpreter.metrics.measurement import Seen
     from softmark.interpreter.results.history import History
 else:
     from softmark.solvers.base.deferred import np

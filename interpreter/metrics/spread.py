@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal
 
-from softmark.interpreter.metrics.seen import Measurement
+from softmark.interpreter.metrics.measurement import Measurement
 from softmark.interpreter.metrics.undefined import Undefined
 
 if TYPE_CHECKING:
-    from softmark.interpreter.metrics.seen import Floats
+    from softmark.interpreter.metrics.measurement import Floats
 
 Statistic = Literal["mean", "sd", "max", "rms", "relative_mean", "relative_sd"]
 SurfaceStatistic = Literal[

@@ -13,7 +13,7 @@ from softmark.references.surfaces import Closest, Target, unit_normals, vertex_n
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.seen import Floats, Seen
+    from softmark.interpreter.metrics.measurement import Floats, Seen
 else:
     from softmark.solvers.base.deferred import np
 

@@ -13,7 +13,7 @@ from softmark.references.surfaces import normal_distances, vertex_normals
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.seen import Floats, Measurement, Seen
+    from softmark.interpreter.metrics.measurement import Floats, Measurement, Seen
     from softmark.references.surfaces import Target
 else:
     from softmark.solvers.base.deferred import np

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from softmark.interpreter.metrics.seen import Measurement
+from softmark.interpreter.metrics.measurement import Measurement
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 from softmark.references.surfaces import open_edges, signed_volume
 
 if TYPE_CHECKING:
-    from softmark.interpreter.metrics.seen import Seen
+    from softmark.interpreter.metrics.measurement import Seen
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,15 @@ from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models import builders
 from softmark.interpreter.models.shared.prepared import Prepared, Workshop
 from softmark.interpreter.problem.case import Case, case_for
+from softmark.pausing import loading
 
 
 def prepared_model(
     declared: Declared, case: Case, workshop: Workshop
 ) -> tuple[Prepared, tuple[float, float]]:
     """A model built for a case, and the wall and CPU seconds of building it, imports excluded. Raises Fault."""
-    builders.load(declared.thing)
+    with loading():
+        builders.load(declared.thing)
     workshop.borrowed = (0.0, 0.0)
     wall, cpu = time.perf_counter(), time.process_time()
     prepared = builders.build(declared, case, workshop)

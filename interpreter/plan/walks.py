@@ -14,7 +14,6 @@ from softmark.records import dataclass
 
 Until = Literal["failure", "inaccuracy"]
 ANSWERS = ("right", "inaccurate", "silent")
-NO_ANSWER = ("not_converged", "diverged", "refused", "failed", "timed_out")
 COSTLY = ("unjudged", "timed_out")  # no edge of a model: one of the truth, and one of patience
 BLIND = 3  # points in a row without a truth after which a walk that looks for accuracy gives up
 

@@ -6,7 +6,8 @@ import math
 from typing import Any
 
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case, Fault, coverage, coverages, fault
+from softmark.interpreter.problem.case import Case, Fault, fault
+from softmark.interpreter.problem.stretches import coverage, inside
 from softmark.interpreter.vocabulary.loads import Gravity
 from softmark.interpreter.vocabulary.supports import Fixed
 from softmark.references.cantilever import ALIGNMENT, Cantilever, Disc, Rectangle, Refused
@@ -48,8 +49,8 @@ def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
             raise _refused(reference, f"the support `{support.name}` is not a clamp",
                            "use `fixed(body, where = ...)` with all components")
         ends = [coverage(support.thing.where, shape, s) for s in (0.0, shape.length)]
-        inside = coverages(support.thing.where, shape, [shape.length * i / 200 for i in range(1, 200)])
-        if sorted(ends) != ["all", "none"] or inside != {"none"}:
+        between = {cover for _, cover in inside(support.thing.where, shape)}
+        if sorted(ends) != ["all", "none"] or between != {"none"}:
             raise _refused(reference, f"the support `{support.name}` is not the clamp of one end face",
                            "hold one end and nothing else, as in `where = x <= 0 mm`")  # fmt: skip
         clamped.append(ends.index("all"))

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
-from softmark.interpreter.language.conditions import Condition, Point
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.loads import Gravity
@@ -106,100 +103,3 @@ def reach(low: Sequence[float], high: Sequence[float]) -> str:
     """What a body spans, in words: `x from 0 to 178 mm, y from -19 to 19 mm, ...`."""
     return ", ".join(f"{n} from {units.show_range(a, b, units.LENGTH)}"
                      for n, a, b in zip("xyz", low, high, strict=True))
-
-
-# ------------------------------------------------------------------ selections on a straight beam
-
-
-def coverage(condition: Condition, shape: Any, station: float) -> str:
-    """How much of the cross-section at `station` (m from the root) a condition selects: all, some or none."""
-    return next(iter(coverages(condition, shape, [station])))
-
-
-def coverages(condition: Condition, shape: Any, stations: Sequence[float]) -> set[str]:
-    """The coverage at each of some stations, in ascending order; stops at the first that is `some`.
-
-    Bounds over whole slabs of the body settle most stations at once, so that the work grows like the
-    logarithm of their number.
-    """
-    extent, found, pending = math.dist(*shape.bounds), set(), [(0, len(stations))]
-    while pending and "some" not in found:
-        first, end = pending.pop()
-        false, true = condition.over(*_slab(shape, stations[first], stations[end - 1]), extent)
-        if not (false and true):
-            found.add("all" if true else "none")
-        elif end - first > 1:
-            middle = (first + end) // 2
-            pending += [(first, middle), (middle, end)]
-        else:
-            found.add(_sampled(condition, shape, stations[first], extent))
-    return found
-
-
-def _sampled(condition: Condition, shape: Any, station: float, extent: float) -> str:
-    """The coverage where bounds leave it open, from points of the cross-section."""
-    x, y, z = _centre(shape, station)
-    held = [bool(condition.holds(x + a, y + b, z + c, extent)) for a, b, c in _offsets(shape)]
-    return "all" if all(held) else "some" if any(held) else "none"
-
-
-def _slab(shape: Any, first: float, last: float) -> tuple[Point, Point]:
-    """The lowest and highest coordinates of the body between two stations."""
-    ends = [*zip(_centre(shape, first), _centre(shape, last), strict=True)]
-    reach = _section_reach(shape)
-    x, y, z = ((min(pair) - r, max(pair) + r) for pair, r in zip(ends, reach, strict=True))
-    return (x[0], y[0], z[0]), (x[1], y[1], z[1])
-
-
-def _centre(shape: Any, station: float) -> Point:
-    x, y, z = (r + station * a for r, a in zip(shape.root, shape.axis, strict=True))
-    return x, y, z
-
-
-@lru_cache(maxsize=64)
-def _offsets(shape: Any) -> tuple[Point, ...]:
-    """Points of a cross-section, from its centre."""
-    from softmark.solvers.mesh.shapes import transverse
-
-    (ax, ay, az), (bx, by, bz) = transverse(shape.axis)
-    return tuple((u * ax + v * bx, u * ay + v * by, u * az + v * bz) for u, v in shape.section.samples())
-
-
-@lru_cache(maxsize=64)
-def _section_reach(shape: Any) -> tuple[float, ...]:
-    """How far a cross-section reaches from its centre along x, y and z."""
-    return tuple(max(abs(c) for c in column) for column in zip(*_offsets(shape), strict=True))
-
-
-def borders(condition: Condition, shape: Any) -> list[float]:
-    """Stations (m) where a selection of whole cross-sections begins or ends inside the body.
-
-    Slabs of the body that bounds settle are passed over; the others are halved, and bisected when they are thin. The
-    end faces are left out: a border there lies off them by the tolerance of conditions.
-    """
-    found, pending = [], [(END * shape.length, (1 - END) * shape.length)]
-    while pending:
-        a, b = pending.pop()
-        false, true = condition.over(*_slab(shape, a, b), math.dist(*shape.bounds))
-        if not (false and true):
-            continue
-        if b - a > shape.length / 256:
-            pending += [(a, 0.5 * (a + b)), (0.5 * (a + b), b)]
-        elif (before := _whole(condition, shape, a)) != _whole(condition, shape, b):
-            found.append(_border(condition, shape, *((a, b) if before else (b, a))))
-    return sorted(found)
-
-
-END = 1e-6  # of the length: borders closer to an end face are that face
-
-
-def _whole(condition: Condition, shape: Any, station: float) -> bool:
-    return coverage(condition, shape, station) == "all"
-
-
-def _border(condition: Condition, shape: Any, inside: float, outside: float) -> float:
-    """The last station of a selection, by bisection from one inside and one outside."""
-    while abs(outside - inside) > 1e-12 * shape.length:
-        middle = 0.5 * (inside + outside)
-        inside, outside = (middle, outside) if _whole(condition, shape, middle) else (inside, middle)
-    return inside

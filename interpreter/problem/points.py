@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial, reduce
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.data import located
-from softmark.interpreter.problem.outlying import kept
+from softmark.interpreter.problem.outliers import kept
 from softmark.interpreter.problem.prism_surface import skin_of
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import ProbeResult, Shape
@@ -31,6 +33,7 @@ FINENESS = 40  # points along the longest extent of a body, where a scene says n
 COARSER = 1.6  # cells of a volume, which have four points each
 FRAMES = 40  # of a history that a report keeps of a surface
 SCANNED = (128, 192)  # points around and along: facets must stay far below a voxel
+MISSED = 0.01  # of the area that a probe selects: less is not worth a word
 DRAWN = 1500  # points of a surface that is drawn only: enough for a smooth picture
 
 
@@ -99,10 +102,29 @@ def _surface(probe: Declared, case: Case) -> Place:
     X, triangles = shape.surface(probe.thing.size or _size(shape))
     if probe.thing.where is None:
         return Place(X, triangles)
-    chosen = _chosen(probe, X)
-    kept = triangles[chosen[triangles].all(axis=1)]
-    number = np.cumsum(chosen) - 1
-    return Place(X[chosen], number[kept])
+    from softmark.interpreter.problem.parts.faces import clipped
+
+    points, part, share = clipped(probe.thing.where, X, triangles)
+    if not len(points):
+        raise _nothing(probe)
+    return Place(points, part, notes=_missed(probe, share))
+
+
+def _missed(probe: Declared, share: float) -> tuple[Diagnostic, ...]:
+    """A warning where triangles that a curved border crosses are a part of what a probe selects."""
+    if 1.0 - share <= MISSED:
+        return ()
+    at = probe.at("where")
+    return (
+        Diagnostic(
+            "W380",
+            f"`{probe.name}` looks at {100 * share:.3g} % of the surface that it selects",
+            at.source,
+            at.span,
+            "its triangles do not end at a curved border",
+            "give the probe a smaller `size`",
+        ),
+    )
 
 
 def _part(probe: Declared, X: Floats) -> Floats:
@@ -115,14 +137,18 @@ def _chosen(probe: Declared, X: Floats) -> NDArray[np.bool_]:
     extent = float(np.linalg.norm(np.ptp(X, axis=0)))
     held = np.broadcast_to(probe.thing.where.holds(*X.T, extent), len(X))
     if not held.any():
-        raise fault(
-            "E302",
-            probe.at("where"),
-            f"`{probe.name}` selects no points",
-            "selects nothing",
-            "the condition is on coordinates before deformation",
-        )
+        raise _nothing(probe)
     return held
+
+
+def _nothing(probe: Declared) -> Fault:
+    return fault(
+        "E302",
+        probe.at("where"),
+        f"`{probe.name}` selects no points",
+        "selects nothing",
+        "the condition is on coordinates before deformation",
+    )
 
 
 def _volume(shape: Any, size: float) -> Place:
@@ -157,26 +183,26 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
     place = drawn(case)
     if place.triangles is None:
         return None
-    held = np.zeros(len(place.X), dtype=bool)
-    for support in case.supports:
-        if isinstance(support.thing, Fixed):
-            held |= np.broadcast_to(
-                support.thing.where.holds(*place.X.T, float(np.linalg.norm(np.ptp(place.X, axis=0)))),
-                len(held),
-            )
-    triangles = place.triangles[held[place.triangles].all(axis=1)]
-    return (place.X, triangles) if len(triangles) else None
+    wheres = [support.thing.where for support in case.supports if isinstance(support.thing, Fixed)]
+    if not wheres:
+        return None
+    from softmark.interpreter.problem.parts.faces import clipped
+
+    points, triangles, _ = clipped(reduce(partial(Condition.junction, "or"), wheres), place.X, place.triangles)
+    return (points, triangles) if len(triangles) else None
 
 
-def surface_of(view: View, place: Place, error: Floats | None, measured_from: str | None) -> Shape | None:
-    """The deformed surface, and some frames of it where there is a history."""
-    if view.displacement is None or place.triangles is None:
+def surface_of(
+    view: View, place: Place, u: Floats, error: Floats | None, measured_from: str | None
+) -> Shape | None:
+    """The surface with its displacements u (n, 3) in m, and some frames of it where there is a history."""
+    if place.triangles is None:
         return None
     times = frames = None
     if view.history is not None:
         chosen = picked(len(view.history.times), FRAMES)
         times, frames = view.history.times[chosen], place.X + view.history.displacement(place.X)[chosen]
-    position = place.X + view.displacement(place.X)
+    position = place.X + u
     if not (np.all(np.isfinite(position)) and (frames is None or np.all(np.isfinite(frames)))):
         return None
     if error is not None and not np.all(np.isfinite(error)):

@@ -6,6 +6,7 @@ import hashlib
 import os
 import platform
 from datetime import datetime
+from functools import cache
 from typing import Any
 
 from softmark.grammar.diagnostic import Source, encodable
@@ -40,16 +41,12 @@ def describe(scene: Scene) -> dict[str, Any]:
 
 def environment(started: datetime) -> dict[str, Any]:
     """What a number may depend on besides the scene."""
-    from importlib.metadata import version
-
     import softmark
 
     return {
         "softmark": softmark.__version__,
         "python": platform.python_version(),
-        "numpy": version("numpy"),
-        "scipy": version("scipy"),
-        "numba": version("numba"),
+        **_versions(),
         "platform": platform.platform(),
         "cpu": _cpu(),
         "threads": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
@@ -57,6 +54,15 @@ def environment(started: datetime) -> dict[str, Any]:
     }
 
 
+@cache
+def _versions() -> dict[str, str]:
+    """Of the numerical libraries; read once, for a report is made after every model and reading takes milliseconds."""
+    from importlib.metadata import version
+
+    return {name: version(name) for name in ("numpy", "scipy", "numba")}
+
+
+@cache
 def _cpu() -> str:
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as file:

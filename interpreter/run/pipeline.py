@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softmark import pausing
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.evidence.expectations import judge
 from softmark.interpreter.evidence.force_check import loose, watched
-from softmark.interpreter.evidence.wider import reactions
+from softmark.interpreter.evidence.selection_error import reactions
 from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared, Scene, SceneError
 from softmark.interpreter.metrics.measure import metrics_of
@@ -84,6 +85,7 @@ class _Run:
     measured: dict[str, Any] = field(default_factory=dict)  # what references of measured data hold
     places: dict[str, Place] = field(default_factory=dict)  # of probes
     surfaces: dict[str, Place] = field(default_factory=dict)  # of bodies, for pictures
+    drawn: dict[str, np.ndarray] = field(default_factory=dict)  # displacements there, by reference
     warnings: list[Diagnostic] = field(default_factory=list)
     compiling: bool = False
 
@@ -106,6 +108,7 @@ class _Run:
 
 def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
     """The report of a scene. Raises SceneError before anything is solved if something cannot be built."""
+    pausing.end()
     work = _Run(scene, options, plan_of(scene, options.only), warnings=list(warnings))
     _read_all(work)
     _place_all(work)
@@ -123,7 +126,7 @@ def run(scene: Scene, warnings: list[Diagnostic], options: Options) -> Report:
             _virtual(work, scene.declared[name])
     asked = () if options.stated is None else options.stated or tuple(work.models)
     if asked or options.free:
-        from softmark.interpreter.evidence.asking import state
+        from softmark.interpreter.evidence.stated_errors import state
 
         state(work, asked, options.free)
     return _report(work, partial=False)
@@ -448,17 +451,29 @@ def _shape(work: _Run, name: str, errors: dict[str, np.ndarray]) -> Shape | None
     probe = next((p for p in work.probes(view.body) if work.place(p).triangles is not None), None)
     if view.body not in work.surfaces:
         work.surfaces[view.body] = work.place(probe) if probe else drawn(view.case)
-    place = work.surfaces[view.body]
+    place, u = work.surfaces[view.body], _drawn(work, view)
     asked = {m.name: m.thing for m in work.scene.of_kind("metric").values()}
     for metric, error in errors.items():
         if probe is not None and asked[metric].probe == probe.name:
-            return surface_of(view, place, error, getattr(asked[metric], "against", None))
+            return surface_of(view, place, u, error, getattr(asked[metric], "against", None))
     fields = (v for v in work.views.values() if v.name in work.references and v.body == view.body)
     known = next((v for v in fields if v.displacement is not None), None)
-    if known is None or known.name == name or known.displacement is None:
-        return surface_of(view, place, None, None)
-    error = np.linalg.norm(view.displacement(place.X) - known.displacement(place.X), axis=1)
-    return surface_of(view, place, error, known.name)
+    if known is None or known.name == name:
+        return surface_of(view, place, u, None, None)
+    error = np.linalg.norm(u - _drawn(work, known), axis=1)
+    return surface_of(view, place, u, error, known.name)
+
+
+def _drawn(work: _Run, view: View) -> np.ndarray:
+    """The displacements (n, 3) of a body's surface in m; of a reference, which all models are compared with, kept."""
+    if view.displacement is None:
+        raise ValueError(f"{view.name} has no displacements")
+    if view.name in work.drawn:
+        return work.drawn[view.name]
+    u = np.asarray(view.displacement(work.surfaces[view.body].X))
+    if view.name in work.references:
+        work.drawn[view.name] = u
+    return u
 
 
 def _report(work: _Run, partial: bool) -> Report:

@@ -59,10 +59,10 @@ class Dynamic:
     """The motion from the undeformed state under the loads, step by step in time.
 
     Every implicit step is solved to `tolerance`; one that is not is halved, and the report says so. Damping is
-    Rayleigh's, C = a M + b K with the tangent K, made definite, of the state to which the velocity belongs: a mode of
-    circular frequency w has the damping ratio a / 2w + b w / 2. Loads enter by the exact means of their courses over
-    each step. Central differences are explicit: their step must stay below the critical one, which
-    is computed at rest and followed on the way; a longer one is refused, or halved.
+    Rayleigh's, C = a M + b K with the tangent K, made definite and without the stress that holds the volume, of the
+    state to which the velocity belongs: a mode of circular frequency w has the damping ratio a / 2w + b w / 2. Loads
+    enter by the exact means of their courses over each step. Central differences are explicit: their step must stay
+    below the critical one, which is computed at rest and followed on the way; a longer one is refused, or halved.
 
     Energy is accounted for: numerical damping is a loss, said where it is large, and a gain, which no body has, ends
     the motion as `diverged`. The report says how many steps there are to a period of the slowest vibration that

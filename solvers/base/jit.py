@@ -11,17 +11,25 @@ constants, its names, the numbers they stand for, its file when it was loaded, a
 
 Kernels live in `kernels.py` files, in `sparse` and in `corotational_tets.py`; what needs none must not
 import these, for numba is slow to load. A kernel is compiled for the types that it is called with and no others, so
-one that a run does not call costs it nothing.
+one that a run does not call costs it nothing. What one does cost is mostly what numba writes around it, so there are
+three decorators: `kernel` of what is called from Python and makes no array, `maker` of what makes some, and `part` of
+what only kernels call.
+
+numba promises nothing of the classes that this is made of, so pyproject.toml bounds its version; tests/solvers/
+test_numba.py says what a newer one lacks before the bound is raised.
 """
 
 from __future__ import annotations
 
+import functools
+import gc
 import hashlib
 import os
 import pickle
 import platform
 import sys
 import tempfile
+import threading
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from importlib.metadata import version
@@ -32,10 +40,15 @@ from typing import Any, TypeVar, cast
 import numba
 import numpy as np
 from numba.core import caching as _caching
+from numba.core import event as _event
 from numba.core import runtime as _runtime
 from numba.core import serialize as _serialize
 
+from softmark.solvers.base.passes import Passes
+
 caching: Any = _caching  # without types of its own
+event: Any = _event
+njit: Any = numba.njit  # whose types do not know all of its options
 serialize: Any = _serialize
 runtime: Any = _runtime
 
@@ -228,7 +241,7 @@ def _value(value: Any, seen: set[Any]) -> list[str]:
     """What a name stands for, as far as machine code depends on it; the same in every process."""
     callee = getattr(value, "py_func", None) or getattr(value, "_defn", None)  # a kernel, an intrinsic
     if callee is not None:
-        return [getattr(getattr(value, "_cache", None), "source", ""), *_told(callee, seen)]
+        return [getattr(getattr(value, "_cache", value), "source", ""), *_told(callee, seen)]
     if isinstance(value, np.ndarray):
         return [str(value.dtype), str(value.shape), hashlib.sha256(value.tobytes()).hexdigest()]
     if isinstance(value, tuple):
@@ -244,9 +257,70 @@ def _plain(value: Any) -> str:
     return repr(sorted(map(repr, value))) if isinstance(value, frozenset) else repr(value)
 
 
+class _Pause(event.Listener):  # type: ignore[misc]
+    """No search for garbage while numba compiles: through all that numba holds, it takes a tenth of the time."""
+
+    def __init__(self) -> None:
+        self._lock, self._depth, self._enabled = threading.Lock(), 0, False
+
+    def on_start(self, event: Any) -> None:
+        """Kernels are compiled within others, and in other threads."""
+        with self._lock:
+            if not self._depth:
+                self._enabled = gc.isenabled()
+                gc.disable()
+            self._depth += 1
+
+    def on_end(self, event: Any) -> None:
+        """As it was before the first."""
+        with self._lock:
+            self._depth -= 1
+            if not self._depth and self._enabled:
+                gc.enable()
+
+
+event.register("numba:compile", _Pause())
+_LEAN: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,  # nobody calls a kernel from C
+    "pipeline_class": Passes,
+}
+
+
+class _Part:
+    """What numba compiles where a kernel calls it, and Python runs as it is written."""
+
+    def __init__(self, function: Any) -> None:
+        self.py_func = function
+        self.source = _source(function.__code__.co_filename)
+        self._compiled = njit(**_LEAN, no_cpython_wrapper=True, _nrt=False)(function)
+        self._numba_type_ = numba.types.Dispatcher(self._compiled)  # which knows it by a weak reference
+        functools.update_wrapper(self, function)
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.py_func(*arguments)
+
+
 def kernel(function: Kernel) -> Kernel:
-    """Decorator of every kernel: compiled at its first call, kept on disk where that is possible."""
-    compiled_later: Any = numba.njit(nogil=True, error_model="numpy")(function)
+    """Decorator of a kernel: compiled at its first call, kept on disk where that is possible.
+
+    It counts no references: an array belongs to the caller, and none can be made.
+    """
+    return _kept(function, njit(**_LEAN, _nrt=False)(function))
+
+
+def maker(function: Kernel) -> Kernel:
+    """Decorator of a kernel that makes arrays."""
+    return _kept(function, njit(**_LEAN)(function))
+
+
+def part(function: Kernel) -> Kernel:
+    """Decorator of a piece of kernels, compiled within them; called from Python it runs there. It makes no array."""
+    return cast(Kernel, _Part(function))
+
+
+def _kept(function: Kernel, compiled_later: Any) -> Kernel:
     if CACHED:
         compiled_later._cache = _Cache(function)
     return cast(Kernel, compiled_later)
@@ -258,5 +332,5 @@ def compiled() -> bool:
 
 
 def made() -> int:
-    """How many kernels this process has compiled so far, those that are called by others included."""
+    """How many kernels this process has compiled so far, with all their parts."""
     return _made

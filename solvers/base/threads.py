@@ -42,7 +42,7 @@ ALONE = Alone()
 @cache
 def _switches() -> tuple[Callable[[], int], Callable[[int], object]]:
     """How many threads the library uses, and how to set it."""
-    from softmark.solvers.base.lone import lone
+    from softmark.solvers.base.scipy_parts import lone
 
     library = ctypes.CDLL(lone("scipy.linalg.cython_blas").__file__)  # finds what the module is linked with
     for prefix in ("scipy_openblas", "openblas"):

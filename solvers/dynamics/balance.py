@@ -8,11 +8,7 @@ grow: a gain is an error of the integrator, whose step is too long for what happ
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from softmark.records import dataclass
-from softmark.solvers.energies.energy import Floats
 
 GAIN = 0.5  # of the energy that start, loads and supports have brought: a motion that keeps more has diverged
 PATIENCE = 16  # steps: generalized_alpha overshoots in the first ones where they are long, and comes back
@@ -79,11 +75,3 @@ class Account:
         """Up to now."""
         share = 1.0 / self.scale if self.scale > 0.0 else 0.0
         return Balance(share * self.drift, share * self.gain, share * self.loss, self.scale, self.time)
-
-
-def balance_of(times: NDArray[np.float64], energies: dict[str, Floats], noise: float = 0.0) -> Balance:
-    """The balance of a whole motion from its energies (t,), J, at times (t,), s (see Trajectory)."""
-    account = Account()
-    for i, time in enumerate(times.tolist()):
-        account.add(time, {name: float(values[i]) for name, values in energies.items()}, noise)
-    return account.balance

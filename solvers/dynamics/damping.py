@@ -11,7 +11,7 @@ from softmark.solvers.energies.energy import Floats
 
 
 class Damping:
-    """C = alpha M + beta K, K the definite tangent of the internal forces in the state to which the velocity belongs.
+    """C = alpha M + beta K, K the definite stiffness of the internal forces in the state to which the velocity belongs.
 
     In any other state a velocity that keeps the volume seems to change it, by O(h), and the bulk modulus of a nearly
     incompressible body makes a brake of that.
@@ -42,7 +42,7 @@ class Damping:
         self._x = x
         if not beta and len(self.data):
             return
-        self.data = beta * self.forces.stiffness(x) if beta else np.zeros(len(self.forces.pattern.indices))
+        self.data = beta * self.forces.drag(x) if beta else np.zeros(len(self.forces.pattern.indices))
         self.forces.add_mass(self.data, alpha)
         self._C = self.forces.pattern.matrix(self.data)
         if beta and self.length:
@@ -55,12 +55,17 @@ class Damping:
         if not np.all(np.isfinite(self.data)):
             self.begin(start.x)
 
-    def agrees(self, stage: Stage, motion: Motion, bound: float) -> bool:
-        """Set C anew where a step has ended; whether its force was the same, up to a bound in N."""
+    def renew(self, stage: Stage, motion: Motion) -> float:
+        """Set C anew where a step has ended; by how much its force differs now, N."""
         v = stage.speeding(motion.v)
         before = self.force(v)
         self.begin(stage.acting(motion.x))
-        return float(np.linalg.norm(self.force(v) - before)) <= bound
+        return float(np.linalg.norm(self.force(v) - before))
+
+    def rounding(self, v: Floats) -> float:
+        """Norm of what rounding leaves in its force, N."""
+        free = self.forces.free
+        return float(np.finfo(np.float64).eps * np.linalg.norm(abs(self._C) @ np.abs(v[free]))) if self.active else 0.0
 
     def force(self, v: Floats) -> Floats:
         """C v on the free degrees of freedom, zero on the others (dofs,), N."""

@@ -11,6 +11,7 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.patterns import Pattern, prepare
 from softmark.solvers.dynamics.loading import Constant, Course, Load, graded, mean_of
 from softmark.solvers.dynamics.problem import Dynamics
+from softmark.solvers.energies.elastic import add_drag
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 
 
@@ -95,12 +96,12 @@ class Forces:
         """Norm of what rounding leaves in the forces, N."""
         return sum(e.rounding(x) for e in (*self.internal, *self.loads))
 
-    def stiffness(self, x: Floats) -> Floats:
-        """Entries (nnz,) of the definite tangent of the internal forces, in the shared pattern."""
+    def drag(self, x: Floats) -> Floats:
+        """Entries (nnz,) of the definite stiffness that damping is in proportion to, in the shared pattern."""
         data = np.zeros(len(self.pattern.indices))
         for energy, slots in zip(self.internal, self.pattern.slots, strict=False):
             if energy.stencils.size:
-                energy.add_hessian(x, data, slots, 1.0, True)
+                add_drag(energy, x, data, slots)
         return data
 
     def tangent(self, x: Floats, factors: Floats, projected: bool = False) -> sparse.csr_matrix:

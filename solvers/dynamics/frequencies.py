@@ -19,16 +19,12 @@ SMALL = 12  # degrees of freedom that a dense eigenvalue solver takes at once
 WARM = 24  # Lanczos vectors from a start that is nearly right
 
 
-def largest_frequency(K: sparse.csr_matrix, mass: Floats) -> float:
-    """sqrt of the largest eigenvalue of M^-1 K, rad/s, M = diag(mass), by Lanczos iteration (Lanczos 1950).
-
-    It comes from below, with a relative error of about ACCURACY / 2 at most. Infinite where K or 1/M is not finite.
-    """
-    return largest_mode(K, mass)[0]
-
-
 def largest_mode(K: sparse.csr_matrix, mass: Floats, start: Floats | None = None) -> tuple[float, Floats]:
-    """The largest frequency, rad/s, and its vector sqrt(M) u; `start` is such a vector of a state nearby."""
+    """The largest frequency, rad/s, and its vector sqrt(M) u; `start` is such a vector of a state nearby.
+
+    sqrt of the largest eigenvalue of M^-1 K, M = diag(mass), by Lanczos iteration (Lanczos 1950). It comes from below,
+    with a relative error of about ACCURACY / 2 at most. Infinite where K or 1/M is not finite.
+    """
     if not len(mass):
         return 0.0, np.zeros(0)
     if not (np.all(np.isfinite(K.data)) and np.all(mass > 0.0)):
@@ -100,7 +96,7 @@ class Frequencies:
         before, spent = self.omega, self._age
         self.omega = self.definite = self._largest("tangent", self.forces.tangent(x, self.forces.factors(time)))
         if self.damping.beta:
-            data = self.forces.stiffness(x)
+            data = self.forces.drag(x)
             self.definite = self._largest("definite", self.forces.pattern.matrix(data))
         self._age, self._interval = 0, self._next(before, spent)
         return self.critical

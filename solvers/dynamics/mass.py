@@ -75,15 +75,3 @@ def times(mass: sparse.csr_matrix | Floats, v: Floats) -> Floats:
     """M v for a matrix or its diagonal."""
     product: Floats = mass @ v if mass.ndim == 2 else mass * v
     return product
-
-
-def linear_momentum(mass: sparse.csr_matrix | Floats, v: Floats) -> Floats:
-    """sum_a (M v)_a, (3,), kg m/s."""
-    total: Floats = times(mass, v).reshape(-1, 3).sum(axis=0)
-    return total
-
-
-def angular_momentum(mass: sparse.csr_matrix | Floats, positions: Floats, v: Floats) -> Floats:
-    """sum_a x_a x (M v)_a about the origin, (3,), kg m^2/s, for current `positions` (n, 3)."""
-    total: Floats = np.cross(positions, times(mass, v).reshape(-1, 3)).sum(axis=0)
-    return total

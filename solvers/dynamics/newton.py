@@ -79,7 +79,12 @@ class Newton:
                 return trial, Outcome(number, residual, solved)
             if number < most or cap is not None:
                 before = trial.size
-                trial, length = balance.better(trial, scale)
+                try:
+                    trial, length = balance.better(trial, scale)
+                except StepFailed:
+                    if not balance.drowned(trial):
+                        raise
+                    return trial, Outcome(number, residual, True)
         raise StepFailed(f"residual {residual:.1e} after {most} Newton iterations")
 
 
@@ -177,6 +182,13 @@ class Balance:
         if trial.size <= self.system.problem.tolerance * scale:
             return True
         return 0.3 * before < trial.size <= 4.0 * (self.forces.rounding(trial.x) + self._blur(trial))
+
+    def drowned(self, trial: Trial) -> bool:
+        """Whether rounding of the states is all that is out of balance, as in a body on which no force acts."""
+        free = self.forces.free
+        known = np.abs(trial.x) + np.abs(self.stage.coast)
+        lost = abs(self._jacobian(trial.x, False)) @ known[free]
+        return trial.size <= 4.0 * EPS * norm(lost)
 
     def _blur(self, trial: Trial) -> float:
         """Norm of what rounding of x leaves in the inertia, N."""

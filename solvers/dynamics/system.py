@@ -18,8 +18,10 @@ from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Factor, Singular, factor
 
 SMALL = 500  # unknowns below which SuperLU is as quick
-REPEATS = 4  # of a step, each with the damping of the state that the last one found
+REPEATS = 8  # of a step, each with the damping of the state that the last one found
 DRAG = 10.0  # times the tolerance: what part of the largest force damping may be off by, as that of another state
+UNSETTLED = 1e-4  # of the largest force: damping that repeats leave off by more is that of no state
+BLUR = 16.0  # times what rounding leaves in the force of damping: less is no change of it
 SAME = 1e-8  # relative: loads that differ by less are one
 
 
@@ -154,13 +156,23 @@ class System:
         """The end of an implicit step; damped by the stiffness of the state that it acts in. Raises StepFailed."""
         if not self.problem.damping.beta or self.problem.cap is not None:
             return self._solved(stage)
-        self.damping.foresee(stage)
-        for _ in range(REPEATS):
-            motion = self._solved(stage)
-            if self.damping.agrees(stage, motion, DRAG * self.problem.tolerance * self.newton.scale):
-                break
+        motion = self._settled(stage)
         if not stage.alpha_f and not stage.secant:  # what it takes is told by the mean velocity, see ledger.py
             self.damping.begin(0.5 * (stage.start.x + motion.x))
+        return motion
+
+    def _settled(self, stage: Stage) -> Motion:
+        """The end of a step whose damping is that of the state it leads to. Raises StepFailed."""
+        self.damping.foresee(stage)
+        enough = DRAG * self.problem.tolerance
+        for _ in range(REPEATS):
+            motion = self._solved(stage)
+            off = self.damping.renew(stage, motion)
+            noise = BLUR * self.damping.rounding(stage.speeding(motion.v))
+            if off <= max(enough * self.newton.scale, noise):
+                return motion
+        if off > max(enough, UNSETTLED) * self.newton.scale:
+            raise StepFailed("the damping and the state that it belongs to do not settle")
         return motion
 
     def _solved(self, stage: Stage) -> Motion:

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
-from softmark.solvers.base.jit import kernel
+from softmark.solvers.base.jit import kernel, part
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.energies.small import Nine, nearest_rotation, orthogonalise, set_above_identity
+from softmark.solvers.energies.small_matrices import Nine, nearest_rotation, orthogonalise, set_above_identity
 
 Rows = NDArray[np.int32]
 VALUE, FORCE, TANGENT, PROJECTED, LAGGED, KEEP = 1, 2, 4, 8, 16, 32  # what a pass over the cells computes
@@ -100,10 +100,6 @@ class CorotationalTets:
         """Tangent stiffness, N/m."""
         self._pass(TANGENT + PROJECTED * projected, x, _NONE, data, self._rows(slots), scale)
 
-    def add_both(self, x: Floats, g: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> float:
-        """Forces into g and the tangent into data at once; returns the strain energy, J."""
-        return self._pass(VALUE + FORCE + TANGENT, x, g, data, self._rows(slots), scale)
-
     def add_gradient_kept(self, x: Floats, g: Floats, traces: Floats) -> None:
         """`add_gradient`, and tr(S - I) of each cell into `traces` (m,)."""
         self._pass(FORCE + KEEP, x, g, _NONE, _NO_SLOTS, 1.0, traces)
@@ -152,7 +148,7 @@ class CorotationalTets:
         return rows
 
 
-@kernel
+@part
 def cofactor(
     a00: float, a01: float, a02: float, a10: float, a11: float, a12: float, a20: float, a21: float, a22: float
 ) -> Nine:
@@ -164,7 +160,7 @@ def cofactor(
     )  # fmt: skip
 
 
-@kernel
+@part
 def invariants(
     f00: float, f01: float, f02: float, f10: float, f11: float, f12: float, f20: float, f21: float, f22: float
 ) -> tuple[float, float, float]:
@@ -181,7 +177,7 @@ def invariants(
     return norm, det, 4.0 * square * (s * s) * (s * s)
 
 
-@kernel
+@part
 def stretch_sums(count: int, det: Floats, q: Floats, x: Floats, step: Floats) -> None:
     """Largest roots x of (x^2 - 1)^2 = 8 det x + q and the last step of Newton's method; as in `materials.polar`."""
     for j in range(count):
@@ -198,7 +194,7 @@ def stretch_sums(count: int, det: Floats, q: Floats, x: Floats, step: Floats) ->
             break
 
 
-@kernel
+@part
 def rotation(
     f00: float, f01: float, f02: float, f10: float, f11: float, f12: float, f20: float, f21: float, f22: float,
     norm: float, det: float, x: float, step: float, memory: Floats,
@@ -264,7 +260,7 @@ def rotation(
     return nearest_rotation(memory)
 
 
-@kernel
+@part
 def _twist(
     a00: float, a11: float, a22: float, a01: float, a02: float, a12: float, c: float, lowest: float, memory: Floats
 ) -> Six:  # fmt: skip
@@ -292,7 +288,7 @@ def _twist(
     return y00, y11, y22, y01, y02, y12
 
 
-@kernel
+@part
 def _gather(
     u: Floats, cells: Ints, G: Floats, begin: int, count: int, F: Floats, norms: Floats, dets: Floats, q: Floats
 ) -> None:  # fmt: skip
@@ -330,7 +326,7 @@ def upright(u: Floats, cells: Ints, G: Floats, F: Floats) -> bool:
     return True
 
 
-@kernel
+@part
 def _add_forces(e: int, cells: Ints, G: Floats, P: Nine, forces: Floats) -> None:
     """Forces P dN/dX of one cell, P already times its volume."""
     p00, p01, p02, p10, p11, p12, p20, p21, p22 = P
@@ -351,7 +347,7 @@ def _add_forces(e: int, cells: Ints, G: Floats, P: Nine, forces: Floats) -> None
     forces[node, 2] -= z
 
 
-@kernel
+@part
 def _fill(
     e: int, G: Floats, R: Nine, Y: Six, mu: float, lam: float, factor: float, r: Floats, block: Floats
 ) -> None:
@@ -384,7 +380,7 @@ def _fill(
             block[a + 1, b + 1, 2, 2] = along + l2 * q2 + s0 * m12 - s1 * m02
 
 
-@kernel
+@part
 def _complete(block: Floats) -> None:
     """The other blocks: by symmetry, and those of node 0 because rows and columns sum to zero."""
     for i in range(3):
@@ -403,7 +399,7 @@ def _complete(block: Floats) -> None:
             block[0, 0, i, k] = -(block[1, 0, i, k] + block[2, 0, i, k] + block[3, 0, i, k])
 
 
-@kernel
+@part
 def _scatter_rows(e: int, rows: Rows, block: Floats, data: Floats) -> None:
     """The blocks of one cell into the values of the matrix, three neighbours at a time.
 
@@ -419,7 +415,7 @@ def _scatter_rows(e: int, rows: Rows, block: Floats, data: Floats) -> None:
                     data[at + np.uint64(2)] += block[a, b, i, 2]
 
 
-@kernel
+@part
 def _scatter_entries(e: int, places: Rows, block: Floats, data: Floats) -> None:
     """The blocks of one cell into the values of the matrix, one by one."""
     for a in range(4):

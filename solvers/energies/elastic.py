@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import Protocol, runtime_checkable
 
@@ -31,6 +31,13 @@ class Law(Protocol):
         """dPdF with its negative eigenvalues set to zero."""
 
 
+class Drag(Protocol):
+    """What damping in proportion to stiffness takes of a law."""
+
+    def dPdF_projected(self, F: Floats) -> Floats:
+        """A positive semi-definite stiffness over F (n, 3, 3), Pa (n, 3, 3, 3, 3)."""
+
+
 @runtime_checkable
 class OfInvariants(Protocol):
     """What more is known of a law of I1 = tr F^T F and J = det F, from I1 - 3 and J - 1 (c, q).
@@ -52,7 +59,8 @@ class OfInvariants(Protocol):
 class Elastic:
     """sum over integration points of w psi(F), with F = I + sum_a u_a (x) dN_a/dX (Bonet and Wood 2008, ch. 9).
 
-    `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m, `w` (m, q) in m^3; the state x is the displacement (3 nodes,).
+    `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m, `w` (m, q) in m^3; the state x is the displacement (3 nodes,). `drag` is
+    what damping in proportion to stiffness takes of the law, None for its definite tangent.
     """
 
     cells: Ints
@@ -60,6 +68,7 @@ class Elastic:
     w: Floats
     law: Law
     conservative: bool = True
+    drag: Drag | None = None
 
     @cached_property
     def stencils(self) -> Ints:
@@ -116,6 +125,19 @@ class Elastic:
             self._add_of_invariants(self.law, x, data, slots, scale, None)
             return
         tangent = self.law.dPdF_projected if projected else self.law.dPdF
+        self._add_tensors(tangent, x, data, slots, scale)
+
+    def add_drag(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
+        """The definite stiffness that damping is in proportion to, N/m."""
+        if self.drag is None:
+            self.add_hessian(x, data, slots, scale, True)
+            return
+        self._add_tensors(self.drag.dPdF_projected, x, data, slots, scale)
+
+    def _add_tensors(
+        self, tangent: Callable[[Floats], Floats], x: Floats, data: Floats, slots: Ints, scale: float
+    ) -> None:
+        """The stiffness of tensors dP/dF that `tangent` makes of F."""
         F = self.F(x).reshape(*self.w.shape, 3, 3)
         for some in self._some():
             A = np.ascontiguousarray(tangent(F[some].reshape(-1, 3, 3))).reshape(*F[some].shape, 3, 3)
@@ -183,3 +205,24 @@ class Together:
         """Tangent stiffness, N/m."""
         for part in self.parts:
             part.add_hessian(x, data, slots, scale, projected)
+
+    def add_drag(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
+        """The definite stiffness that damping is in proportion to, N/m."""
+        for part in self.parts:
+            add_drag(part, x, data, slots, scale)
+
+
+@runtime_checkable
+class Dragging(Protocol):
+    """An energy that damps by another stiffness than its definite tangent."""
+
+    def add_drag(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
+        """The definite stiffness that damping is in proportion to, N/m."""
+
+
+def add_drag(energy: Energy, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
+    """What damping in proportion to stiffness takes of an energy, N/m: its definite tangent, if it knows no better."""
+    if isinstance(energy, Dragging):
+        energy.add_drag(x, data, slots, scale)
+    else:
+        energy.add_hessian(x, data, slots, scale, True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.solvers.base.jit import kernel
+from softmark.solvers.base.jit import kernel, maker, part
 from softmark.solvers.energies.corotational_tets import cofactor
 
 Floats = NDArray[np.float64]
@@ -39,7 +39,7 @@ def add_forces(P: Floats, cells: Ints, dNdX: Floats, w: Floats, scale: float, g:
                     g[cells[e, a], i] += factor * value
 
 
-@kernel
+@maker
 def add_stiffness(A: Floats, dNdX: Floats, w: Floats, scale: float, slots: Ints, data: Floats) -> None:
     """data[slots[e, 3a+i, 3b+k]] += scale * sum_p w dN_a/dX_J A_iJkL dN_b/dX_L, for A = dP/dF (m, q, 3, 3, 3, 3).
 
@@ -70,7 +70,7 @@ def add_stiffness(A: Floats, dNdX: Floats, w: Floats, scale: float, slots: Ints,
         _scatter(e, block, slots, data)
 
 
-@kernel
+@part
 def _scatter(e: int, block: Floats, slots: Ints, data: Floats) -> None:
     """Add a block (3a, 3a), of which the 3x3 blocks on and above the diagonal are given, to the values of the matrix.
 
@@ -152,7 +152,7 @@ def add_forces_of(
                 g[node, 2] += p20 * g0 + p21 * g1 + p22 * g2
 
 
-@kernel
+@maker
 def add_stiffness_of(
     h: Floats, j: Floats, a: Floats, s: Floats, c: Floats, d: Floats, dNdX: Floats, w: Floats, begin: int,
     scale: float, slots: Ints, data: Floats,
@@ -174,7 +174,7 @@ def add_stiffness_of(
         _scatter(e, block, slots, data)
 
 
-@kernel
+@part
 def _carry(
     h: Floats, g: Floats, p: int, swap: float, grow: float, along: float, mixed: float, vectors: Floats
 ) -> None:
@@ -201,7 +201,7 @@ def _carry(
         v[5, 0], v[5, 1], v[5, 2] = mixed * t0, mixed * t1, mixed * t2
 
 
-@kernel
+@part
 def _couple(vectors: Floats, g: Floats, mixed: bool, block: Floats) -> None:
     """The 3x3 blocks of a cell on and above the diagonal, from what `_carry` left and dN/dX g (q, a, 3)."""
     t, r, turned = vectors[0], vectors[1], vectors[2]

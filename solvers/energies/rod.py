@@ -147,13 +147,6 @@ class RodLoad:
         np.add.at(forces, elements, (lengths(rest, elements)[:, None] / 2 * w)[:, None, :])
         return RodLoad(rest, forces)
 
-    @staticmethod
-    def concentrated(rest: Floats, node: int, force: Floats) -> RodLoad:
-        """`force` (3,) in N on one node."""
-        forces = np.zeros((rest.size // 7, 3))
-        forces[node] = force
-        return RodLoad(rest, forces)
-
     def value(self, x: Floats) -> float:
         """Potential, zero in the undeformed state, J."""
         return -float(np.sum(self.forces * (x - self.rest).reshape(-1, 7)[:, :3]))

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.base.jit import kernel
+from softmark.solvers.base.jit import maker
 from softmark.solvers.energies.energy import Floats, Ints
 
 
@@ -87,7 +87,7 @@ def stiffness_from_modulus(young: float, weight: Floats, l0: Floats) -> Floats:
     return stiffness
 
 
-@kernel
+@maker
 def add_spring_forces(
     u: Floats, edges: Ints, D: Floats, l0: Floats, k: Floats, scale: float, g: Floats
 ) -> None:
@@ -106,7 +106,7 @@ def add_spring_forces(
             g[b, i] += tension * d[i]
 
 
-@kernel
+@maker
 def add_spring_stiffness(
     u: Floats,
     edges: Ints,

@@ -9,9 +9,11 @@ in MATERIALS.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from softmark.solvers.materials.constraints import Dilatation, Mixed, Stretching
 from softmark.solvers.materials.corotational import Corotational
+from softmark.solvers.materials.drag import Drag
 from softmark.solvers.materials.isotropic import Isotropic
 from softmark.solvers.materials.law import Law, project
 from softmark.solvers.materials.linear_elastic import LinearElastic
@@ -21,7 +23,15 @@ from softmark.solvers.materials.small_strain import SmallStrain
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
 
-__all__ = ["MATERIALS", "STRAINS", "Isotropic", "Law", "NoFiniteLaw", "law_for", "mixed_for", "parts_for", "project"]
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    from softmark.solvers.base.deferred import np
+
+__all__ = [
+    "MATERIALS", "STRAINS", "Isotropic", "Law", "NoFiniteLaw", "drags_for", "law_for", "mixed_for", "parts_for",
+    "project",
+]  # fmt: skip
 
 MATERIALS: dict[str, type[Isotropic]] = {
     "linear_elastic": LinearElastic,
@@ -96,3 +106,18 @@ def mixed_for(material: Isotropic, strain: str) -> Mixed | None:
         return Mixed(Corotational(mu, -2.0 / 3.0 * mu), Stretching(), K)
     parts = material.finite_mixed()
     return None if parts is None else Mixed(*parts, material.pressure_modulus)
+
+
+def drags_for(material: Isotropic, strain: str) -> tuple[Drag, Drag] | None:
+    """What damping takes of `law_for` as a whole, and of the second of `parts_for` alone.
+
+    None where strains are small, which have no stress in their tangent, and where the law does not come apart.
+    """
+    laws = parts_for(material, strain)
+    if strain == "small" or laws is None:
+        return None
+    mixed = mixed_for(material, strain)
+    if mixed is None:
+        return None
+    modulus = float(laws[1].dPdF(np.eye(3)[None])[0, 0, 0, 0, 0])  # M: dg/dF is the identity at rest, of every g
+    return Drag(laws[0], mixed.constraint, modulus), Drag(None, mixed.constraint, modulus)

@@ -154,3 +154,9 @@ def _turn(x: Array, y: Array, c: Array, s: Array) -> None:
     x -= s * y
     y *= c
     y += s * old
+
+
+def least_stretch(F: Array) -> float:
+    """The least principal stretch among deformation gradients (n, 3, 3), negative where one is inside out."""
+    least = np.sqrt(np.maximum(np.linalg.eigvalsh(F.transpose(0, 2, 1) @ F)[:, 0], 0.0))
+    return float((np.sign(np.linalg.det(F)) * least).min(initial=1.0))

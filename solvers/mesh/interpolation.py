@@ -6,13 +6,11 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
+from softmark.solvers.mesh.boxes import holding
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 from softmark.solvers.mesh.neighbours import neighbours
 
 Rule = tuple[Floats, Floats]  # local points (q, 3) and weights (q,)
-SEARCHED = (
-    10_000_000  # pairs of a point and a cell from which a tree finds the near ones sooner than all are tried
-)
 BESIDE = 1e-9  # barycentric coordinates below zero that rounding explains
 CHUNK = 32  # points whose distances to all cells are held at once
 
@@ -143,46 +141,16 @@ def _to_triangles(X: Floats, corners: Floats) -> Floats:
 def _best_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
     """The cell in which the smallest barycentric coordinate of each X (n, 3) is largest (n,).
 
-    Among all cells of a small mesh. In a large one among those whose spheres around their middles hold the point, which
-    the cell that it lies in is one of; a point that none holds is given any.
+    Among the cells whose boxes hold the point, which the one that it lies in is one of; a point that none holds is
+    given any.
     """
-    if len(a) * len(X) < SEARCHED:
-        return _best_of_all(X, a, inverse)
+    corners, slack = mesh.points[mesh.cells], 10.0 * BESIDE * mesh.extent
+    which, cell = holding(corners.min(axis=1) - slack, corners.max(axis=1) + slack, X)
     best = np.zeros(len(X), dtype=np.int64)
-    which, cell = _near(mesh, X)
-    xi = np.einsum("pij,pj->pi", inverse[cell], X[which] - a[cell])
-    least = np.minimum(xi.min(axis=1), 1.0 - xi.sum(axis=1))
+    least = _barycentric(X[which], a, inverse, cell).min(axis=1, initial=np.inf)
     order = np.lexsort((cell, -least, which))
     found, first = np.unique(which[order], return_index=True)
     best[found] = cell[order[first]]
-    return best
-
-
-def _near(mesh: Mesh, X: Floats) -> tuple[Ints, Ints]:
-    """Pairs of a point and a cell (p,) each, cells whose spheres hold the point."""
-    from scipy.spatial import cKDTree
-
-    corners = mesh.points[mesh.cells]
-    middles = corners.mean(axis=1)
-    radii = np.sqrt(((corners - middles[:, None]) ** 2).sum(axis=2).max(axis=1))
-    radius = 1.001 * float(radii.max())
-    pairs = cKDTree(X).sparse_distance_matrix(cKDTree(middles), radius, output_type="ndarray")
-    return pairs["i"].astype(np.int64), pairs["j"].astype(np.int64)
-
-
-def _best_of_all(X: Floats, a: Floats, inverse: Floats) -> Ints:
-    """`_best_cells` among all."""
-    middle = a.mean(axis=0)  # a far-off origin would cost digits
-    rows = np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)  # (m, 4, 3)
-    shift = np.array([1.0, 0.0, 0.0, 0.0]) - np.einsum("mki,mi->mk", rows, a - middle)
-    planes = [(np.ascontiguousarray(rows[:, k].T), shift[:, k]) for k in range(4)]
-    best = np.empty(len(X), dtype=np.int64)
-    for start in range(0, len(X), CHUNK):
-        points = X[start : start + CHUNK] - middle
-        least = points @ planes[0][0] + planes[0][1]  # (c, m)
-        for normals, at in planes[1:]:
-            np.minimum(least, points @ normals + at, out=least)
-        best[start : start + CHUNK] = least.argmax(axis=1)
     return best
 
 

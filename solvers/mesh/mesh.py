@@ -111,15 +111,3 @@ def surface(mesh: Mesh) -> tuple[Floats, Ints]:
     """Points (n, 3) and triangles (t, 3) of the boundary alone, outward."""
     used, triangles = np.unique(mesh.faces, return_inverse=True)
     return mesh.points[used], triangles.reshape(-1, 3).astype(np.int64)
-
-
-def shape_quality(mesh: Mesh) -> Floats:
-    """Mean-ratio quality of each four-node tetrahedron (m,): 1 for a regular one, 0 for a flat one.
-
-    q = 12 (3 V)^(2/3) / (sum of squared edge lengths); Liu and Joe (1994).
-    """
-    corners = mesh.points[mesh.cells]  # (m, 4, 3)
-    i, j = np.triu_indices(4, 1)
-    squares = np.sum((corners[:, i] - corners[:, j]) ** 2, axis=(1, 2))
-    quality: Floats = 12.0 * (3.0 * np.maximum(mesh.volumes, 0.0)) ** (2.0 / 3.0) / squares
-    return quality

@@ -33,20 +33,22 @@ class All:
     def __init__(self, points: Floats) -> None:
         self.points = points
 
-    def _distances(self, X: Floats) -> Floats:
-        """(n, m)"""
-        found = np.empty((len(X), len(self.points)))
+    def _squares(self, X: Floats) -> Floats:
+        """Of the distances (n, m); axis by axis, for sums over an axis of three take ten times as long."""
+        found = np.zeros((len(X), len(self.points)))
         for start in range(0, len(X), CHUNK):
-            some = slice(start, start + CHUNK)
-            found[some] = np.sqrt(((X[some, None] - self.points) ** 2).sum(axis=2))
+            part = found[start : start + CHUNK]
+            for x, axis in zip(X[start : start + CHUNK].T, self.points.T, strict=True):
+                gap = x[:, None] - axis
+                part += np.multiply(gap, gap, out=gap)
         return found
 
     def distance(self, X: Floats) -> Floats:
-        nearest: Floats = self._distances(X).min(axis=1)
+        nearest: Floats = np.sqrt(self._squares(X).min(axis=1))
         return nearest
 
     def within(self, X: Floats, radius: Floats) -> tuple[Ints, Ints]:
-        which, point = np.nonzero(self._distances(X) <= radius[:, None])
+        which, point = np.nonzero(self._squares(X) <= radius[:, None] ** 2)
         return which, point
 
 

@@ -9,18 +9,26 @@ from __future__ import annotations
 import threading
 import weakref
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from softmark.solvers.base.scipy_parts import lone
 from softmark.solvers.energies.energy import Floats
 
 NAME = "banded Cholesky (LAPACK)"
 WIDEST = 32  # diagonals up to which LAPACK goes column by column: nothing that threads could share
 KEPT = 8  # patterns known at a time
 _LOCK = threading.Lock()
+
+
+@cache
+def _lapack() -> Any:
+    """What `scipy.linalg.lapack` has its functions from."""
+    return lone("scipy.linalg._flapack")
 
 
 @dataclass(frozen=True)
@@ -35,9 +43,7 @@ class Banded:
 
     def solve(self, b: Floats) -> Floats:
         """x with K x = b."""
-        from scipy.linalg.lapack import dpbtrs  # with its package, which only chains need
-
-        found: Floats = dpbtrs(self.band, b)[0]
+        found: Floats = _lapack().dpbtrs(self.band, b)[0]
         return found
 
 
@@ -59,9 +65,7 @@ def banded(K: sparse.csr_matrix) -> Banded | None:
     if band is None:
         return None
     filled = np.append(K.data, 0.0).take(band.entries)
-    from scipy.linalg.lapack import dpbtrf
-
-    factor, info = dpbtrf(filled.reshape(band.shape).T, overwrite_ab=1)
+    factor, info = _lapack().dpbtrf(filled.reshape(band.shape).T, overwrite_ab=1)
     return None if info else Banded(factor)
 
 

@@ -55,6 +55,8 @@ class Cholesky:
             s.source, s.target, s.entry_start, s.pivots, s.rows, s.panel, s.child_start, s.children, s.update,
             s.index_start, s.local, self._L, self._U, *tables,
         )  # fmt: skip
+        none = None if precision == "single" else self._none
+        self._unsigned = (s.first, none, self._none, self._none)
         self._triangles = (
             s.pivots, s.rows, s.panel, s.first, s.index_start, s.index, self._L, self._x, work, *tables,
         )  # fmt: skip
@@ -74,7 +76,7 @@ class Cholesky:
         """
         self._signs, self.negative_pivots = self._none, 0
         with ALONE:
-            failed = int(kernels.factorise(data, *self._matrix))
+            failed = int(kernels.factorise(0, data, *self._matrix, *self._unsigned))
             if failed and indefinite:
                 failed = self._continue(failed - 1, data)
         if failed:
@@ -90,8 +92,12 @@ class Cholesky:
         self._signs, values = np.ones_like(self._x), np.zeros_like(self._x)
         pivots, below = self.plan.pivots, self.plan.rows - self.plan.pivots
         work = np.empty(int((pivots * np.maximum(kernels.BLOCK, below)).max(initial=1)), dtype=self._L.dtype)
+        done = self.plan.first[front]
+        of = np.repeat(np.arange(front), pivots[:front])
+        diagonal = self.plan.panel[of] + (np.arange(done) - self.plan.first[of]) * (self.plan.rows[of] + 1)
+        values[:done] = self._L[diagonal] ** 2
         arrays = (data, *self._matrix, self.plan.first, self._signs, values, work)
-        failed = int(kernels.factorise_signed(front, *arrays))
+        failed = int(kernels.factorise(front, *arrays))
         # a neutral direction, such as the plane in which a round column bends, has a pivot of zero to rounding
         self.negative_pivots = int(np.sum(values < -NEUTRAL * np.abs(values).max()))
         return failed

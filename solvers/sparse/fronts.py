@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.solvers.base.jit import kernel
+from softmark.solvers.base.jit import kernel, maker
 
 Ints = NDArray[np.int64]
 Places = NDArray[np.uint64]
@@ -216,7 +216,7 @@ def stack(parents: Ints, sizes: Ints, update: Ints) -> int:
     return peak[0] + peak[1]
 
 
-@kernel
+@maker
 def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints) -> int:
     """Nested dissection by planes (George 1973; Heath and Raghavan 1995): separators last in `order` (n,).
 
@@ -274,7 +274,7 @@ def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints)
     return held
 
 
-@kernel
+@maker
 def _cut(indptr: Ints, indices: Ints, by: Ints, rank: Ints) -> tuple[int, bool, float]:
     """Where to cut the nodes `by` (size,): nodes before the cut, whether the separator lies behind it, its cost."""
     size = len(by)
@@ -307,7 +307,7 @@ def _cut(indptr: Ints, indices: Ints, by: Ints, rank: Ints) -> tuple[int, bool, 
     return at, above, cost
 
 
-@kernel
+@maker
 def _along(points: Floats, part: Ints, axis: Floats) -> Floats:
     t = np.empty(len(part))
     for k in range(len(part)):
@@ -315,7 +315,7 @@ def _along(points: Floats, part: Ints, axis: Floats) -> Floats:
     return t
 
 
-@kernel
+@maker
 def _axes(points: Floats, part: Ints) -> Floats:
     """The three axes, and the direction in which the points of a part reach farthest, by power iteration (4, 3)."""
     middle, spread = np.zeros(3), np.zeros((3, 3))

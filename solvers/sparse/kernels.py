@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.solvers.base.jit import kernel
+from softmark.solvers.base.jit import kernel, part
 from softmark.solvers.sparse.blas import GEMM, GEMV, POTRF, SYRK, TRSM, TRSV, call
 
 Ints = NDArray[np.int64]
@@ -21,220 +21,22 @@ BLOCK = 48  # columns that are factorised without the help of BLAS
 
 
 @kernel
-def minimum_degree(
-    indptr: Ints, indices: Ints, first: int, last: Flags, order: Ints, length: Ints, lists: Ints, flags: Flags,
-    pool: Ints,
-) -> None:  # fmt: skip
-    """Elimination order (n,) of a symmetric graph without loops, by approximate minimum degree.
-
-    Its first `first` places are filled; nodes marked in `last` (n,) are not eliminated. `indices`, the `length` (n,) of
-    each adjacency list, `lists` (10, n + 1), five of -1 and five of 0, `flags` (2, n) True and False, and
-    the memory `pool` are changed: arrays are made outside, for to compile that takes longer than the loops.
-
-    Quotient graph with element absorption and the degree bound of Amestoy, Davis and Duff (1996), without
-    supervariables. An adjacency list keeps its place: it never grows, for each new element replaces an old entry.
-    """
-    n = len(indptr) - 1
-    entries = indices  # elements first, then variables, of each live variable
-    head, after, before = lists[0], lists[1], lists[2]  # variables by degree, in linked lists
-    mark, stamp = lists[3], lists[4]
-    elements, start, count = lists[5], lists[6], lists[7]  # the latter: variables of an element, in `pool`
-    outside = lists[8]  # |L_e \ L_p|
-    degree = lists[9]
-    alive, absorbed = flags[0], flags[1]  # not eliminated
-    for i in range(n):
-        degree[i] = length[i]
-    used = 0
-    for i in range(n - 1, -1, -1):
-        if last[i]:
-            continue
-        d = degree[i]
-        after[i] = head[d]
-        if head[d] >= 0:
-            before[head[d]] = i
-        head[d] = i
-    lowest = 0
-    for step in range(first):
-        while head[lowest] < 0:
-            lowest += 1
-        p = head[lowest]
-        head[lowest] = after[p]
-        if after[p] >= 0:
-            before[after[p]] = -1
-        order[step] = p
-        alive[p] = False
-        # L_p: live variables that p touches, directly or through its elements
-        if used + n > len(pool):
-            larger = np.empty(2 * len(pool) + n, np.int64)
-            for q in range(used):
-                larger[q] = pool[q]
-            pool = larger
-        start[p] = used
-        mark[p] = step
-        for t in range(indptr[p], indptr[p] + length[p]):
-            if t < indptr[p] + elements[p]:
-                e = entries[t]
-                absorbed[e] = True
-                for s in range(start[e], start[e] + count[e]):
-                    i = pool[s]
-                    if alive[i] and mark[i] != step:
-                        mark[i] = step
-                        pool[used] = i
-                        used += 1
-            else:
-                i = entries[t]
-                if alive[i] and mark[i] != step:
-                    mark[i] = step
-                    pool[used] = i
-                    used += 1
-        count[p] = used - start[p]
-        for s in range(start[p], used):
-            i = pool[s]
-            for t in range(indptr[i], indptr[i] + elements[i]):
-                e = entries[t]
-                if not absorbed[e]:
-                    if stamp[e] != step:
-                        stamp[e] = step
-                        live = 0
-                        for q in range(start[e], start[e] + count[e]):
-                            if alive[pool[q]]:
-                                live += 1
-                        outside[e] = live
-                    outside[e] -= 1
-        for s in range(start[p], used):
-            i = pool[s]
-            base = indptr[i]
-            write = base
-            total = count[p] - 1
-            kept = elements[i]
-            buffer_end = base + length[i]
-            # elements that live on, then the new one, then variables not covered by it
-            for t in range(base, base + kept):
-                e = entries[t]
-                if not absorbed[e] and outside[e] > 0:
-                    entries[write] = e
-                    write += 1
-                    total += outside[e]
-            number = write - base
-            hold = write
-            for t in range(base + kept, buffer_end):
-                j = entries[t]
-                if alive[j] and mark[j] != step:
-                    entries[hold] = j
-                    hold += 1
-                    total += 1
-            # the new element goes in front of the variables: the first of them moves to the end
-            if hold > write:
-                entries[hold] = entries[write]
-            entries[write] = p
-            elements[i] = number + 1
-            length[i] = hold + 1 - base
-            new = min(total, min(degree[i] + count[p] - 1, n - step - 2))
-            if last[i]:
-                degree[i] = new
-                continue
-            if before[i] >= 0:
-                after[before[i]] = after[i]
-            else:
-                head[degree[i]] = after[i]
-            if after[i] >= 0:
-                before[after[i]] = before[i]
-            degree[i] = new
-            before[i] = -1
-            after[i] = head[new]
-            if head[new] >= 0:
-                before[head[new]] = i
-            head[new] = i
-            lowest = min(lowest, new)
-
-
-@kernel
 def factorise(
-    data: Floats,
-    source: Places,
-    target: Places,
-    entry_start: Ints,
-    pivots: Ints,
-    rows: Ints,
-    panel: Ints,
-    child_start: Ints,
-    children: Ints,
-    update: Ints,
-    index_start: Ints,
-    local: Places,
-    L: Values,
-    U: Values,
-    blas: Ints,
-    letters: Bytes,
-    numbers: Shorts,
-    reals: Values,
-) -> int:
+    begin: int, data: Floats, source: Places, target: Places, entry_start: Ints, pivots: Ints, rows: Ints, panel: Ints,
+    child_start: Ints, children: Ints, update: Ints, index_start: Ints, local: Places, L: Values, U: Values, blas: Ints,
+    letters: Bytes, numbers: Shorts, reals: Values, first: Ints, signs: Values | None, values: Values, work: Values,
+) -> int:  # fmt: skip
     """Multifrontal Cholesky of fronts in postorder (Duff and Reid 1983); 0, or 1 + the front that is not definite.
 
     Front s has pivots[s] columns of rows[s] rows at L[panel[s]:], column by column; its update matrix, the lower
     triangle of the rest, lies at U[update[s]:]. Places are unsigned: signed ones would be tested for being negative.
+
+    With `signs` (n,) it is K = L S L^T, S = diag(+-1), without a change of order, from front `begin`, where it stopped
+    without them: writes S, and the pivots into `values` (n,); `work` has room for BLOCK columns, or for all that lie
+    below the pivots, of every front. Where `signs` is None that is not even compiled.
     """
-    potrf, trsm, syrk = blas[POTRF], blas[TRSM], blas[SYRK]
-    size = L.itemsize
-    lower = letters.ctypes.data
-    right, transposed, plain = lower + 1, lower + 2, lower + 3
-    K = numbers.ctypes.data
-    M, LD, INFO = K + 4, K + 8, K + 12
-    one = reals.ctypes.data
-    minus, zero = one + size, one + 2 * size
-    for s in range(len(pivots)):
-        k, n = pivots[s], rows[s]
-        m = n - k
-        for t in range(panel[s], panel[s] + n * k):
-            L[t] = 0.0
-        for t in range(np.uint64(entry_start[s]), np.uint64(entry_start[s + 1])):
-            L[target[t]] += data[source[t]]
-        for q in range(child_start[s], child_start[s + 1]):
-            c = children[q]
-            _add(U, update[c], rows[c] - pivots[c], np.int64(0), k, local, index_start[c], L, panel[s], n)
-        numbers[0], numbers[1], numbers[2], numbers[3] = k, m, n, 0
-        at = L.ctypes.data + size * panel[s]
-        call(potrf, (lower, K, at, LD, INFO))
-        if numbers[3] != 0:
-            return s + 1
-        for j in range(k):  # numbers that are not finite pass through the factorisation without a word
-            if not L[panel[s] + j * n + j] < np.inf:
-                return s + 1
-        if m > 0:
-            call(trsm, (right, lower, transposed, plain, M, K, one, at, LD, at + size * k, LD))
-            to = U.ctypes.data + size * update[s]
-            call(syrk, (lower, plain, M, K, minus, at + size * k, LD, zero, to, M))
-            for q in range(child_start[s], child_start[s + 1]):
-                c = children[q]
-                _add(U, update[c], rows[c] - pivots[c], k, n, local, index_start[c], U, update[s], m)
-    return 0
-
-
-@kernel
-def factorise_signed(
-    begin: int, data: Floats, source: Places, target: Places, entry_start: Ints, pivots: Ints, rows: Ints, panel: Ints,
-    child_start: Ints, children: Ints, update: Ints, index_start: Ints, local: Places, L: Values, U: Values, blas: Ints,
-    letters: Bytes, numbers: Shorts, reals: Values, first: Ints, signs: Values, values: Values, work: Values,
-) -> int:  # fmt: skip
-    """K = L S L^T, S = diag(+-1), without a change of order: from front `begin`, where `factorise` stopped.
-
-    Writes S into `signs` and the pivots into `values`; 0, or 1 + the front in which a pivot vanishes. `work` has room
-    for BLOCK columns, or for all that lie below the pivots, of every front.
-    """
-    trsm, syrk, gemm = blas[TRSM], blas[SYRK], blas[GEMM]
-    size = L.itemsize
-    lower = letters.ctypes.data
-    right, transposed, plain = lower + 1, lower + 2, lower + 3
-    R = numbers.ctypes.data
-    B, C, N, D = R + 4, R + 8, R + 12, R + 16
-    one = reals.ctypes.data
-    minus, zero, two = one + size, one + 2 * size, one + 3 * size
-    for s in range(begin):
-        for j in range(pivots[s]):
-            values[first[s] + j] = L[panel[s] + j * rows[s] + j] ** 2
     for s in range(begin, len(pivots)):
         k, n, p = pivots[s], rows[s], panel[s]
-        m = n - k
         for t in range(p, p + n * k):
             L[t] = 0.0
         for t in range(np.uint64(entry_start[s]), np.uint64(entry_start[s + 1])):
@@ -242,60 +44,114 @@ def factorise_signed(
         for q in range(child_start[s], child_start[s + 1]):
             c = children[q]
             _add(U, update[c], rows[c] - pivots[c], np.int64(0), k, local, index_start[c], L, p, n)
-        at = L.ctypes.data + size * p
-        for begun in range(0, k, BLOCK):
-            end = min(begun + BLOCK, k)
-            for j in range(begun, end):
-                pivot = L[p + j * n + j]
-                if not (abs(pivot) > 0.0 and abs(pivot) < np.inf):
-                    return s + 1
-                sign = 1.0 if pivot > 0.0 else -1.0
-                signs[first[s] + j], values[first[s] + j] = sign, pivot
-                root = np.sqrt(abs(pivot))
-                L[p + j * n + j] = root
-                for i in range(j + 1, end):
-                    L[p + j * n + i] *= sign / root
-                for c in range(j + 1, end):
-                    factor = sign * L[p + j * n + c]
-                    for i in range(c, end):
-                        L[p + c * n + i] -= factor * L[p + j * n + i]
-            numbers[0], numbers[1], numbers[2], numbers[3] = n - end, end - begun, k - end, n
-            if n > end:
-                panel_at = at + size * (begun * n + end)
-                above = at + size * (begun * n + begun)
-                call(trsm, (right, lower, transposed, plain, R, B, one, above, N, panel_at, N))
-                for j in range(begun, end):
-                    sign = signs[first[s] + j]
-                    for i in range(end, n):
-                        L[p + j * n + i] *= sign
-                    for i in range(end, k):
-                        work[(j - begun) * (k - end) + i - end] = sign * L[p + j * n + i]
-                if k > end:
-                    to = at + size * (end * n + end)
-                    call(
-                        gemm,
-                        (plain, transposed, R, C, B, minus, panel_at, N, work.ctypes.data, C, one, to, N),
-                    )
-        if m > 0:
-            to = U.ctypes.data + size * update[s]
-            numbers[0], numbers[1], numbers[3] = m, k, n
-            call(syrk, (lower, plain, R, B, minus, at + size * k, N, zero, to, R))
-            negative = 0
-            for j in range(k):
-                if signs[first[s] + j] < 0.0:
-                    for i in range(m):
-                        work[negative * m + i] = L[p + j * n + k + i]
-                    negative += 1
-            if negative > 0:  # these columns were subtracted instead of added
-                numbers[4] = negative
-                call(syrk, (lower, plain, R, D, two, work.ctypes.data, R, one, to, R))
+        if signs is None or len(signs) == 0:
+            good = _definite(k, n, p, L, U, update[s], blas, letters, numbers, reals)
+        else:
+            good = _signed(
+                k, n, p, L, U, update[s], blas, letters, numbers, reals, first[s], signs, values, work
+            )
+        if not good:
+            return s + 1
+        if n > k:
             for q in range(child_start[s], child_start[s + 1]):
                 c = children[q]
-                _add(U, update[c], rows[c] - pivots[c], k, n, local, index_start[c], U, update[s], m)
+                _add(U, update[c], rows[c] - pivots[c], k, n, local, index_start[c], U, update[s], n - k)
     return 0
 
 
-@kernel
+@part
+def _definite(
+    k: int, n: int, p: int, L: Values, U: Values, update: int, blas: Ints, letters: Bytes, numbers: Shorts,
+    reals: Values,
+) -> bool:  # fmt: skip
+    """Eliminate the k pivots of a front of n rows at L[p:], its update matrix to U[update:]; False if not definite."""
+    size = L.itemsize
+    lower = letters.ctypes.data
+    right, transposed, plain = lower + 1, lower + 2, lower + 3
+    K = numbers.ctypes.data
+    M, LD, INFO = K + 4, K + 8, K + 12
+    one = reals.ctypes.data
+    minus, zero = one + size, one + 2 * size
+    at = L.ctypes.data + size * p
+    numbers[0], numbers[1], numbers[2], numbers[3] = k, n - k, n, 0
+    call(blas[POTRF], (lower, K, at, LD, INFO))
+    if numbers[3] != 0:
+        return False
+    for j in range(k):  # numbers that are not finite pass through the factorisation without a word
+        if not L[p + j * n + j] < np.inf:
+            return False
+    if n > k:
+        call(blas[TRSM], (right, lower, transposed, plain, M, K, one, at, LD, at + size * k, LD))
+        to = U.ctypes.data + size * update
+        call(blas[SYRK], (lower, plain, M, K, minus, at + size * k, LD, zero, to, M))
+    return True
+
+
+@part
+def _signed(
+    k: int, n: int, p: int, L: Values, U: Values, update: int, blas: Ints, letters: Bytes, numbers: Shorts,
+    reals: Values, first: int, signs: Values, values: Values, work: Values,
+) -> bool:  # fmt: skip
+    """As `_definite`, with a sign and a value for each pivot, from `first` on; False where a pivot vanishes."""
+    size = L.itemsize
+    lower = letters.ctypes.data
+    right, transposed, plain = lower + 1, lower + 2, lower + 3
+    R = numbers.ctypes.data
+    B, C, N, D = R + 4, R + 8, R + 12, R + 16
+    one = reals.ctypes.data
+    minus, zero, two = one + size, one + 2 * size, one + 3 * size
+    at = L.ctypes.data + size * p
+    for begun in range(0, k, BLOCK):
+        end = min(begun + BLOCK, k)
+        for j in range(begun, end):
+            pivot = L[p + j * n + j]
+            if not (abs(pivot) > 0.0 and abs(pivot) < np.inf):
+                return False
+            sign = 1.0 if pivot > 0.0 else -1.0
+            signs[first + j], values[first + j] = sign, pivot
+            root = np.sqrt(abs(pivot))
+            L[p + j * n + j] = root
+            for i in range(j + 1, end):
+                L[p + j * n + i] *= sign / root
+            for c in range(j + 1, end):
+                factor = sign * L[p + j * n + c]
+                for i in range(c, end):
+                    L[p + c * n + i] -= factor * L[p + j * n + i]
+        numbers[0], numbers[1], numbers[2], numbers[3] = n - end, end - begun, k - end, n
+        if n > end:
+            panel = at + size * (begun * n + end)
+            above = at + size * (begun * n + begun)
+            call(blas[TRSM], (right, lower, transposed, plain, R, B, one, above, N, panel, N))
+            for j in range(begun, end):
+                sign = signs[first + j]
+                for i in range(end, n):
+                    L[p + j * n + i] *= sign
+                for i in range(end, k):
+                    work[(j - begun) * (k - end) + i - end] = sign * L[p + j * n + i]
+            if k > end:
+                to = at + size * (end * n + end)
+                call(
+                    blas[GEMM],
+                    (plain, transposed, R, C, B, minus, panel, N, work.ctypes.data, C, one, to, N),
+                )
+    m = n - k
+    if m > 0:
+        to = U.ctypes.data + size * update
+        numbers[0], numbers[1], numbers[3] = m, k, n
+        call(blas[SYRK], (lower, plain, R, B, minus, at + size * k, N, zero, to, R))
+        negative = 0
+        for j in range(k):
+            if signs[first + j] < 0.0:
+                for i in range(m):
+                    work[negative * m + i] = L[p + j * n + k + i]
+                negative += 1
+        if negative > 0:  # these columns were subtracted instead of added
+            numbers[4] = negative
+            call(blas[SYRK], (lower, plain, R, D, two, work.ctypes.data, R, one, to, R))
+    return True
+
+
+@part
 def _add(
     U: Values,
     source: int,

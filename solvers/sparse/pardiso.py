@@ -26,9 +26,24 @@ class Failed(Exception):
         self.code = code
 
 
-def installed() -> bool:
-    """Whether the package is there."""
+def packaged() -> bool:
+    """Whether the package is there; its library may not be."""
     return find_spec("pypardiso") is not None
+
+
+def installed() -> bool:
+    """Whether the package is there and finds its library."""
+    return packaged() and not lacking()
+
+
+@cache
+def lacking() -> str:
+    """Why a package that is there cannot be used, empty where it can."""
+    try:
+        _routine()
+    except (ImportError, OSError, AttributeError) as error:  # of its own import, of the library, of the routine in it
+        return str(error).partition(". ")[0].rstrip(".") or type(error).__name__
+    return ""
 
 
 @cache

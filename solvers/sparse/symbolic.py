@@ -9,7 +9,7 @@ from scipy import sparse
 from softmark.records import dataclass
 from softmark.solvers.sparse import fronts
 from softmark.solvers.sparse.motions import places
-from softmark.solvers.sparse.order import eliminate
+from softmark.solvers.sparse.order import by_degree, dissected
 
 Ints = NDArray[np.int64]
 Places = NDArray[np.uint64]
@@ -112,11 +112,11 @@ def sketch(K: sparse.csr_matrix, motions: Floats | None = None) -> Sketch:
         raise ValueError("the pattern of the matrix is not symmetric with a full diagonal")
     start = groups(K)
     graph, weights = _graph(K, start), np.diff(start)
-    orders = []
+    orders: list[Ints] = []
     if motions is None or len(weights) < LARGE:
-        orders.append(eliminate(*graph))
+        orders += by_degree(*graph)
     if motions is not None and len(weights) >= DISSECTED:
-        orders.append(eliminate(*graph, places(motions, start)))
+        orders.append(dissected(*graph, places(motions, start)))
     return min((_tree(start, graph, order, weights) for order in orders), key=lambda found: found.flops)
 
 

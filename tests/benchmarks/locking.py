@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -28,9 +29,11 @@ from softmark.solvers.materials import MATERIALS, law_for, mixed_for, parts_for
 from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.mesh.sphere import octant
 from softmark.solvers.mesh.splits import chessboard, meshed
 from softmark.solvers.statics.equilibrium import Linear, Statics, equilibrium
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "shared"))
+from octant import octant
 
 RATIOS = (0.3, 0.45, 0.49, 0.499, 0.4999, 0.49999, 0.5)
 FORMS = (

@@ -1,6 +1,6 @@
 """The measured ranges that `dsl explain` shows: `python tests/benchmarks/ranges.py DIR/stress.json`.
 
-`dsl stress beam-at-the-extremes --out DIR` makes the file; this writes `interpreter/ranges.json` from it.
+`dsl stress beam-at-the-extremes --out DIR` makes the file; this writes `interpreter/cli/ranges.json` from it.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from softmark.interpreter.language.condition_syntax import selection
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.expressions import Bad, Evaluator, Place, Quantity
 from softmark.interpreter.language.units import LENGTH
-from softmark.interpreter.problem.case import coverage, coverages
+from softmark.interpreter.problem.stretches import coverage, coverages
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 

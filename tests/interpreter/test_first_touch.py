@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.cli.commands import shelf as shelves
+from softmark.interpreter.cli.commands import report_folder
 from softmark.interpreter.report.run import html
 from softmark.solvers.energies import rod_kinematics
 
-COMPILED = 28  # functions for one run of corotational tetrahedra; 137 when sorts and LAPACK went through numba
+COMPILED = 27  # functions for one run of corotational tetrahedra; 137 when sorts and LAPACK went through numba
 COUNTING = """
 import sys
 from numba.core import event
@@ -29,7 +29,7 @@ class Count(event.Listener):
         pass
 
 event.register("numba:compile", Count())
-from softmark.interpreter.cli import main
+from softmark.interpreter.cli.main import main
 
 status = main()
 print(status, Count.number, file=sys.stderr)
@@ -66,6 +66,86 @@ def scene(folder: Path, rods: int) -> str:
     return str(file)
 
 
+LOADING = """
+import gc, json, os, sys
+
+searches = []
+gc.callbacks.append(lambda phase, info: searches.append("numba" in sys.modules))
+from softmark.interpreter.run import pipeline as runner
+from softmark import pausing
+from softmark.interpreter.cli.main import main
+
+solve, before = runner._model, []
+runner._model = lambda *a: before.append((len(searches), gc.isenabled())) or solve(*a)
+searches.clear()
+status = main()
+print(json.dumps([status, before, len(searches), gc.get_freeze_count(), os.environ["OPENBLAS_THREAD_TIMEOUT"]]))
+"""
+
+
+CLOCKED = """
+import json, sys
+
+from softmark.interpreter.cli.main import main
+from softmark.interpreter.models.beam import build as beam
+
+solve, seen = beam.PreparedBeam.solve, []
+
+def watched(self, watch):
+    before = set(sys.modules)
+    found = solve(self, watch)
+    seen.append(sorted(set(sys.modules) - before))
+    return found
+
+beam.PreparedBeam.solve = watched
+status = main(sys.argv[1:])
+print(json.dumps([status, seen, "numba" in sys.modules]))
+"""
+
+
+def test_a_rod_imports_nothing_while_its_clock_runs(tmp_path: Path) -> None:
+    """Of 89 ms that a rod of 40 segments was said to take, 77 were imports; its way passes an indefinite tangent."""
+    import json
+
+    command = [sys.executable, "-c", CLOCKED, "run", scene(tmp_path, 2), "--out", str(tmp_path / "out")]
+    run = subprocess.run(command, capture_output=True, text=True, check=True)
+    status, imported, compiler = json.loads(run.stdout.splitlines()[-1])
+    assert (status, compiler) == (0, False)
+    assert len(imported) >= 2  # and those from which errors are stated
+    assert not any(imported)
+
+
+@pytest.mark.parametrize("timeout", [None, "20"])
+def test_nothing_is_searched_for_among_modules_and_no_thread_waits_awake(
+    tmp_path: Path, timeout: str | None
+) -> None:
+    """A tenth of a short run went into the former, as much into the latter; the user's own word on threads stays."""
+    import json
+
+    environment = {k: v for k, v in os.environ.items() if k != "OPENBLAS_THREAD_TIMEOUT"}
+    environment |= {} if timeout is None else {"OPENBLAS_THREAD_TIMEOUT": timeout}
+    command = [sys.executable, "-c", LOADING, "run", scene(tmp_path, 1), "--out", str(tmp_path / "out")]
+    run = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    status, [[before, searching]], after, kept, waits = json.loads(run.stdout.splitlines()[-1])
+    assert status == 0
+    assert before <= 40  # of 700 objects each, where the scene is built; some 300 when modules were searched
+    assert searching  # and while it computes, as ever
+    assert after < 400
+    assert kept > 30_000
+    assert waits == (timeout or "16")
+
+
+def test_a_call_from_python_leaves_the_search_as_it_is(tmp_path: Path) -> None:
+    import gc
+
+    from softmark.interpreter.cli.main import main
+
+    frozen = gc.get_freeze_count()
+    assert main(["run", scene(tmp_path, 1), "--out", str(tmp_path / "out")]) == 0
+    assert gc.isenabled()
+    assert gc.get_freeze_count() == frozen
+
+
 def test_a_page_is_made_once_however_many_models_there_are(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -76,6 +156,22 @@ def test_a_page_is_made_once_however_many_models_there_are(
     assert main(["run", scene(tmp_path, 5), "--out", str(tmp_path / "out")]) == 0
     assert len(pages) == 1
     assert len(pages[0].models) == 5
+
+
+def test_versions_of_libraries_are_read_once_however_many_models_there_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A report is made after every model: reading them took as long as a small rod."""
+    from importlib import metadata
+
+    from softmark.interpreter.cli.main import main
+    from softmark.interpreter.run import environment
+
+    environment._versions.cache_clear()
+    asked, version = [], metadata.version
+    monkeypatch.setattr(metadata, "version", lambda name: asked.append(name) or version(name))  # type: ignore[func-returns-value]
+    assert main(["run", scene(tmp_path, 5), "--out", str(tmp_path / "out")]) == 0
+    assert sorted(asked) == ["numba", "numpy", "scipy"]
 
 
 class _Report:
@@ -103,11 +199,11 @@ def test_keeping_models_takes_a_tenth_of_what_they_take_and_grows_with_them(
     monkeypatch.setattr(time, "perf_counter", lambda: now[0])
     monkeypatch.setattr(files, "write", write)
     parsed = argparse.Namespace(json=None, junit=None, out=str(tmp_path), vtu=False)
-    shelf = shelves.Shelf(parsed, argparse.Namespace(path=None))  # type: ignore[arg-type]
+    shelf = report_folder.Shelf(parsed, argparse.Namespace(path=None))  # type: ignore[arg-type]
     for models in range(1, 301):
         now[0] += 1.0
         shelf.keep(_Report(models))  # type: ignore[arg-type]
-    assert 0.0 < spent[0] <= 300.0 / shelves.SPARE
+    assert 0.0 < spent[0] <= 300.0 / report_folder.SPARE
     assert shelf.count > 270  # on disk already
 
 
@@ -129,7 +225,7 @@ def test_a_run_that_breaks_off_leaves_all_that_was_finished(
         solve(work, name)  # type: ignore[arg-type]
 
     monkeypatch.setattr(runner, "_model", third)
-    monkeypatch.setattr(shelves, "SPARE", 1e9)  # none but the first would be on disk
+    monkeypatch.setattr(report_folder, "SPARE", 1e9)  # none but the first would be on disk
     assert main(["run", scene(tmp_path, 4), "--out", str(tmp_path / "out")]) == 130
     assert "2 finished models" in capsys.readouterr().err
     kept = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
@@ -145,7 +241,7 @@ def test_a_rod_looks_at_each_state_once(
     Counted is the solution alone: the coarser one from which an error is stated has states of its own.
     """
     from softmark.interpreter.evidence.error_estimate import Stated
-    from softmark.interpreter.evidence.seen import Unknown
+    from softmark.interpreter.evidence.probe_answers import Unknown
     from softmark.interpreter.face.api import load
 
     def none(*_: object) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from softmark.grammar.diagnostic import Diagnostic, Source, render
 from softmark.interpreter.front.load import checked
-from softmark.interpreter.language.bounded import MOST
+from softmark.interpreter.language.message_limit import MOST
 from softmark.interpreter.language.sources import LARGEST, Missing, beginning, read
 from softmark.solvers.mesh.files import ended
 

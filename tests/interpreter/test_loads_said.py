@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from octant import octant
 
 import softmark
 from softmark.interpreter.evidence.error_estimate import is_doubt
@@ -18,7 +19,6 @@ from softmark.interpreter.problem.case import case_for
 from softmark.interpreter.problem.parts.resultants import doubts, of_selections, resultants
 from softmark.interpreter.report.run.html import render
 from softmark.interpreter.run.pipeline import Options, run
-from softmark.solvers.mesh.sphere import octant
 
 BAR = """
 material gel = neo_hookean(young = 600 kPa, poisson = 0.3, density = 1000 kg/m^3)

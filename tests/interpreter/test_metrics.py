@@ -14,9 +14,9 @@ from softmark.interpreter.language import units
 from softmark.interpreter.metrics import METRICS
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.mean_error import MeanError
+from softmark.interpreter.metrics.measurement import Known, Seen
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.realtime import RealTime
-from softmark.interpreter.metrics.seen import Known, Seen
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.metrics.volume_change import VolumeChange

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from softmark.interpreter.metrics.hausdorff import Hausdorff
-from softmark.interpreter.metrics.seen import Known, Seen
+from softmark.interpreter.metrics.measurement import Known, Seen
 from softmark.interpreter.metrics.surface import side
 from softmark.interpreter.metrics.surface_distance import SurfaceDistance, relative
 from softmark.interpreter.metrics.undefined import Undefined

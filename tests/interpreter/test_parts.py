@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from octant import octant
 
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.parse import parse_expression
-from softmark.interpreter.evidence.recounted import Sweep
+from softmark.interpreter.evidence.load_check import Sweep
 from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language.condition_syntax import selection
 from softmark.interpreter.language.conditions import Condition
@@ -31,7 +32,6 @@ from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.energies.loads import FollowerPressure
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder
-from softmark.solvers.mesh.sphere import octant
 
 KINDS = pytest.mark.parametrize("kind", ELEMENTS)
 BAR = Box((0.1, 0.02, 0.02), (0.0, -0.01, -0.01))

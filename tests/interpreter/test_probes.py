@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,9 +12,10 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.metrics.seen import Known, Seen
+from softmark.interpreter.metrics.measurement import Known, Seen
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
-from softmark.interpreter.problem.points import _volume
+from softmark.interpreter.problem.case import case_of
+from softmark.interpreter.problem.points import _volume, held_face
 from softmark.solvers.mesh.shapes import Box
 
 BLOCK = """
@@ -56,6 +58,56 @@ def test_a_part_of_a_surface_has_its_own_triangles_only() -> None:
     a, b, c = (found.points[found.triangles[:, i]] for i in range(3))
     areas = np.cross(b - a, c - a) / 2
     np.testing.assert_allclose(areas.sum(axis=0), [0, 0, 0.06 * 0.02], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("where", "area"),
+    [
+        ("z >= 20 mm and x <= 48 mm", 960.0),  # 800 mm^2 by whole triangles
+        ("z >= 20 mm and x >= 42 mm and x <= 48 mm", 120.0),  # refused: no node
+        ("z >= 20 mm and x + y <= 33 mm", 460.0),
+        ("x <= 7 mm", 400.0 + 4 * 140.0),
+        ("not (z >= 20 mm) or x <= 1 mm", 4400.0 + 20.0),
+    ],
+)
+def test_a_part_of_a_surface_ends_where_its_condition_does(where: str, area: float) -> None:
+    """Of a block of 60 x 20 x 20 mm, in triangles of 10 mm: areas of rectangles and of a trapezium, mm^2."""
+    found = probe(f"surface(block, size = 10 mm, where = {where})")
+    assert found.triangles is not None
+    a, b, c = (found.points[found.triangles[:, i]] for i in range(3))
+    normals = np.cross(b - a, c - a) / 2
+    assert 1e6 * np.linalg.norm(normals, axis=1).sum() == pytest.approx(area, rel=1e-9)
+    inside = 0.5 * (found.points.min(axis=0) + found.points.max(axis=0))
+    assert np.einsum("ti,ti->", (a + b + c) / 3 - inside, normals) >= 0.0  # outward still
+    ends = np.sort(found.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    _, counts = np.unique(ends, axis=0, return_counts=True)
+    assert counts.max() == 2  # neighbours share the points of cuts
+    assert len(np.unique(found.triangles)) == len(found.points)
+
+
+def test_a_curved_border_says_what_it_leaves_out() -> None:
+    """A disc of 8 mm, 201.06 mm^2, in whole triangles of 5 mm: the share is told to the chords' 2 %."""
+    disc = "z >= 20 mm and (x - 30 mm)^2 + (y - 10 mm)^2 <= 64 mm^2"
+    report = softmark.loads(BLOCK + f"probe here = surface(block, size = 5 mm, where = {disc})\n").run()
+    found = report.models["cells"].probes["here"]
+    assert found.triangles is not None
+    a, b, c = (found.points[found.triangles[:, i]] for i in range(3))
+    area = 1e6 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
+    note = next(d for d in report.warnings if d.code == "W380")
+    told = float(re.search(r"([0-9.]+) %", note.message)[1])  # type: ignore[index]
+    assert told < 90.0
+    assert told == pytest.approx(100.0 * area / (np.pi * 64), rel=0.02)
+
+
+def test_the_held_face_ends_where_its_support_does() -> None:
+    """`register = clamp` fits a measured face to it: 7 of 20 mm of one end are held, whatever the triangles are."""
+    text = BLOCK.replace("where = x <= 0 mm", "where = x <= 0 mm and z <= 7 mm", 1)
+    scene = softmark.loads(text).scene
+    held = held_face(case_of(scene, "block"))
+    assert held is not None
+    points, triangles = held
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    assert 1e6 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2 == pytest.approx(140.0, rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,8 @@ from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.html import render
 from softmark.interpreter.report.run.tables.probes import drawn_first, looks
 from softmark.interpreter.report.run.terminal import WIDE, table
-from softmark.interpreter.report.shapes.camera import letters, upward, view_of
-from softmark.interpreter.report.shapes.still import axes_of, frame_of
+from softmark.interpreter.report.view3d.camera import letters, upward, view_of
+from softmark.interpreter.report.view3d.still import axes_of, frame_of
 from softmark.interpreter.results.report import (
     MetricResult,
     ModelResult,

@@ -25,7 +25,8 @@ from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.html import render
 from softmark.interpreter.report.run.tables.metric_details import unit_of
 from softmark.interpreter.report.run.terminal import table
-from softmark.interpreter.report.shapes import surfaces
+from softmark.interpreter.report.view3d import surfaces
+from softmark.interpreter.report.view3d.section import PANELS
 from softmark.interpreter.results import vtk
 from softmark.interpreter.results.report import (
     MetricResult,
@@ -190,11 +191,48 @@ def test_large_surfaces_are_thinned_and_the_page_says_so() -> None:
 def test_frames_go_before_points() -> None:
     X, triangles = tube(0.02, along=200)
     frames = np.repeat(X[None], 300, axis=0)
-    shapes = {f"m{i}": Shape(X, triangles, np.arange(300.0), frames) for i in range(3)}
-    small = surfaces.fit(shapes)
+    moving = {f"m{i}": Shape(X, triangles, np.arange(300.0), frames) for i in range(3)}
+    small = surfaces.fit(moving)
     kept = [s.times for s in small.shapes.values() if s.times is not None]
     assert all(len(t) <= surfaces.FRAMES and t[0] == 0.0 and t[-1] == 299.0 for t in kept)
     assert all("of 300 moments" in note for note in small.notes)
+
+
+@pytest.mark.parametrize("count", [PANELS - 1, PANELS, 60])
+def test_of_many_shapes_a_few_are_shown_at_first_and_the_caption_says_how_many(count: int) -> None:
+    """300 one over the other are a heap; with the reference, more than PANELS are many."""
+    models = [model(f"m{i:02}", 0.021 + 0.001 * i, along=8) for i in range(count)]
+    text = render(report(*models))
+    section = text[text.index('<section id="shapes"') :]
+    section = section[: section.index("</figure>")]
+    boxes = re.findall(r'<input type="checkbox" value="([^"]+)"( checked)?', section)
+    assert [n for n, _ in boxes] == ["scan", *(m.name for m in models)]
+    shown = [n for n, checked in boxes if checked]
+    still = section[section.index("<noscript>") : section.index("</noscript>")]
+    assert re.findall(r'text-anchor="middle">([^<]+)<', still) == shown
+    assert shown[0] == "scan"
+    if count < PANELS:
+        assert len(shown) == 1 + count
+        assert "drawn at first" not in section
+    else:
+        assert shown[1:] == [f"m{i:02}" for i in range(len(shown) - 1)]  # those with the least error
+        assert 1 < len(shown) <= 13
+        assert f"{len(shown) - 1} models of {count} drawn at first" in section
+    assert len(re.findall("<code>", section)) < 16  # of far ones not all names
+
+
+def test_what_many_models_state_alike_is_one_line() -> None:
+    said = {"gap": {"value": None, "reason": "model: too thick", "unit": "m"}}
+    models = [replace(model(f"m{i}", 0.02, along=8), stated=said) for i in range(7)]
+    own = {"gap": {"value": 1e-3, "unit": "m"}}
+    lines = table(report(*models, replace(model("own", 0.02, along=8), stated=own)), False).splitlines()
+    assert [line for line in lines if "stat" in line] == [
+        "7 models state no error of `gap`: model: too thick",
+        "own states an error of at most 1\N{NO-BREAK SPACE}mm in `gap`",
+    ]
+    few = table(report(*models[:2]), False)
+    assert "m0 states no error of `gap`" in few
+    assert "m1 states no error of `gap`" in few
 
 
 def test_a_page_with_much_to_show_is_below_3_MB() -> None:

@@ -17,7 +17,7 @@ import softmark
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.evidence import orders
 from softmark.interpreter.evidence.budget import Budget, Overspent
-from softmark.interpreter.evidence.seen import Unknown
+from softmark.interpreter.evidence.probe_answers import Unknown
 from softmark.interpreter.run.pipeline import Options, run
 from softmark.solvers.elements import ELEMENTS
 

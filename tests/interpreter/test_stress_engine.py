@@ -14,7 +14,7 @@ import pytest
 import softmark
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.study.expansion.variations import subject_of
-from softmark.interpreter.study.stability import desk, queue
+from softmark.interpreter.study.stability import queue, waiting_points
 from softmark.interpreter.study.stability.queue import Request, Stress, stress
 from softmark.interpreter.study.workers import pool
 from softmark.interpreter.study.workers.journal import Refused
@@ -170,11 +170,11 @@ def test_outcomes_that_had_too_little_time_are_tried_again(tmp_path: Path) -> No
 
     task = {"key": "a"}
     with Journal.open(tmp_path) as journal:
-        journal.append(desk.KIND, "a", outcome=pool.timed_out(task, 5.0))
-        journal.append(desk.KIND, "b", outcome=pool.unfinished({"key": "b"}, "it was killed"))
+        journal.append(waiting_points.KIND, "a", outcome=pool.timed_out(task, 5.0))
+        journal.append(waiting_points.KIND, "b", outcome=pool.unfinished({"key": "b"}, "it was killed"))
 
         def known(timeout: float) -> set[str]:
-            return set(desk.Desk(journal, 1, timeout, 4.0, lambda n, key: None).outcomes)
+            return set(waiting_points.Desk(journal, 1, timeout, 4.0, lambda n, key: None).outcomes)
 
         assert known(5.0) == {"a"}
         assert known(6.0) == set()

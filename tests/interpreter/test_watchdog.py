@@ -331,7 +331,7 @@ def test_references_and_metrics_have_doors_too(
 
 def test_details_and_samples_of_metrics(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     from softmark.interpreter.metrics import measure
-    from softmark.interpreter.metrics.seen import Measurement
+    from softmark.interpreter.metrics.measurement import Measurement
 
     odd = Measurement(1.0, {"a": math.nan, "b": [math.inf]}, np.array([1.0, math.nan]), np.array([math.nan] * 5))
     monkeypatch.setattr(measure, "measured_by", lambda thing, seen: odd)

@@ -21,6 +21,11 @@ def solve(beam: Cantilever) -> CentreLine:
     return Elastica(body=None).solve(beam)
 
 
+def end_slope(line: CentreLine) -> float:
+    """The rotation of the free end's section, rad."""
+    return float(line.rotation(np.array([line.cantilever.length]))[0])
+
+
 def tip(line: CentreLine) -> tuple[float, float]:
     """Where the tip comes to rest, along the axis and along gravity, m."""
     L = np.array([line.cantilever.length])
@@ -52,7 +57,7 @@ def test_table_of_the_self_weight_elastica(
 ) -> None:
     line = solve(loaded(k))
     assert tip(line) == pytest.approx((x, y), abs=5.1e-7)
-    assert math.degrees(line.tip_slope) == pytest.approx(degrees, abs=5.1e-5)
+    assert math.degrees(end_slope(line)) == pytest.approx(degrees, abs=5.1e-5)
     assert line.root_curvature == pytest.approx(curvature, abs=5.1e-7)
 
 
@@ -101,7 +106,7 @@ def test_energy_identity(loaded: Loaded, k: float) -> None:
 def test_estimated_error_is_small(loaded: Loaded, k: float) -> None:
     # The promise is 1e-8 relative to the deflection; the resolution is doubled until 1e-10.
     line = solve(loaded(k))
-    assert 0 < line.estimated_error < 1.1e-10 * max(tip(line)[1], line.tip_slope)
+    assert 0 < line.estimated_error < 1.1e-10 * max(tip(line)[1], end_slope(line))
 
 
 @pytest.mark.parametrize("k", [0.1, 1, 10.932370234238226, 100, 1000])
@@ -141,7 +146,7 @@ def test_heavy_beam_hangs(loaded: Loaded) -> None:
     # hangs straight; the first correction is of order 1/sqrt(k) = 0.3 % at k = 1e5.
     line = solve(loaded(1e5))
     assert line.root_curvature == pytest.approx(math.sqrt(2e5), rel=3e-3)
-    assert line.tip_slope == pytest.approx(math.pi / 2, abs=line.estimated_error)
+    assert end_slope(line) == pytest.approx(math.pi / 2, abs=line.estimated_error)
 
 
 def test_says_so_when_it_is_not_solved(loaded: Loaded) -> None:

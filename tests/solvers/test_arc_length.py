@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from end_force import concentrated
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -14,7 +15,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.energy import VectorSpace
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
-from softmark.solvers.energies.rod import RodElastic, RodLoad
+from softmark.solvers.energies.rod import RodElastic
 from softmark.solvers.energies.rod_section import circular
 from softmark.solvers.energies.rod_state import RodChain, chain, rod_at_rest
 from softmark.solvers.energies.springs import Springs
@@ -217,7 +218,7 @@ def column(load: float, segments: int, **options: Any) -> Statics:
     points = np.linspace(0.0, 1.0, segments + 1)[:, None] * [1.0, 0.0, 0.0]
     rest, fixed = rod_at_rest(points), np.arange(6)
     elastic = RodElastic(rest, chain(segments + 1), circular(0.01, 1e6, 0.3).stiffness)
-    push = RodLoad.concentrated(rest, segments, np.array([-load, 0.0, 0.0]))
+    push = concentrated(rest, segments, np.array([-load, 0.0, 0.0]))
     held = np.zeros((segments + 1, 3), dtype=bool)
     held[0] = True
     assembly = Assembly(6 * (segments + 1), fixed, [elastic], [push])

@@ -21,6 +21,7 @@ from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.resolution import resolved
 from softmark.solvers.dynamics.trapezoidal import Trapezoidal
 from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.materials import MATERIALS, Isotropic, drags_for, law_for, parts_for
 
 POINTS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
 IMPLICIT = sorted(name for name in INTEGRATORS if name != "central_differences")
@@ -69,23 +70,90 @@ body bar = solid(box(size = (80, 20, 20) mm), gel)
 support wall = fixed(bar, where = x <= 0 mm)
 load weight = gravity(9.81 m/s^2)
 analysis fall = dynamic(duration = 0.12 s, step = {step} ms, integrator = {name}, damping_stiffness = 10 ms)
-model cells = fem(hex8, strain = finite, formulation = mean_dilatation, size = 20 mm)
+model cells = fem({cells}, strain = finite, size = 20 mm)
 probe tip = point(bar, at = (80, 10, 10) mm)
 """
 
 
-@pytest.mark.parametrize("name", ["trapezoidal", "midpoint", "generalized_alpha", "bdf2"])
-def test_the_first_overshoot_of_a_nearly_incompressible_body_does_not_hang_on_the_step(name: str) -> None:
-    """27.09 mm at 0.5 ms by the trapezoidal rule, and 27.04 of hexahedra that are integrated selectively.
+MEAN = "hex8, formulation = mean_dilatation"
+SELECTIVE = "hex8, integration = selective"
 
-    With a stiffness of the step's start, which takes a velocity that keeps the volume for one that changes it, 4 ms
-    lost a third of it, and 1 ms a tenth.
+
+@pytest.mark.parametrize(
+    ("cells", "name", "overshoot"),
+    [
+        *((MEAN, name, 27.09) for name in ("trapezoidal", "midpoint", "generalized_alpha", "bdf2")),
+        *((SELECTIVE, name, 27.81) for name in ("trapezoidal", "midpoint", "bdf2")),
+        ("tet10", "trapezoidal", 28.09),
+        ("tet10", "bdf2", 28.09),
+    ],
+)
+def test_the_first_overshoot_of_a_nearly_incompressible_body_does_not_hang_on_the_step(
+    cells: str, name: str, overshoot: float
+) -> None:
+    """The overshoot in mm at 1 ms (tet10: 2 ms), where trapezoidal and midpoint rule agree to 1e-4.
+
+    Undamped, the cells differ as much: 33.52, 34.24 and 34.25 mm. With a stiffness of the step's start, which takes a
+    velocity that keeps the volume for one that changes it, 4 ms lost a third of it; with pressures in the stiffness of
+    selective cells, state and damping parted in iteration, and it was 27.56, 25.34 and 23.45 mm, tet10 28.02.
     """
-    report = softmark.loads(BLOCK.format(step=4, name=name)).run()
+    report = softmark.loads(BLOCK.format(step=4, name=name, cells=cells)).run()
     course = report.models["cells"].probes["tip"].course
     assert course is not None
-    assert -1e3 * course[:, 0, 2].min() == pytest.approx(27.09, rel=5e-3)
+    assert -1e3 * course[:, 0, 2].min() == pytest.approx(overshoot, rel=2e-3)
     assert np.diff(report.models["cells"].solve["energies"]["damping"]).min() >= 0.0
+    assert not report.models["cells"].solve["halved"]
+
+
+def test_damping_that_does_not_settle_fails_the_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One iteration at 4 ms leaves it off by a tenth of its force: the step is halved, and the report says so."""
+    monkeypatch.setattr("softmark.solvers.dynamics.system.REPEATS", 1)
+    report = softmark.loads(BLOCK.format(step=4, name="trapezoidal", cells=MEAN)).run()
+    found = report.models["cells"].solve
+    assert found["halved"]
+    assert any("settle" in event["what"] for event in found["events"])
+
+
+FLIGHT = """
+material gel = neo_hookean(young = 600 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body bar = solid(box(size = (40, 20, 20) mm), gel)
+analysis fly = dynamic(duration = 100 ms, step = {step} ms, integrator = {name}, velocity = (0.37, 0.11, 1.3) m/s{more})
+model cells = fem(hex8, strain = finite, size = 10 mm)
+probe tip = point(bar, at = (40, 10, 10) mm)
+"""
+
+
+@pytest.mark.parametrize("name", IMPLICIT)
+@pytest.mark.parametrize(("step", "more"), [(1, ""), (10, ", damping_stiffness = 1 ms")])
+def test_a_body_without_forces_flies_on(name: str, step: int, more: str) -> None:
+    """By velocity times time, to 1e-9: all forces are rounding, and a step that is told so is not halved for it.
+
+    Of a residual of rounding alone the trapezoidal rule halved a step after 31 ms, "no Newton step lowers the energy".
+    """
+    found = softmark.loads(FLIGHT.format(name=name, step=step, more=more)).run().models["cells"]
+    assert found.status == "converged", found.message
+    assert not found.solve["halved"]
+    np.testing.assert_allclose(found.probes["tip"].displacement[0], [0.037, 0.011, 0.13], rtol=1e-9)
+
+
+@pytest.mark.parametrize("strain", ["corotational", "finite"])
+@pytest.mark.parametrize("material", [m for m in MATERIALS.values() if m.finite_law is not Isotropic.finite_law])
+def test_what_damps_is_the_tangent_without_the_pressure(material: type[Isotropic], strain: str) -> None:
+    """dP/dF = that of the shape + M g' (x) g' + M g g'', to rounding; for damping the last term is left out."""
+    made = material(60e3, 0.499, 1000.0)
+    drags, laws = drags_for(made, strain), parts_for(made, strain)
+    assert drags is not None
+    assert laws is not None
+    F = np.eye(3) + 0.05 * np.random.default_rng(3).standard_normal((20, 3, 3))
+    whole, volume = drags
+    p = volume.modulus * volume.constraint.value(F)
+    pressed = volume.constraint.curvature(F, p)
+    exact = law_for(made, strain).dPdF(F)
+    found = laws[0].dPdF(F) + volume.dPdF_projected(F) + pressed
+    np.testing.assert_allclose(found, exact, atol=1e-9 * float(np.abs(exact).max()))
+    shape = whole.dPdF_projected(F) - volume.dPdF_projected(F)
+    np.testing.assert_allclose(shape, laws[0].dPdF_projected(F), atol=1e-9 * float(np.abs(exact).max()))
+    assert np.linalg.eigvalsh(whole.dPdF_projected(F).reshape(-1, 9, 9)).min() >= -1e-9 * float(np.abs(exact).max())
 
 
 @pytest.mark.parametrize("damping", [Rayleigh(alpha=40.0), Rayleigh(beta=0.3)])

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from momenta import angular_momentum, linear_momentum
 from scipy.integrate import solve_ivp
 from scipy.sparse import csr_matrix
 
@@ -17,7 +18,6 @@ from softmark.solvers.dynamics.generalized_alpha import GeneralizedAlpha
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
 from softmark.solvers.dynamics.loading import Course
 from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.mass import angular_momentum, linear_momentum
 from softmark.solvers.dynamics.midpoint import Midpoint
 from softmark.solvers.dynamics.newmark import Newmark
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh

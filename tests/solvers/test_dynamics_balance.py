@@ -10,7 +10,7 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.dynamics.balance import GAIN, PATIENCE, Account, balance_of
+from softmark.solvers.dynamics.balance import GAIN, PATIENCE, Account
 from softmark.solvers.dynamics.bdf2 import BDF2
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.forces import Forces
@@ -157,7 +157,10 @@ def test_shares_of_a_balance() -> None:
         "kinetic": np.array([4.0, 9.0, 11.0]), "strain": zero, "load_work": np.array([0.0, 6.0, 6.0]),
         "support_work": zero, "damping": zero, "drift": np.array([0.0, -1.0, 1.0]),
     }  # fmt: skip
-    found = balance_of(np.arange(3.0), energies)
+    account = Account()
+    for i in range(3):
+        account.add(float(i), {name: float(values[i]) for name, values in energies.items()})
+    found = account.balance
     assert (found.scale, found.drift, found.loss) == (10.0, 0.1, 0.1)
     assert found.gain == pytest.approx(0.2)
     assert found.gained

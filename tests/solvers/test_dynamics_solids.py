@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
+from momenta import angular_momentum, linear_momentum
 from scipy.linalg import eigh, expm
 from scipy.optimize import brentq
 from scipy.sparse import csr_matrix
@@ -18,13 +19,7 @@ from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
 from softmark.solvers.dynamics.loading import Course
 from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.mass import (
-    angular_momentum,
-    consistent_mass,
-    linear_momentum,
-    lumped_mass,
-    mass_points,
-)
+from softmark.solvers.dynamics.mass import consistent_mass, lumped_mass, mass_points
 from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.dynamics.scheme import StepTooLong
 from softmark.solvers.dynamics.trajectory import Trajectory

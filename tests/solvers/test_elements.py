@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements import ELEMENTS, boxes
 from softmark.solvers.elements.element import Element, Facet
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.elements.tet4 import Tet4
-from softmark.solvers.mesh import interpolation
+from softmark.solvers.mesh.boxes import holding
 from softmark.solvers.mesh.interpolation import integration, locate
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder
@@ -260,10 +261,8 @@ def to_cells(mesh: Mesh, X: np.ndarray) -> np.ndarray:
     return found
 
 
-@pytest.mark.parametrize("searched", [0, 10**9], ids=["tree", "all"])
-def test_points_outside_are_given_to_the_nearest_cell(searched: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_points_outside_are_given_to_the_nearest_cell() -> None:
     """By distances to all cells; cells of very different shapes, where barycentric coordinates misjudge."""
-    monkeypatch.setattr(interpolation, "SEARCHED", searched)
     mesh = Cylinder(0.06, 0.019).mesh("tet4", 0.012)
     mesh = Mesh(mesh.points * [1.0, 1.0, 0.2], mesh.cells)
     rng = np.random.default_rng(3)
@@ -277,21 +276,55 @@ def test_points_outside_are_given_to_the_nearest_cell(searched: int, monkeypatch
     np.testing.assert_allclose(place.interpolate(linear(mesh.points)), linear(X), atol=1e-12)
 
 
-def test_a_tree_finds_what_a_search_through_all_finds(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Points within, on shared faces, edges and corners, and outside: the same values to rounding.
-
-    Of a continuous field, for on a face either cell may answer.
-    """
+def test_points_on_faces_edges_and_corners_have_the_values_that_any_cell_there_gives() -> None:
+    """Against a search through all cells, of a continuous field: on a face either cell may answer; and outside."""
     mesh = Cylinder(0.06, 0.019).mesh("tet4", 0.008)
     corners = mesh.points[mesh.cells]
     inside = np.einsum("ma,mai->mi", np.random.default_rng(8).dirichlet(np.ones(4), len(corners)), corners)
-    X = np.concatenate(
-        [inside, corners[:, :3].mean(axis=1), corners[:, :2].mean(axis=1), mesh.points, 1.1 * inside]
-    )
+    X = np.concatenate([inside, corners[:, :3].mean(axis=1), corners[:, :2].mean(axis=1), mesh.points])
     values = np.random.default_rng(9).normal(size=mesh.points.shape)
-    both = []
-    for searched in (0, 10**12):
-        monkeypatch.setattr(interpolation, "SEARCHED", searched)
-        both.append(locate(mesh, X))
-    np.testing.assert_allclose(both[0].interpolate(values), both[1].interpolate(values), atol=1e-9)
-    np.testing.assert_allclose(both[0].outside, both[1].outside, atol=1e-12)
+    edges = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))
+    xi = np.einsum("mij,nmj->nmi", edges, X[:, None] - corners[:, 0])
+    N = np.concatenate([1.0 - xi.sum(axis=2, keepdims=True), xi], axis=2)
+    best = N.min(axis=2).argmax(axis=1)
+    due = np.einsum("na,nai->ni", N[np.arange(len(X)), best], values[mesh.cells[best]])
+    place = locate(mesh, np.concatenate([X, 1.1 * inside]))
+    np.testing.assert_allclose(place.interpolate(values)[: len(X)], due, atol=1e-9)
+    np.testing.assert_array_equal(place.outside[: len(X)], 0.0)
+    assert place.outside.max() > 1e-3
+
+
+def test_a_grid_finds_the_boxes_that_hold_a_point() -> None:
+    """What every point and every box says; boxes of sizes over five decades, one as large as all, flat ones; rims."""
+    rng = np.random.default_rng(8)
+    low = rng.uniform(0.0, 1.0, (400, 3))
+    high = low + rng.uniform(0.0, 1.0, (400, 3)) * 10.0 ** rng.uniform(-5.0, -0.5, (400, 1))
+    high[:20, 2] = low[:20, 2]
+    low[20], high[20] = 0.0, 1.0
+    X = np.concatenate([rng.uniform(-0.5, 1.5, (300, 3)), low[:100], high[:100], 0.5 * (low + high)])
+    for count in (400, 1):
+        held = ((X[:, None] >= low[:count]) & (X[:, None] <= high[:count])).all(axis=2)
+        which, box = holding(low[:count], high[:count], X)
+        order = np.lexsort((box, which))
+        np.testing.assert_array_equal(np.stack([which[order], box[order]]), np.stack(np.nonzero(held)))
+    assert len(holding(low, high, X[:0])[0]) == 0
+
+
+def test_a_grid_looks_at_few_boxes_however_many_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As many for a point where there are eight times as many cells, all of which were looked at once."""
+    looked: list[Any] = []
+    runs = boxes._runs
+
+    def counted(*arguments: Any) -> Any:
+        looked.append(runs(*arguments))
+        return looked[-1]
+
+    monkeypatch.setattr(boxes, "_runs", counted)
+    for size in (0.008, 0.004):
+        mesh = Cylinder(0.06, 0.019).mesh("tet4", size)
+        X = mesh.points[mesh.cells].mean(axis=1)
+        looked.clear()
+        np.testing.assert_array_equal(locate(mesh, X).nodes, mesh.cells)
+        lists, pairs = (len(found[0]) for found in looked)
+        assert lists < boxes.MOST * len(mesh.cells)
+        assert pairs < 150 * len(X)

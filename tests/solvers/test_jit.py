@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 import subprocess
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba.core.errors import TypingError
 
 from softmark.solvers.base import jit
 
@@ -263,10 +265,12 @@ def of(text: str, **names: object) -> str:
 def test_the_stamp_of_a_kernel_tells_what_it_computes_with() -> None:
     """The same in every process, too: no address and no order of a set."""
     g, h = (jit.numba.njit(eval(f"lambda x: x * {c}")) for c in (2.0, 3.0))
+    v, w = (jit.part(eval(f"lambda x: x * {c}")) for c in (4.0, 5.0))
     text = "def f(x): return A * x"
     stamps = [
         of(text, A=2.0), of(text, A=2), of(text, A=True), of(text, A=(1.0, 2.0)), of(text, A=np.arange(3)),
         of(text, A=np.arange(4)), of(text, A=g), of(text, A=h), of(text, A=np), of("def f(x): return B * x", B=2.0),
+        of(text, A=v), of(text, A=w),
         of("def f(x): return 2.0 * x"), of("def f(x): return 3.0 * x"), of("def f(x, y=1): return 2.0 * x"),
         of("def f(x): return (lambda y: 2.0 * y)(x)"), of("def f(x): return (lambda y: 3.0 * y)(x)"),
     ]  # fmt: skip
@@ -280,9 +284,55 @@ def test_the_stamp_of_a_kernel_tells_what_it_computes_with() -> None:
     assert found == {f"{of(itself)}\n".encode()}
 
 
+@jit.part
+def _doubled(x: float) -> float:
+    return 2.0 * x
+
+
+@jit.kernel
+def _doubled_in(x: np.ndarray) -> None:
+    for i in range(len(x)):
+        x[i] = _doubled(x[i])
+
+
+def test_a_part_is_compiled_within_its_kernel_and_runs_by_itself_as_it_is_written() -> None:
+    """A Python that called machine code without a wrapper for it would crash; numba's own decorator allows that."""
+    x = np.ones(3)
+    _doubled_in(x)
+    np.testing.assert_array_equal(x, 2.0)
+    assert _doubled(1.5) == 3.0
+    assert _doubled(1) == 2.0  # a type that no kernel called it with
+
+
+@pytest.mark.parametrize("enabled", [True, False])
+def test_compiling_leaves_the_collection_of_garbage_as_it_was(enabled: bool) -> None:
+    """Off meanwhile, also within another kernel and where it fails."""
+    seen: list[bool] = []
+
+    class Watch(jit.event.Listener):  # type: ignore[misc]
+        def on_start(self, event: object) -> None:
+            seen.append(gc.isenabled())
+
+        on_end = on_start
+
+    def broken(x: np.ndarray) -> None:
+        x[0] = undefined(x)  # type: ignore[name-defined]  # noqa: F821
+
+    was, watch = gc.isenabled(), Watch()
+    gc.enable() if enabled else gc.disable()
+    try:
+        with jit.event.install_listener("numba:run_pass", watch), pytest.raises(TypingError):
+            jit.kernel(broken)(np.ones(1))
+        assert seen
+        assert not any(seen)
+        assert gc.isenabled() == enabled
+    finally:
+        gc.enable() if was else gc.disable()
+
+
 def copied(tmp_path: Path) -> list[Path]:
     """All solver sources elsewhere, so that they may be edited."""
-    root = Path(jit.__file__).parent
+    root = Path(jit.__file__).parents[1]
     shutil.copytree(root, tmp_path / "solvers", ignore=shutil.ignore_patterns("__pycache__"))
     return sorted((tmp_path / "solvers").rglob("*.py"))
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import gc
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy import sparse
 
+import softmark
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.base import memory
 from softmark.solvers.energies.elastic import Elastic
@@ -45,9 +49,9 @@ def levels(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def needs(method: str) -> None:
-    """Skip where the method's package is not there."""
-    if method in PACKAGES:
-        pytest.importorskip(PACKAGES[method])
+    """Skip where the method's package is not there, or finds no library."""
+    if method in PACKAGES and not (pardiso if method == "pardiso" else multigrid).installed():
+        pytest.skip(f"{PACKAGES[method]} is not there")
 
 
 @pytest.mark.parametrize("method", ["superlu", "cholesky", "pardiso", "multigrid"])
@@ -178,10 +182,78 @@ def test_no_factor_is_begun_that_memory_does_not_hold(monkeypatch: pytest.Monkey
 
 @pytest.mark.parametrize("method", PACKAGES)
 def test_what_is_not_installed_is_named(method: str, monkeypatch: pytest.MonkeyPatch, law: Maker) -> None:
-    for module in (multigrid, pardiso):
-        monkeypatch.setattr(module, "installed", lambda: False)
+    monkeypatch.setattr(multigrid, "installed", lambda: False)
+    monkeypatch.setattr(pardiso, "packaged", lambda: False)
     with pytest.raises(factorisations.NotInstalled, match=PACKAGES[method]):
         factorisations.factor(tangent(block(law("small", 6e4, 0.3))), method=method)  # type: ignore[arg-type]
+
+
+STUB = """
+def missing():
+    raise ImportError("Shared library mkl_rt not found. Use environment variable PYPARDISO_MKL_RT to provide a path.")
+
+class PyPardisoSolver:
+    def __init__(self):
+        missing()
+"""
+
+
+@pytest.fixture(params=["at its import", "later", "in its library"])
+def unfound(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
+    """A package pypardiso that does not find its library, or one of its kind without the routine."""
+    library = "ctypes.CDLL(None)" if sys.platform != "win32" else "None"
+    works = f"""
+import ctypes
+
+class PyPardisoSolver:
+    def __init__(self):
+        self.libmkl = {library}
+        self.libmkl._name = "no such library"
+"""
+    source = works if request.param == "in its library" else STUB
+    (tmp_path / "pypardiso.py").write_text(source + ("\nmissing()\n" if request.param == "at its import" else ""))
+    gc.collect()  # factors that others have left, which the library itself must release
+    monkeypatch.delitem(sys.modules, "pypardiso", raising=False)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    for found in (pardiso.lacking, pardiso._routine):
+        found.cache_clear()
+    yield
+    sys.modules.pop("pypardiso", None)
+    for found in (pardiso.lacking, pardiso._routine):
+        found.cache_clear()
+
+
+@pytest.mark.usefixtures("unfound")
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_pardiso_without_its_library_gives_way(
+    symmetric: bool, law: Maker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Asked for or not: K x = b is solved to 1e-12 by a factor that has its own name."""
+    monkeypatch.setattr(factorisations, "LARGE", 0)
+    K = tangent(block(law("small", 6e4, 0.3)))
+    b = np.linspace(1.0, 2.0, K.shape[0])
+    for method in ("pardiso", "auto"):
+        made = factorisations.factor(K, symmetric, method)  # type: ignore[arg-type]
+        assert made.name != pardiso.NAME
+        assert np.linalg.norm(K @ made.solve(b) - b) <= 1e-12 * np.linalg.norm(b)
+
+
+@pytest.mark.usefixtures("unfound")
+def test_a_model_without_pardisos_library_says_what_solved_it() -> None:
+    """It ended in an ImportError."""
+    report = softmark.loads('''
+        material gel = linear_elastic(young = 6 MPa, poisson = 0.3, density = 1000 kg/m^3)
+        body bar = solid(box(size = (20, 10, 10) mm), gel)
+        support wall = fixed(bar, where = x <= 0 mm)
+        load weight = gravity(9.81 m/s^2)
+        model cells = fem(hex8, strain = small, size = 5 mm, linear = pardiso)
+        probe tip = point(bar, at = (20, 10, 10) mm)
+    ''').run()
+    found = report.models["cells"]
+    assert found.status == "converged"
+    assert found.message is not None
+    assert "found no library" in found.message
+    assert str(found.solve["linear_solver"]) in found.message
 
 
 def test_what_memory_there_is() -> None:

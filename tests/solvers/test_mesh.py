@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.mesh.distort import qualities
 from softmark.solvers.mesh.files.reading import Unreadable
-from softmark.solvers.mesh.mesh import Mesh, jacobians, shape_quality
+from softmark.solvers.mesh.mesh import Mesh, jacobians
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile, transverse
 from softmark.solvers.mesh.splits import NotTwoColourable, five
 
@@ -119,7 +120,7 @@ def test_volume_is_that_of_the_inscribed_prism_and_converges_with_order_two() ->
 @pytest.mark.parametrize("size", [0.012, 0.01, 0.008, 0.0065, 0.005, 0.004, 0.003])
 def test_cells_of_a_cylinder_are_well_shaped(size: float) -> None:
     """Mean-ratio quality above 0.5, of 1 for the regular tetrahedron and 0.84 for the corner of a cube."""
-    assert shape_quality(Cylinder(0.178, 0.019).mesh("tet4", size)).min() > 0.5
+    assert qualities(Cylinder(0.178, 0.019).mesh("tet4", size)).min() > 0.5
 
 
 def test_quality_of_known_tetrahedra() -> None:
@@ -128,7 +129,7 @@ def test_quality_of_known_tetrahedra() -> None:
     corner = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     flat = corner * [1, 1, 0]
     cells = np.arange(12).reshape(3, 4)
-    quality = shape_quality(Mesh(np.concatenate((regular, corner, flat)), cells))
+    quality = qualities(Mesh(np.concatenate((regular, corner, flat)), cells))
     np.testing.assert_allclose(quality, [1.0, 12 * 0.5 ** (2 / 3) / 9, 0.0], atol=1e-15)
 
 

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from inf_sup import inf_sup
+from octant import octant
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
@@ -20,12 +22,10 @@ from softmark.solvers.energies.pressures import MeanDilatation, Mixed, OfDisplac
 from softmark.solvers.linear.factorisations import factor
 from softmark.solvers.linear.saddle import factor as saddle_factor
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for
-from softmark.solvers.mesh.infsup import inf_sup
 from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.pressures import pressures
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.mesh.sphere import octant
 from softmark.solvers.mesh.splits import with_nodes
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 

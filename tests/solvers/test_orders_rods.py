@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from end_force import concentrated
 from scipy.integrate import solve_bvp
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
@@ -57,7 +58,7 @@ def solved(length: float, segments: int, stiffness: RodStiffness, line: float, e
     held[0] = True
     load = RodLoad.uniform(rest, chain(segments + 1), np.array([0.0, 0.0, -line]))
     if end:
-        load = RodLoad.concentrated(rest, -1, np.array([0.0, 0.0, -end]))
+        load = concentrated(rest, -1, np.array([0.0, 0.0, -end]))
     elastic, space = RodElastic(rest, chain(segments + 1), stiffness), RodChain(rest, held)
     x = equilibrium(elastic, load, space)
     if elastic.rigid_fraction(x) > 0:  # stretch and shear switched off: take what is left of them out

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from end_force import concentrated
 
 from softmark.solvers.energies.rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_kinematics import Segments
@@ -334,7 +335,7 @@ def test_uniform_load_is_consistent_and_has_its_potential() -> None:
 def test_concentrated_load_acts_on_its_node() -> None:
     """-f . u on one node, and no stiffness."""
     rest = rod_at_rest(np.linspace([0.0, 0, 0], [2.0, 0, 0], NODES))
-    load = RodLoad.concentrated(rest, -1, np.array([0.0, 0.0, 5.0]))
+    load = concentrated(rest, -1, np.array([0.0, 0.0, 5.0]))
     d = np.zeros((NODES, 6))
     d[-1, 2] = 0.25
     assert load.value(RodSpace(NODES).move(rest, d.ravel())) == pytest.approx(-1.25)

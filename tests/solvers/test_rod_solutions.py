@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from end_force import concentrated
 
 from softmark.solvers.energies.energy import Space
 from softmark.solvers.energies.rod import RodElastic, RodLoad
@@ -115,7 +116,7 @@ def test_small_deflection_is_that_of_timoshenko(h: float, total: float) -> None:
     E, G, A, I = 1e6, 1e6 / 2.6, h * h, h**4 / 12
     stiffness = RodStiffness(E * A, 5 / 6 * G * A, 5 / 6 * G * A, 0.141 * G * h**4, E * I, E * I)
     rest = straight(1.0, 50)
-    rod = clamped(rest, stiffness, RodLoad.concentrated(rest, -1, np.array([0.0, 0.0, 1.0])))
+    rod = clamped(rest, stiffness, concentrated(rest, -1, np.array([0.0, 0.0, 1.0])))
     u = np.linalg.solve(rod.tangent(rest), -rod.residual(rest))
     assert u[-4] == pytest.approx(total, rel=2e-4)
     assert u[-4] == pytest.approx(1 / (3 * E * I) * (1 - 1 / 10000) + 1 / (5 / 6 * G * A), rel=1e-9)
@@ -125,7 +126,7 @@ def test_small_twist_and_stretch_are_exact() -> None:
     """Linear elements reproduce P L / EA and, with a moment about the axis, M L / GJ: round-off."""
     rest = straight(2.0, 7)
     stiffness = RodStiffness(3.0, 1.0, 1.0, 0.5, 0.7, 0.8)
-    rod = clamped(rest, stiffness, RodLoad.concentrated(rest, -1, np.array([1e-3, 0.0, 0.0])))
+    rod = clamped(rest, stiffness, concentrated(rest, -1, np.array([1e-3, 0.0, 0.0])))
     K, moment = rod.tangent(rest), np.zeros(42)
     moment[-3] = 1e-3
     assert np.linalg.solve(K, -rod.residual(rest))[-6] == pytest.approx(1e-3 * 2 / 3, rel=1e-12)
@@ -164,7 +165,7 @@ def bend(P: float, segments: int, *, plain: bool = False) -> Cantilever:
         100 * np.stack([np.sin(a), 1 - np.cos(a), 0 * a], axis=1), up=np.array([0.0, 0.0, 1.0])
     )
     stiffness = RodStiffness(1e7, 5e6 * 5 / 6, 5e6 * 5 / 6, 1e7 / 12, 1e7 / 12, 1e7 / 12)
-    return clamped(rest, stiffness, RodLoad.concentrated(rest, -1, np.array([0.0, 0.0, P])), plain=plain)
+    return clamped(rest, stiffness, concentrated(rest, -1, np.array([0.0, 0.0, P])), plain=plain)
 
 
 @pytest.mark.parametrize(
@@ -203,7 +204,7 @@ def test_end_load_on_an_inextensible_unshearable_rod(alpha: float, down: float, 
     for n in (20, 40):
         rest = straight(1.0, n)
         stiffness = RodStiffness(9.0, 8.0, 8.0, 0.5, 1.0, 1.0).without(1.0, shear=False, axial=False)
-        rod = clamped(rest, stiffness, RodLoad.concentrated(rest, -1, np.array([0.0, 0.0, -alpha])))
+        rod = clamped(rest, stiffness, concentrated(rest, -1, np.array([0.0, 0.0, -alpha])))
         tips.append(tip(solve_rigid(rod)))
     extrapolated = (4 * tips[1] - tips[0]) / 3
     np.testing.assert_allclose(extrapolated, [1 - back, 0.0, -down], atol=1e-6)
@@ -216,7 +217,7 @@ def test_one_mode_can_be_off_alone(shear: bool, axial: bool) -> None:
     That penalty leaves 10 L / 1e8, the tolerance.
     """
     rest = straight(1.0, 10)
-    load = RodLoad.concentrated(rest, -1, np.array([0.0, 0.0, -4.0]))
+    load = concentrated(rest, -1, np.array([0.0, 0.0, -4.0]))
     soft = RodStiffness(300.0, 100.0, 100.0, 0.5, 1.0, 1.0)
     tight = solve_rigid(clamped(rest, soft.without(1.0, shear=shear, axial=axial), load))
     stiff, _ = solve(clamped(rest, soft.without(1.0, shear=shear, axial=axial, ratio=1e8), load))

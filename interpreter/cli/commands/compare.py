@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from softmark.grammar.diagnostic import visible
 from softmark.interpreter.cli.commands.options import folder as folder_name
 from softmark.interpreter.cli.commands.options import override_option
-from softmark.interpreter.cli.commands.studying import (
+from softmark.interpreter.cli.commands.study_options import (
     again_options,
     carried_out,
     count,

@@ -64,8 +64,8 @@ def run(parsed: argparse.Namespace) -> int:
 def _run(scene: Scene, found: list[Diagnostic], parsed: argparse.Namespace, progress: Progress) -> int:
     from softmark.grammar.diagnostic import visible
     from softmark.interpreter.cli import signals
+    from softmark.interpreter.cli.commands.report_folder import Shelf
     from softmark.interpreter.cli.commands.scenes import show
-    from softmark.interpreter.cli.commands.shelf import Shelf
     from softmark.interpreter.language.scene import SceneError
     from softmark.interpreter.report.run import terminal
     from softmark.interpreter.run import pipeline as runner

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +16,8 @@ from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_rod
 from softmark.interpreter.models.shared.holding import Held, moved_by
 from softmark.interpreter.models.shared.prepared import Solution, Workshop
-from softmark.interpreter.problem.case import Case, coverage, fault
+from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.stretches import coverage
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
@@ -23,6 +25,7 @@ from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_section import RodStiffness, Section
 from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, rod_at_rest
+from softmark.solvers.linear import factorisations
 from softmark.solvers.mesh.shapes import transverse
 from softmark.solvers.statics.equilibrium import Equilibrium, Statics, equilibrium
 
@@ -49,8 +52,9 @@ class PreparedBeam:
         return self.rest.reshape(-1, 7)[:, :3]
 
     def warm(self) -> None:
-        """Nothing to compile: beams are numpy."""
-        self.problem.assembly.tangent(self.rest, 1.0)
+        """Nothing to compile, beams are numpy; but libraries and classes are made at their first use."""
+        factorisations.warm(len(self.problem.assembly.tangent(self.rest, 1.0, projected=True).data))
+        _solve_one_segment()
 
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest."""
@@ -75,6 +79,16 @@ class PreparedBeam:
     def _finish(self, found: Equilibrium) -> Solution:
         solution = outcome.found(found, lambda X: displacement_at(found.x, self.rest, X))
         return replace(solution, notes=outcome.doubts(self.declared, found))
+
+
+@cache
+def _solve_one_segment() -> None:
+    """One of a metre, held at its root, under a force that hardly bends it: once in a process."""
+    rest, fixed = rod_at_rest(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])), np.arange(6)
+    elastic = RodElastic(rest, chain(2), Section(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0).stiffness)
+    assembly = Assembly(12, fixed, [elastic], [RodLoad(rest, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1e-3]]))])
+    space = RodChain(rest, np.array([[True] * 3, [False] * 3]))
+    equilibrium(Statics(assembly, space, rest, fixed, np.zeros(6), bold=False))
 
 
 def load(model: Beam6Dof) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.models.beam import ribbon
-from softmark.interpreter.problem.case import borders, coverage, coverages
+from softmark.interpreter.problem.stretches import borders, coverage, coverages, inside
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Traction
 from softmark.interpreter.vocabulary.supports import Follows
@@ -76,13 +76,15 @@ class Beam6Dof:
     def _supports(self, declared: Declared, case: Case) -> list[Diagnostic]:
         found = []
         for support in case.supports:
-            cover = coverages(support.thing.where, case.shape, self.stations(case))
+            where = support.thing.where
+            between = {cover for _, cover in inside(where, case.shape)}
+            cover = coverages(where, case.shape, self.stations(case))
             oblique = len(support.thing.components) < 3 and not _aligned(case.shape.axis)
             reason = (
                 "follows tracked points, which do not move a section rigidly"
                 if isinstance(support.thing, Follows)
                 else "takes only part of a cross-section"
-                if "some" in cover
+                if "some" in cover | between
                 else "selects no cross-section at a node"
                 if cover == {"none"}
                 else "holds single components of an oblique beam"
@@ -124,12 +126,14 @@ class Beam6Dof:
     def stations(self, case: Case) -> list[float]:
         """Nodes along the axis, m from the root: equally spaced, the nearest moved to each end of a support."""
         found = [case.shape.length * i / self.segments for i in range(self.segments + 1)]
+        inner = set(range(1, self.segments))  # that may move
         for border in sorted(
             {b for support in case.supports for b in borders(support.thing.where, case.shape)}
         ):
-            inner = range(1, self.segments)
             if inner and not any(abs(s - border) <= 1e-6 * case.shape.length for s in found):
-                found[min(inner, key=lambda i: abs(found[i] - border))] = border
+                nearest = min(inner, key=lambda i: abs(found[i] - border))
+                found[nearest] = border
+                inner.remove(nearest)
         return sorted(found)
 
     def outline(self, case: Case) -> str:
@@ -164,9 +168,7 @@ def _unfit(load: Declared, case: Case) -> str:
         case Traction(where=where):
             length = case.shape.length
             ends = [coverage(where, case.shape, s) for s in (0.0, length)]
-            between = coverages(
-                where, case.shape, [length * (i + 0.001) / 100.1 for i in range(100)] + [0.9999 * length]
-            )
+            between = {cover for _, cover in inside(where, case.shape)}
             return (
                 "" if sorted(ends) == ["all", "none"] and between == {"none"} else "not on one whole end face"
             )

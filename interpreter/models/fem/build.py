@@ -30,21 +30,19 @@ from softmark.interpreter.problem.data import located
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.mixed import MixedPoints, volumetric
 from softmark.solvers.assembly.single import SingleAssembly
+from softmark.solvers.assembly.solids import elastic_energy, elastic_parts
 from softmark.solvers.elements import ELEMENTS, UnknownElement
 from softmark.solvers.energies import elementwise
-from softmark.solvers.energies.corotational_tets import CorotationalTets
-from softmark.solvers.energies.elastic import Elastic, Together
+from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.elementwise import ElementRotation
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.linear import factorisations, systems
-from softmark.solvers.materials import law_for, parts_for
-from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.materials.polar import rotations
+from softmark.solvers.materials import law_for
+from softmark.solvers.materials.polar import least_stretch, rotations
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.mesh.files.reading import Unreadable
-from softmark.solvers.mesh.interpolation import Integration, centre_rule, integration, locate
+from softmark.solvers.mesh.interpolation import Integration, integration, locate
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.reduced.cells import BY_CELL
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
@@ -134,7 +132,17 @@ class PreparedSolid:
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *outcome.doubts(self.declared, found))
         facts = solution.facts | mesh_facts(self.mesh)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
-        return replace(solution, facts=facts, notes=notes, mesh=self._deformed(u, found.x, left))
+        message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
+        return replace(solution, message=message, facts=facts, notes=notes, mesh=self._deformed(u, found.x, left))
+
+    def _other_linear(self, found: Equilibrium) -> str:
+        """That Pardiso was asked for and could not be had."""
+        if self.model.linear != "pardiso":
+            return ""
+        from softmark.solvers.sparse import pardiso
+
+        why = pardiso.lacking()
+        return f"`linear = pardiso` found no library ({why}): solved by {found.linear_solver}" if why else ""
 
     def _deformed(self, u: Floats, state: Floats, left: Floats | None) -> Deformed:
         pressures = self.unknowns.pressed(self.problem.assembly.internal[0], state)
@@ -142,7 +150,8 @@ class PreparedSolid:
 
     def _beyond_its_law(self, x: Floats) -> tuple[Diagnostic, ...]:
         """Whether a St Venant-Kirchhoff solid is squeezed to where it gives way."""
-        if not isinstance(self.elastic.law, StVenantKirchhoff) or (least := squeezed(self.elastic.F(x))) > GIVES_WAY:
+        least = least_stretch(self.elastic.F(x)) if isinstance(self.elastic.law, StVenantKirchhoff) else 1.0
+        if least > GIVES_WAY:
             return ()
         at = self.declared.at("strain")
         return (
@@ -242,7 +251,7 @@ def at_rest(
         case.analysis.max_iterations,
         None if twin is None else assembly.with_internal([twin]),
         unknowns.of_displacements(soundness(model, elastic)),
-        unknowns.of_displacements(lambda x: squeezed(elastic.F(x)) > FLAT),
+        unknowns.of_displacements(lambda x: least_stretch(elastic.F(x)) > FLAT),
         convex=model.strain == "small" and assembly.conservative,
         extent=mesh.extent,
         path=getattr(case.analysis, "path", "load"),
@@ -284,55 +293,21 @@ def soundness(model: Fem, elastic: Elastic) -> Callable[[Floats], bool]:
     return sound
 
 
-def squeezed(F: Floats) -> float:
-    """The least principal stretch among deformation gradients (n, 3, 3), negative where one is inside out."""
-    least = np.sqrt(np.maximum(np.linalg.eigvalsh(F.transpose(0, 2, 1) @ F)[:, 0], 0.0))
-    return float((np.sign(np.linalg.det(F)) * least).min(initial=1.0))
-
-
 def energies(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> tuple[Energy, Energy | None]:
     """The elastic energy that a model asks for, and its corotational twin where its law is one of finite strain."""
     if model.rotation == "element":
         return _element_rotation(model, case, mesh, elastic), None
-    energy = _integrated(model, case, mesh, elastic, model.strain)
+    selective = model.integration == "selective"
+    energy = elastic_energy(mesh, elastic, case.material, model.strain, selective)
     if model.strain != "finite":
         return energy, None
-    return energy, _integrated(model, case, mesh, elastic, "corotational")
-
-
-def _integrated(model: Fem, case: Case, mesh: Mesh, elastic: Elastic, strain: str) -> Energy:
-    """The energy of a strain measure, as the model integrates it."""
-    first, *others = (
-        _mixed(part, case, strain) for part in _elastic_parts(model, case, mesh, elastic, strain)
-    )
-    if others:
-        return Together((first, *others))
-    if isinstance(first.law, Corotational) and mesh.element.constant:
-        return CorotationalTets(first.cells, first.dNdX, first.w, first.law)
-    return first
-
-
-def _mixed(part: Elastic, case: Case, strain: str) -> Elastic:
-    """The same energy, able to take pressures that a step promises, where its law has a part of the volume alone."""
-    laws = parts_for(case.material, strain) if strain == "finite" else None
-    if laws is None or not volumetric(laws[1]) or part.law == laws[0]:
-        return part
-    return MixedPoints(part.cells, part.dNdX, part.w, part.law, volume=laws[1])
-
-
-def _elastic_parts(model: Fem, case: Case, mesh: Mesh, elastic: Elastic, strain: str) -> tuple[Elastic, ...]:
-    """The law at all points, or shear at all points and volume at the centre."""
-    laws = parts_for(case.material, strain) if model.integration == "selective" else None
-    if laws is None:
-        return (replace(elastic, law=law_for(case.material, strain)),)
-    middle = integration(mesh, rule=centre_rule(mesh.element))
-    return replace(elastic, law=laws[0]), Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])
+    return energy, elastic_energy(mesh, elastic, case.material, "corotational", selective)
 
 
 def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> ElementRotation:
     """One rotation for each cell, and its stiffness at rest, in full or selectively integrated."""
     G, rest = elementwise.mean(elastic.dNdX, elastic.w), np.eye(3)[None]
-    parts = _elastic_parts(model, case, mesh, elastic, "small")
+    parts = elastic_parts(mesh, elastic, case.material, "small", model.integration == "selective")
     K = np.sum([elementwise.stiffness(e.dNdX, e.w, e.law.dPdF(rest)[0]) for e in parts], axis=0)
     return ElementRotation(mesh.points, mesh.cells, G, K, rotations)
 

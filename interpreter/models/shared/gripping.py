@@ -52,10 +52,11 @@ class Grip:
 
 def grip(condition: Condition, shape: Any, mesh: Mesh) -> Grip:
     """What a condition holds of a mesh; found once for each mesh."""
-    known: dict[int, tuple[Condition, Grip]] = mesh.__dict__.setdefault("_grips", {})
-    if id(condition) not in known:
-        known[id(condition)] = condition, _found(condition, shape, mesh)
-    return known[id(condition)][1]
+    key = Grip, condition
+    if key not in mesh.selections:
+        mesh.selections[key] = _found(condition, shape, mesh)
+    found: Grip = mesh.selections[key]
+    return found
 
 
 def grips(case: Case, mesh: Mesh) -> dict[str, Grip]:

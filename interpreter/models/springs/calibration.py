@@ -157,7 +157,7 @@ def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, 
     known = _known(reference, data, part, place.X)
 
     def measure(displacement: Field) -> float:
-        from softmark.interpreter.metrics.seen import Seen
+        from softmark.interpreter.metrics.measurement import Seen
 
         u = displacement(place.X)
         seen = Seen(model.name, part, place.X, u, place.triangles, place.weights, known, displacement)
@@ -178,7 +178,7 @@ def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> 
 
 def _known(reference: Declared, data: Any, part: Case, X: Floats) -> Any:
     """The reference at the points of the probe, as a metric takes it."""
-    from softmark.interpreter.metrics.seen import Known
+    from softmark.interpreter.metrics.measurement import Known
     from softmark.interpreter.problem.beam_theory import cantilever_of
 
     if data is None:

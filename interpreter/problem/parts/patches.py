@@ -200,6 +200,7 @@ def over(v: Floats, D: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
     low, high = np.full(len(v), -np.inf), np.full(len(v), np.inf)
     for i in range(3):
         onward, back = (D[0][i], D[1][i]), (-D[1][i - 1], -D[0][i - 1])
-        low = np.maximum(low, v[:, i] + np.minimum(0.0, np.minimum(onward[0], back[0])))
-        high = np.minimum(high, v[:, i] + np.maximum(0.0, np.maximum(onward[1], back[1])))
+        with np.errstate(invalid="ignore"):  # what is no number is no bound
+            low = np.fmax(low, v[:, i] + np.minimum(0.0, np.minimum(onward[0], back[0])))
+            high = np.fmin(high, v[:, i] + np.maximum(0.0, np.maximum(onward[1], back[1])))
     return low, high

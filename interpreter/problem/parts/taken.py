@@ -37,6 +37,7 @@ def taken(condition: Condition, corners: Floats, extent: float, out: Out | None 
     return part(Asked.of(condition, Patches(corners, extent, out)))
 
 
+@np.errstate(all="ignore")  # conditions divide by what may be zero, and bounds of that are infinite
 def part(asked: Asked) -> Part:
     """The part of the patches that is asked for."""
     patches = asked.patches

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from softmark.interpreter.report.compare import asked, cost, tables
+from softmark.interpreter.report.compare import cost, study_answers, tables
 from softmark.interpreter.report.compare.diagram import Diagram, by_frames, key
 from softmark.interpreter.report.compare.view import STATUS, View, apart, views
 from softmark.interpreter.report.page.document import document, moment
@@ -223,7 +223,7 @@ SECTIONS: tuple[tuple[str, str, Callable[[Sequence[View], Mapping[str, Any]], st
     ("levels", "Time to an error", _tables(_levels, "levels", "Time to an error")),
     ("rates", "Within a frame", _tables(_rates, "rates", "Within a frame")),
     ("points", "Configurations", _tables(_points, "points", "Configurations")),
-    ("studies", "Studies", _tables(asked.studies, "studies", "What the studies ask")),
+    ("studies", "Studies", _tables(study_answers.studies, "studies", "What the studies ask")),
     ("orders", "Orders", _tables(tables.orders, "orders", "Orders of convergence")),
     ("distances", "Distances", _tables(tables.distances, "distances", "Everyone against everyone")),
     ("levers", "Changes", _tables(_levers, "levers", "What a single change does")),

@@ -10,7 +10,7 @@ from typing import Any
 
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language.amounts import quantity
-from softmark.interpreter.report.compare.asked import spoken
+from softmark.interpreter.report.compare.study_answers import spoken
 from softmark.interpreter.report.compare.view import (
     CLOCKS,
     View,

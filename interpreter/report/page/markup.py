@@ -78,3 +78,9 @@ def count(n: int, noun: str) -> str:
 def listed(items: list[str]) -> str:
     """`a`, `a and b`, `a, b and c`."""
     return " and ".join([", ".join(items[:-1]), items[-1]]) if len(items) > 1 else "".join(items)
+
+
+def several(items: list[str], most: int = 8) -> str:
+    """The same where they are few; `a, b and 9 others` of many."""
+    few = items if len(items) <= most else [*items[: most - 1], f"{len(items) - most + 1} others"]
+    return listed(few)

@@ -85,10 +85,10 @@ def _row(index: int, columns: Sequence[Column]) -> str:
     return tag("tr", tag("th", text(cells[0]), scope="row"), *(tag("td", text(cell)) for cell in cells[1:]))
 
 
-def crowded(total: int, shown: int) -> str:
+def crowded(total: int, shown: int, where: str = "legend") -> str:
     """A sentence for the caption where not every model is drawn at first."""
     return (
-        f" {count(shown, 'model')} of {total} drawn at first: tick others in the legend."
+        f" {count(shown, 'model')} of {total} drawn at first: tick others in the {where}."
         if shown < total
         else ""
     )

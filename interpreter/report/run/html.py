@@ -19,12 +19,12 @@ from softmark.interpreter.report.run.figures import (
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.header import header, title
 from softmark.interpreter.report.run.tables import listing, loads, provenance, published, verdicts
-from softmark.interpreter.report.shapes import shapes
+from softmark.interpreter.report.view3d import section
 from softmark.interpreter.results.report import Report
 
 # id of the section, its name in the navigation, who makes it ("" where it has nothing to show)
 SECTIONS: tuple[tuple[str, str, Callable[[Findings], str]], ...] = (
-    ("shapes", "Shapes", shapes.section_of),
+    ("shapes", "Shapes", section.section_of),
     ("figure", "Centre lines", centre_lines.section_of),
     ("table", "Table", comparison.section_of),
     ("refinement", "Refinement", refinement.section_of),

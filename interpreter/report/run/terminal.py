@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 from softmark.grammar.diagnostic import all_visible
@@ -101,6 +102,13 @@ class _Rows:
         """Columns: errors by reference, measurements, times, as on the page."""
         return ordered(self.body.metrics)
 
+    @cached_property
+    def _largest(self) -> dict[str, float]:
+        """Of each metric, in size."""
+        everyone = [self.findings.everyone[n] for n in self.body.results]
+        values = {m.name: [value_of(r, m.name) for r in everyone] for m in self.metrics}
+        return {n: max((abs(v) for v in known if v is not None), default=0.0) for n, known in values.items()}
+
     def text(self, room: int) -> str:
         """The lines; columns that do not fit stand below, with the names again."""
         head = ["", *(m.name for m in self.metrics), *EFFORT]
@@ -135,9 +143,7 @@ class _Rows:
             return "-"
         if metric.clock and "verdict" in found.details:
             return _verdict(found)
-        everyone = (self.findings.everyone[n] for n in self.body.results)
-        largest = max(abs(v) for r in everyone if (v := value_of(r, metric.name)) is not None)
-        if negligible(found.value, largest, metric.unit):
+        if negligible(found.value, self._largest[metric.name], metric.unit):
             return "0"
         own = vouching.beside(result, metric.name, found) if isinstance(result, ModelResult) else None
         error = f" {own}" if own and not metric.clock else ""

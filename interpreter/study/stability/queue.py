@@ -19,10 +19,10 @@ from softmark.interpreter.run.environment import describe, environment
 from softmark.interpreter.study.expansion.variations import Subject
 from softmark.interpreter.study.stability import maps
 from softmark.interpreter.study.stability.classify import CLASSES, Classified, classify
-from softmark.interpreter.study.stability.desk import KIND, Desk
 from softmark.interpreter.study.stability.edges import choice_of, edge_of
 from softmark.interpreter.study.stability.points import Ground, Values
 from softmark.interpreter.study.stability.truth import uncertainty_of
+from softmark.interpreter.study.stability.waiting_points import KIND, Desk
 from softmark.interpreter.study.workers.journal import Interrupted, Journal, Refused
 from softmark.interpreter.vocabulary.studies import Stability
 from softmark.records import dataclass

@@ -50,6 +50,7 @@ METHODS: dict[str, dict[str, str]] = {
         "move": "assembly",  # of a state: for rods, which turn, as costly as their forces
     },
     "softmark.solvers.linear.factorisations": {"solve": "solution"},
+    "softmark.solvers.linear.sequence": {"solve": "solution"},
     "softmark.solvers.sparse": {"factorise": "factorisation", "solve": "solution"},
 }
 

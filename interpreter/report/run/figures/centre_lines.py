@@ -26,7 +26,7 @@ from softmark.interpreter.report.run.tables.probes import (
     looks,
     points_of,
 )
-from softmark.interpreter.report.shapes.camera import upward
+from softmark.interpreter.report.view3d.camera import upward
 from softmark.records import dataclass
 
 WIDEST, NARROWEST = 640.0, 520.0  # of the plot, pixels

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 
 from softmark.interpreter.language import units
@@ -83,9 +84,13 @@ def silent(report: Report) -> str | None:
 
 
 def lines(report: Report) -> Iterator[str]:
-    """What each model states."""
-    for name, model in report.models.items():
-        if (said := words(model)) is not None:
-            yield f"{name} {said}"
+    """What each model states; what many state alike, once."""
+    said = {n: w for n, m in report.models.items() if (w := words(m)) is not None}
+    alike, first = Counter(said.values()), {w: n for n, w in reversed(said.items())}
+    for name, own in said.items():
+        if alike[own] <= SEVERAL:
+            yield f"{name} {own}"
+        elif first[own] == name:
+            yield f"{alike[own]} models {own.replace('states', 'state', 1)}"
     if (quiet := silent(report)) is not None:
         yield quiet

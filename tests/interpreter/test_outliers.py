@@ -9,7 +9,7 @@ import pytest
 
 from softmark.interpreter.face.api import load
 from softmark.interpreter.language.scene import SceneError
-from softmark.interpreter.problem.outlying import BESIDE, _of_prism
+from softmark.interpreter.problem.outliers import BESIDE, _of_prism
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 SCENE = """softmark 1

@@ -60,8 +60,8 @@ def carried_out(
 ) -> Found | int:
     """What `work` finds, or the exit status where it cannot, after the reason is told; `name` is that of its files."""
     from softmark.interpreter.cli.commands.collisions import collision, folded, read_by
+    from softmark.interpreter.cli.commands.report_folder import message, unusable
     from softmark.interpreter.cli.commands.scenes import show
-    from softmark.interpreter.cli.commands.shelf import message, unusable
     from softmark.interpreter.language.scene import SceneError
     from softmark.interpreter.study.expansion.variations import TooMany
     from softmark.interpreter.study.workers import journal, pool
@@ -98,7 +98,7 @@ def _refused(progress: Progress, words: str, status: int = 2) -> int:
 
 def shelved(files: Mapping[str, Callable[[], str]], text: str, folder: Path, parsed: argparse.Namespace) -> bool:
     """Write files into the folder, and the JSON result where `--json` says; whether all went well."""
-    from softmark.interpreter.cli.commands.shelf import message
+    from softmark.interpreter.cli.commands.report_folder import message
     from softmark.interpreter.results.files import replace
 
     sound = True
@@ -113,7 +113,7 @@ def shelved(files: Mapping[str, Callable[[], str]], text: str, folder: Path, par
 
 def written(place: str, text: str) -> bool:
     """Write the JSON result where `--json` says; whether that went well."""
-    from softmark.interpreter.cli.commands.shelf import message
+    from softmark.interpreter.cli.commands.report_folder import message
     from softmark.interpreter.results.files import replace
 
     if place == "-":

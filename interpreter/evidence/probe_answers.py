@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.metrics.measure import measured_by
-from softmark.interpreter.metrics.seen import Known
-from softmark.interpreter.metrics.seen import Seen as Looked
+from softmark.interpreter.metrics.measurement import Known
+from softmark.interpreter.metrics.measurement import Seen as Looked
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.view import View

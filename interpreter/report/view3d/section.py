@@ -10,15 +10,15 @@ import numpy as np
 
 from softmark.interpreter.language.amounts import grouped, quantity, scale_of, signed
 from softmark.interpreter.report.charts.chart import sample
-from softmark.interpreter.report.page.markup import count, listed, plain, prose, section, tag, text
-from softmark.interpreter.report.page.plate import Column, data_table, details
+from softmark.interpreter.report.page.markup import count, plain, prose, section, several, tag, text
+from softmark.interpreter.report.page.plate import SHOWN, Column, crowded, data_table, details
 from softmark.interpreter.report.page.sheet import Cell, csv_link, short
 from softmark.interpreter.report.run.bodies import bodies
 from softmark.interpreter.report.run.findings import Findings, Result
-from softmark.interpreter.report.run.tables.probes import looks
-from softmark.interpreter.report.shapes.camera import letters, view_of
-from softmark.interpreter.report.shapes.still import View, seen_box, still
-from softmark.interpreter.report.shapes.surfaces import (
+from softmark.interpreter.report.run.tables.probes import drawn_first, looks
+from softmark.interpreter.report.view3d.camera import letters, view_of
+from softmark.interpreter.report.view3d.still import View, seen_box, still
+from softmark.interpreter.report.view3d.surfaces import (
     Floats,
     Small,
     fit,
@@ -27,11 +27,11 @@ from softmark.interpreter.report.shapes.surfaces import (
     packed_triangles,
     step_of,
 )
-from softmark.interpreter.report.shapes.toolbar import DECADES, Kind, colour_bar, time_bar, toolbar
+from softmark.interpreter.report.view3d.toolbar import DECADES, Kind, colour_bar, time_bar, toolbar
 from softmark.interpreter.results.report import Shape
 from softmark.records import dataclass
 
-PANELS = 24  # more shapes than this are overlaid at first
+PANELS = 24  # of more shapes than this only some models are shown at first
 CLIP = 95.0  # percentile of the points of one shape
 FAR = 3.0  # a shape with errors so many times the usual ones does not set the colours
 STAGE = "Shapes of all models. Arrow keys turn them, plus and minus zoom, 0 starts again, space plays."
@@ -108,6 +108,15 @@ class _Shapes:
         return [n for n, h in self.high.items() if h > FAR / 2 * self.clipped]
 
     @cached_property
+    def first(self) -> dict[str, Shape]:
+        """What is shown at first: of many shapes references, and the models whose lines are drawn at first, too."""
+        if len(self.shapes) <= PANELS:
+            return dict(self.shapes)
+        models, chosen = self.findings.report.models, drawn_first(self.findings)
+        best = [n for n in chosen if n in self.shapes] or [n for n in self.shapes if n in models][:SHOWN]
+        return {n: s for n, s in self.shapes.items() if n in best or n not in models}
+
+    @cached_property
     def view(self) -> View:
         """From where it is seen at first."""
         return view_of(self.findings, self.shapes.values())
@@ -139,7 +148,7 @@ class _Shapes:
         )
         caption = tag("figcaption", tag("p", prose(self._caption())), numbers)
         kind = Kind(self.key, bool(self.beyond), letters(self.view))
-        controls = toolbar(self._names(), bool(self.errors), len(self.shapes) <= PANELS, self._ghosts(), kind)
+        controls = toolbar(self._names(), bool(self.errors), len(self.first) <= PANELS, self._ghosts(), kind)
         time = time_bar() if self.dynamic else ""
         spoken = tag("div", class_="spoken", aria_live="polite")
         heading = tag("h3", prose(f"`{self.body}`")) if self.body else ""
@@ -150,9 +159,8 @@ class _Shapes:
 
     def _names(self) -> list[tuple[str, str, str, bool]]:
         """(name, sample of its colour, classes, whether it is shown) of each shape."""
-        known, first = looks(self.findings.report), len(self.shapes) <= PANELS
-        references = self.findings.report.references
-        return [(n, sample(known[n]), known[n].classes, first or n not in references) for n in self.shapes]
+        known = looks(self.findings.report)
+        return [(n, sample(known[n]), known[n].classes, n in self.first) for n in self.shapes]
 
     def _ghosts(self) -> list[tuple[int, str, bool]]:
         """(place, name, whether it is behind the others at first) of the references."""
@@ -176,7 +184,7 @@ class _Shapes:
         )
         return tag(
             "div", panels, everyone, class_="stage", tabindex=0, role="group", aria_label=STAGE,
-            style=f"--aspect:{aspect:.3f};--columns:{_columns_of(len(self.shapes))}",
+            style=f"--aspect:{aspect:.3f};--columns:{_columns_of(len(self.first))}",
         )  # fmt: skip
 
     def _panel(self, name: str, drawn: str, classes: str, shown: bool) -> str:
@@ -196,7 +204,7 @@ class _Shapes:
     def _still(self) -> str:
         words = "Shapes after deformation", f"{self._ranking()} {self._each()}"
         top = self.clipped if self.beyond else self.most
-        return tag("noscript", still(self.shapes, self.view, top, words, f"shapes{self.key}"))
+        return tag("noscript", still(self.first, self.view, top, words, f"shapes{self.key}"))
 
     def _data(self) -> str:
         """What `shapes.js` draws from."""
@@ -242,20 +250,22 @@ class _Shapes:
         colour = ""
         if self.errors:
             colour = f" Colour is the distance from {self.against}, one scale for all.{self._cut()}"
-        models = self.findings.report.models if self.errors else ()
-        bare = [f"`{n}`" for n in self.shapes if n not in self.errors and n in models]
-        plainly = f" {listed(bare)} {'has' if len(bare) == 1 else 'have'} no error to show." if bare else ""
+        models = self.findings.report.models
+        bare = [f"`{n}`" for n in self.shapes if self.errors and n not in self.errors and n in models]
+        plainly = f" {several(bare)} {'has' if len(bare) == 1 else 'have'} no error to show." if bare else ""
         step = quantity(step_of(self.shapes), "m", 2)
         notes = " ".join(["", *self.small.notes])
+        total, first = (len([n for n in known if n in models]) for known in (self.shapes, self.first))
+        shown = crowded(total, first, "boxes")
         return (
-            f"{self._ranking()} {seen}{colour}{plainly} In this page positions are rounded to {step}.{notes}"
+            f"{self._ranking()} {seen}{colour}{plainly} In this page positions are rounded to {step}.{notes}{shown}"
         )
 
     def _cut(self) -> str:
         """Who goes beyond the scale of usual errors."""
         if not self.beyond:
             return ""
-        names, clip = listed([f"`{n}`" for n in self.beyond]), quantity(self.clipped, "m", 3)
+        names, clip = several([f"`{n}`" for n in self.beyond]), quantity(self.clipped, "m", 3)
         verb = "goes" if len(self.beyond) == 1 else "go"
         return (
             f" It ends at {clip} at first, so that the usual errors can be told apart; {names} {verb} beyond."

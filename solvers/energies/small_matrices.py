@@ -10,14 +10,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.solvers.base.jit import kernel
+from softmark.solvers.base.jit import part
 
 Floats = NDArray[np.float64]
 Nine = tuple[float, float, float, float, float, float, float, float, float]
 SWEEPS = 30  # six suffice: convergence is quadratic
 
 
-@kernel
+@part
 def orthogonalise(M: Floats) -> None:
     """Turn the columns in the first three rows of M (6, 3) until they are orthogonal, and those below with them.
 
@@ -46,7 +46,7 @@ def orthogonalise(M: Floats) -> None:
             break
 
 
-@kernel
+@part
 def nearest_rotation(M: Floats) -> Nine:
     """The rotation that maximises tr(R^T F), row by row, for U S and V of F in M (6, 3) as `orthogonalise` left them.
 
@@ -87,7 +87,7 @@ def nearest_rotation(M: Floats) -> Nine:
     )  # fmt: skip
 
 
-@kernel
+@part
 def set_above_identity(
     M: Floats, a00: float, a01: float, a02: float, a10: float, a11: float, a12: float, a20: float, a21: float,
     a22: float,

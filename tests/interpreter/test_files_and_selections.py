@@ -11,7 +11,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.front import given
+from softmark.interpreter.front import files_and_selections
 from softmark.solvers.mesh.files import formats
 
 TWO = """
@@ -117,7 +117,7 @@ def test_a_selection_is_refused_only_where_it_misses_the_surface(shape: str) -> 
 
 def test_a_selection_of_the_surface_is_seen_with_little_work(monkeypatch: pytest.MonkeyPatch) -> None:
     """Conditions on whole faces, the usual ones: a hundred cells at most, not thousands."""
-    monkeypatch.setattr(given, "MOST", 100)
+    monkeypatch.setattr(files_and_selections, "MOST", 100)
     for where in ("x >= 100 mm", "z >= 15 mm", "x >= 50 mm and x <= 51 mm", "not x <= 0 mm"):
         text = TWO.replace("z >= 15 mm", where).replace("model rod = beam6dof(segments = 4)\n", "")
         softmark.loads(text)

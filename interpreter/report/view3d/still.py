@@ -9,7 +9,7 @@ import numpy as np
 
 from softmark.interpreter.report.charts.colours import viridis
 from softmark.interpreter.report.page.markup import plain, tag, text
-from softmark.interpreter.report.shapes.surfaces import Floats, thinned
+from softmark.interpreter.report.view3d.surfaces import Floats, thinned
 from softmark.interpreter.results.report import Shape
 from softmark.records import dataclass
 

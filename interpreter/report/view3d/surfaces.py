@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.report.page.markup import listed
+from softmark.interpreter.report.page.markup import several
 from softmark.interpreter.results.report import Shape
 from softmark.interpreter.results.thinning import picked
 from softmark.records import dataclass
@@ -74,7 +74,7 @@ def notes_of(given: Mapping[str, Shape], kept: Mapping[str, Shape]) -> list[str]
             said = f"at {len(own.times)} of {len(shape.times)} moments"
             coarse.setdefault(said, []).append(f"`{name}`")
     return [
-        f"{listed(names)} {'is' if len(names) == 1 else 'are'} drawn {said}."
+        f"{several(names)} {'is' if len(names) == 1 else 'are'} drawn {said}."
         for said, names in coarse.items()
     ]
 
@@ -101,8 +101,7 @@ def _clustered(shape: Shape, cell: float) -> Shape:
     """The surface with the points of each cubic cell (edge in m) put together."""
     rest = shape.position if shape.frames is None else shape.frames[0]
     keys = np.floor((rest - rest.min(axis=0)) / cell).astype(np.int64)
-    _, group = np.unique(keys, axis=0, return_inverse=True)
-    group = group.ravel()
+    _, group = np.unique(_numbered(keys), return_inverse=True)
     number = np.bincount(group).astype(float)
 
     def mean(values: Floats) -> Floats:
@@ -113,11 +112,21 @@ def _clustered(shape: Shape, cell: float) -> Shape:
 
     corners = group[shape.triangles]
     kept = (corners != np.roll(corners, 1, axis=1)).all(axis=1)
-    _, first = np.unique(np.sort(corners[kept], axis=1), axis=0, return_index=True)
+    _, first = np.unique(_numbered(np.sort(corners[kept], axis=1)), return_index=True)
     frames = None if shape.frames is None else mean(shape.frames.transpose(1, 0, 2)).transpose(1, 0, 2)
     error = None if shape.error is None else mean(shape.error)
     triangles = corners[kept][np.sort(first)]
     return replace(shape, position=mean(shape.position), triangles=triangles, frames=frames, error=error)
+
+
+def _numbered(keys: Ints) -> Ints:
+    """One number (n,) for each row of whole numbers (n, 3) from 0, in the same order: rows take ten times as long."""
+    size = keys.max(axis=0, initial=0) + 1
+    if float(np.prod(size.astype(float))) < 2.0**62:
+        numbered: Ints = np.ravel_multi_index(tuple(keys.T), tuple(size))
+        return numbered
+    number: Ints = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
+    return number
 
 
 def bounds(shape: Shape) -> tuple[Floats, Floats]:

@@ -8,8 +8,8 @@ import numpy as np
 
 from softmark.grammar import tree
 from softmark.interpreter.report.run.findings import Findings
-from softmark.interpreter.report.shapes.still import View, frame_of
-from softmark.interpreter.report.shapes.surfaces import Floats
+from softmark.interpreter.report.view3d.still import View, frame_of
+from softmark.interpreter.report.view3d.surfaces import Floats
 from softmark.interpreter.results.report import Shape
 
 TURN, TILT = 26.0, 16.0  # degrees

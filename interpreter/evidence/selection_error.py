@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from softmark.interpreter.evidence.seen import Seen
+    from softmark.interpreter.evidence.probe_answers import Seen
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.shared.gripping import Grip
     from softmark.interpreter.problem.case import Case

@@ -1,0 +1,181 @@
+"""What conditions select of a straight prism: how much of its cross-sections, and where along it that changes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import pairwise
+from typing import Any
+
+from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Border, Condition, Point
+
+END = 1e-6  # of the length: borders closer to an end face are that face
+SAME = 1e-8  # of the length: stations that are nearer are one
+GRID = 256  # stretches of the length in which a border is looked for
+HALVINGS = 45  # of a stretch, to the rounding of its stations
+LITTLE = 1e-7  # of a cross-section: less is nothing
+
+
+def coverage(condition: Condition, shape: Any, station: float) -> str:
+    """How much of the cross-section at `station` (m from the root) a condition selects: all, some or none."""
+    return next(iter(coverages(condition, shape, [station])))
+
+
+def coverages(condition: Condition, shape: Any, stations: Sequence[float]) -> set[str]:
+    """The coverage at each of some stations, in ascending order; stops at the first that is `some`.
+
+    Bounds over whole slabs of the body settle most stations at once, so that the work grows like the
+    logarithm of their number.
+    """
+    extent, found, pending = math.dist(*shape.bounds), set(), [(0, len(stations))]
+    while pending and "some" not in found:
+        first, end = pending.pop()
+        false, true = condition.over(*_slab(shape, stations[first], stations[end - 1]), extent)
+        if not (false and true):
+            found.add("all" if true else "none")
+        elif end - first > 1:
+            middle = (first + end) // 2
+            pending += [(first, middle), (middle, end)]
+        else:
+            found.add(_measured(condition, shape, stations[first], extent))
+    return found
+
+
+def _measured(condition: Condition, shape: Any, station: float, extent: float) -> str:
+    """The coverage where bounds leave it open: points that differ say `some`, and else its area says."""
+    x, y, z = _centre(shape, station)
+    held = {bool(condition.holds(x + a, y + b, z + c, extent)) for a, b, c in _offsets(shape)}
+    if len(held) == 2:
+        return "some"
+    from softmark.interpreter.problem.parts.sections import share
+
+    taken = share(condition, shape, station)
+    if held == {True}:
+        return "all" if taken >= 1.0 - LITTLE else "some"
+    return "none" if taken <= LITTLE else "some"
+
+
+@lru_cache(maxsize=256)
+def inside(condition: Condition, shape: Any) -> tuple[tuple[float, str], ...]:
+    """Stations (m) between the end faces, one in each stretch along which coverage is the same, and where they meet.
+
+    Each with its coverage. A border of the condition can change it only between the first and the last station at which
+    it meets a cross-section; stretches between are looked at at five places, for those that a border runs along.
+    """
+    length = shape.length
+    apart = _apart([END * length, (1.0 - END) * length, *_marks(condition, shape)], SAME * length)
+    some = [a + (b - a) * t for a, b in pairwise(apart) for t in (0.02, 0.25, 0.5, 0.75, 0.98)]
+    stations = sorted([*some, *apart[1:-1]])
+    return tuple((s, coverage(condition, shape, s)) for s in stations)
+
+
+def _apart(marks: list[float], near: float) -> list[float]:
+    """Marks in order, each run of near ones as its middle."""
+    found: list[list[float]] = []
+    for mark in sorted(marks):
+        if found and mark - found[-1][1] <= near:
+            found[-1][1] = mark
+        else:
+            found.append([mark, mark])
+    return [0.5 * (first + last) for first, last in found]
+
+
+def _marks(condition: Condition, shape: Any) -> list[float]:
+    """Stations at which a border of the condition begins or ends to meet cross-sections."""
+    extent = math.dist(*shape.bounds)
+    return [s for border in condition.borders for s in _met(border, shape, RELATIVE_TOLERANCE * extent**border.power)]
+
+
+def _met(border: Border, shape: Any, slack: float) -> list[float]:
+    """Those of one border: the ends of every run of slabs in which it changes its sign, to rounding."""
+
+    def crossed(a: float, b: float) -> bool:
+        level = border.over(*_slab(shape, a, b))
+        return level.low < -slack and level.high > slack
+
+    pending, slabs = [(0.0, shape.length)], []
+    while pending:
+        a, b = pending.pop()
+        if not crossed(a, b):
+            continue
+        if b - a > 1.5 * shape.length / GRID:
+            pending += [(0.5 * (a + b), b), (a, 0.5 * (a + b))]
+        else:
+            slabs.append((a, b))
+    found = []
+    for i, (a, b) in enumerate(slabs):
+        if i == 0 or slabs[i - 1][1] < a:
+            found.append(_first(a, b, lambda t, a=a: crossed(a, t)))
+        if i == len(slabs) - 1 or slabs[i + 1][0] > b:
+            found.append(_first(b, a, lambda t, b=b: crossed(t, b)))
+    return [s for s in found if END * shape.length < s < (1.0 - END) * shape.length]
+
+
+def _first(near: float, far: float, holds: Any) -> float:
+    """Where something that holds at `far` begins to hold on the way there from `near`."""
+    if holds(near):
+        return near
+    for _ in range(HALVINGS):
+        middle = 0.5 * (near + far)
+        near, far = (near, middle) if holds(middle) else (middle, far)
+    return far
+
+
+def _slab(shape: Any, first: float, last: float) -> tuple[Point, Point]:
+    """The lowest and highest coordinates of the body between two stations."""
+    ends = [*zip(_centre(shape, first), _centre(shape, last), strict=True)]
+    reach = _section_reach(shape)
+    x, y, z = ((min(pair) - r, max(pair) + r) for pair, r in zip(ends, reach, strict=True))
+    return (x[0], y[0], z[0]), (x[1], y[1], z[1])
+
+
+def _centre(shape: Any, station: float) -> Point:
+    x, y, z = (r + station * a for r, a in zip(shape.root, shape.axis, strict=True))
+    return x, y, z
+
+
+@lru_cache(maxsize=64)
+def _offsets(shape: Any) -> tuple[Point, ...]:
+    """Points of a cross-section, from its centre."""
+    from softmark.solvers.mesh.shapes import transverse
+
+    (ax, ay, az), (bx, by, bz) = transverse(shape.axis)
+    return tuple((u * ax + v * bx, u * ay + v * by, u * az + v * bz) for u, v in shape.section.samples())
+
+
+@lru_cache(maxsize=64)
+def _section_reach(shape: Any) -> tuple[float, ...]:
+    """How far a cross-section reaches from its centre along x, y and z: all of it, points of its rim may miss that."""
+    radius = getattr(shape.section, "radius", None)
+    if radius is not None:
+        return tuple(radius * math.sqrt(max(0.0, 1.0 - a * a)) for a in shape.axis)
+    return tuple(max(abs(c) for c in column) for column in zip(*_offsets(shape), strict=True))
+
+
+def borders(condition: Condition, shape: Any) -> list[float]:
+    """Stations (m) where a selection of whole cross-sections begins or ends inside the body.
+
+    The end faces are left out: a border there lies off them by the tolerance of conditions.
+    """
+    found = inside(condition, shape)
+    ends = ((s, _whole(condition, shape, s)) for s in (END * shape.length, (1 - END) * shape.length))
+    (first, last) = ends
+    known = [first, *((s, cover == "all") for s, cover in found), last]
+    return [
+        _border(condition, shape, *((a, b) if before else (b, a)))
+        for (a, before), (b, after) in pairwise(known)
+        if before != after
+    ]
+
+
+def _whole(condition: Condition, shape: Any, station: float) -> bool:
+    return coverage(condition, shape, station) == "all"
+
+
+def _border(condition: Condition, shape: Any, inside: float, outside: float) -> float:
+    """The last station of a selection, by bisection from one inside and one outside."""
+    while abs(outside - inside) > 1e-12 * shape.length:
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if _whole(condition, shape, middle) else (inside, middle)
+    return inside

@@ -1,0 +1,48 @@
+"""The elastic energy of a mesh: of a material and a measure of strain, in the form that is solved soonest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from softmark.solvers.assembly.mixed import MixedPoints, volumetric
+from softmark.solvers.energies.corotational_tets import CorotationalTets
+from softmark.solvers.energies.elastic import Elastic, Together
+from softmark.solvers.energies.energy import Energy
+from softmark.solvers.materials import Isotropic, drags_for, law_for, parts_for
+from softmark.solvers.materials.corotational import Corotational
+from softmark.solvers.mesh.interpolation import centre_rule, integration
+from softmark.solvers.mesh.mesh import Mesh
+
+
+def elastic_energy(
+    mesh: Mesh, elastic: Elastic, material: Isotropic, strain: str, selective: bool = False
+) -> Energy:
+    """The energy of a strain measure; `elastic` has the cells and points that it is integrated at."""
+    parts = elastic_parts(mesh, elastic, material, strain, selective)
+    first, *others = (_mixed(part, material, strain) for part in parts)
+    if others:
+        return Together((first, *others))
+    if isinstance(first.law, Corotational) and mesh.element.constant:
+        return CorotationalTets(first.cells, first.dNdX, first.w, first.law)
+    return first
+
+
+def elastic_parts(
+    mesh: Mesh, elastic: Elastic, material: Isotropic, strain: str, selective: bool = False
+) -> tuple[Elastic, ...]:
+    """The law at all points; or, `selective` and where it comes apart, shear at all points and volume at the centre."""
+    laws = parts_for(material, strain) if selective else None
+    whole, volume = drags_for(material, strain) or (None, None)
+    if laws is None:
+        return (replace(elastic, law=law_for(material, strain), drag=whole),)
+    middle = integration(mesh, rule=centre_rule(mesh.element))
+    centre = Elastic(mesh.cells, middle.dNdX, middle.w, laws[1], drag=volume)
+    return replace(elastic, law=laws[0], drag=None), centre
+
+
+def _mixed(part: Elastic, material: Isotropic, strain: str) -> Elastic:
+    """The same energy, able to take pressures that a step promises, where its law has a part of the volume alone."""
+    laws = parts_for(material, strain) if strain == "finite" else None
+    if laws is None or not volumetric(laws[1]) or part.law == laws[0]:
+        return part
+    return MixedPoints(part.cells, part.dNdX, part.w, part.law, drag=part.drag, volume=laws[1])

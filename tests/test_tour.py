@@ -1,0 +1,99 @@
+"""tests/README.md is true: all that it names is there, every table has a row, and its material is added and runs."""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import softmark
+from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.solvers.materials import MATERIALS
+
+ROOT = Path(__file__).parents[1]
+TEXT = (ROOT / "tests" / "README.md").read_text(encoding="utf-8")
+PROSE = re.sub(r"^```.*?^```$", "", TEXT, flags=re.MULTILINE | re.DOTALL)
+FOLDERS = ("grammar/", "interpreter/", "references/", "solvers/", "stdlib-scenes/", "tests/", ".ci/", "pyproject.toml")
+NAMED = sorted({n for n in re.findall(r"`([^`\s]+)`", PROSE) if n.startswith(FOLDERS)})
+COMING = {"solvers/materials/ciarlet.py"}  # the example
+TESTS = sorted(set(re.findall(r"pytest (?:-n 0 |-m slow |-k \w+ )*(tests/\S+)", TEXT)))
+
+
+def block(kind: str) -> str:
+    found = re.search(rf"^```{kind}\n(.*?)^```$", TEXT, re.MULTILINE | re.DOTALL)
+    assert found is not None
+    return found[1]
+
+
+def defined(file: Path) -> set[str]:
+    """Names that a module defines or gives a value at its top."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    names = {n.name for n in tree.body if isinstance(n, ast.FunctionDef | ast.ClassDef)}
+    names |= {t.id for n in tree.body if isinstance(n, ast.Assign) for t in n.targets if isinstance(t, ast.Name)}
+    return names | {n.target.id for n in tree.body if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)}
+
+
+@pytest.mark.parametrize("named", NAMED)
+def test_what_the_tour_names_is_there(named: str) -> None:
+    path, _, name = named.partition(":")
+    assert (ROOT / path).exists() or path in COMING, f"tests/README.md names {path}, which is gone"
+    if name:
+        assert name in defined(ROOT / path), f"tests/README.md names {name} in {path}, which is gone"
+
+
+@pytest.mark.parametrize("named", TESTS)
+def test_tests_that_it_runs_are_there(named: str) -> None:
+    path, _, name = named.partition("::")
+    assert (ROOT / path).is_file()
+    assert not name or name in defined(ROOT / path)
+
+
+def test_methods_that_it_names_are_there() -> None:
+    newton = (ROOT / "solvers" / "statics" / "newton.py").read_text(encoding="utf-8")
+    assert all(f"def {name}(" in newton for name in ("_decrease", "_armijo"))
+
+
+def test_every_table_of_the_catalogue_has_a_row() -> None:
+    """But for kinds of declaration of which there is one, or which belong to another."""
+    alone = {"body", "analysis", "published", "course", "stiffness", "study"}
+    rows = set(re.findall(r"^\| ([a-z ]+) \| ", TEXT, re.MULTILINE))
+    assert set(CATALOGUE) - alone <= rows
+
+
+@pytest.mark.parametrize("file", sorted(ROOT.glob("[gis]*/**/__init__.py")), ids=str)
+def test_files_that_a_folder_names_are_in_it(file: Path) -> None:
+    told = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
+    for name in re.findall(r"(?<![\w/])([\w/]+\.(?:py|css|js|json))\b", told):
+        places = [file.parent, *file.parents[1:4]]
+        assert any((place / name).is_file() for place in places), f"{file} names {name}, which is gone"
+
+
+def test_the_material_can_be_added_and_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One file and one line in a table: pulled by half its length, it narrows by what its stress across tells.
+
+    With s along and t across, J = s t^2: mu (t - 1/t) + lam/2 (J^2 - 1) / t = 0, from psi by hand.
+    """
+    module = ModuleType("ciarlet")
+    monkeypatch.setitem(sys.modules, "ciarlet", module)
+    exec(compile(block("python"), "ciarlet.py", "exec"), vars(module))
+    monkeypatch.setitem(MATERIALS, "ciarlet", module.Ciarlet)
+    report = softmark.loads(block("scene")).run()
+    cubes = report.models["cubes"]
+    assert cubes.status == "converged", cubes.message
+    assert [w.code for w in report.warnings] == []
+    mu, lam, s = 60e3 / 2.6, 60e3 * 0.3 / (1.3 * 0.4), 1.5
+    t = brentq(lambda t: mu * (t - 1 / t) + 0.5 * lam * (s**2 * t**4 - 1) / t, 0.5, 1.0, xtol=1e-14)
+    assert cubes.metrics["narrow"].value == pytest.approx((1.0 - t) * 0.01, rel=1e-7)
+    law = module.Ciarlet(1.0, 0.3, 1.0)
+    F, h = np.eye(3)[None] + 0.1 * np.random.default_rng(1).standard_normal((1, 3, 3)), 1e-6
+    for i, J in np.ndindex(3, 3):  # central differences: h^2 and eps / h
+        d = np.zeros((1, 3, 3))
+        d[0, i, J] = h
+        assert law.P(F)[0, i, J] == pytest.approx((law.psi(F + d) - law.psi(F - d))[0] / (2 * h), abs=1e-9)
+        np.testing.assert_allclose(law.dPdF(F)[0, :, :, i, J], (law.P(F + d) - law.P(F - d))[0] / (2 * h), atol=1e-8)
