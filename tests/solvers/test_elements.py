@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from softmark.solvers.elements import ELEMENTS, boxes
+from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.elements.element import Element, Facet
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.elements.tet4 import Tet4
+from softmark.solvers.mesh import boxes
 from softmark.solvers.mesh.boxes import holding
 from softmark.solvers.mesh.interpolation import integration, locate
 from softmark.solvers.mesh.mesh import Mesh
