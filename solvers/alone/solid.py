@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from softmark.records import dataclass
 from softmark.solvers.assembly.solids import elastic_energy
 from softmark.solvers.dynamics.mass import consistent_mass, lumped_mass, mass_points
+from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.materials import MATERIALS, STRAINS, Isotropic, law_for
@@ -58,10 +59,10 @@ class Solid:
     """A mesh of a material.
 
     `strain` is `finite` (the material's own law), `corotational` or `small` (its moduli at rest). Cells have
-    displacements alone: linear ones (`tet4`, `hex8`) lock near a Poisson's ratio of 0.5 and are then too stiff, `tet10`
-    a little; not so `hex8` with `integration` `selective`, the volume at the centre of each cell only. Raises
-    ValueError for a mesh that is none, a strain or an integration that there is not, an incompressible material, and
-    NoFiniteLaw for a material without a law of finite strain.
+    displacements alone: linear ones (`tet4`, `hex8`) lock near a Poisson's ratio of 0.5 and are then too stiff, and
+    quadratic ones later; not so `hex8` with `integration` `selective`, the volume at the centre of each cell only.
+    Raises ValueError for a mesh that is none, a strain or an integration that there is not, an incompressible
+    material, and NoFiniteLaw for a material without a law of finite strain.
     """
 
     mesh: Mesh
@@ -74,8 +75,9 @@ class Solid:
             raise ValueError(f"no strain is called {self.strain!r}: there are {', '.join(STRAINS)}")
         if self.integration not in ("full", "selective"):
             raise ValueError(f"cells are integrated in full or selectively, not {self.integration!r}")
-        if self.integration == "selective" and self.mesh.kind != "hex8":
-            raise ValueError(f"hex8 alone is integrated selectively, not {self.mesh.kind}")
+        fit = [name for name, element in ELEMENTS.items() if self.integration in element.integrations]
+        if self.mesh.element.name not in fit:
+            raise ValueError(f"{', '.join(fit)} alone is integrated selectively, not {self.mesh.kind}")
         if self.material.incompressible:
             raise ValueError("a Poisson's ratio of 0.5 has no finite bulk modulus: cells of displacements take less")
         _must_be_sound(self.mesh)

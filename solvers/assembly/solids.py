@@ -22,7 +22,7 @@ def elastic_energy(
     first, *others = (_mixed(part, material, strain) for part in parts)
     if others:
         return Together((first, *others))
-    if isinstance(first.law, Corotational) and mesh.kind == "tet4":
+    if isinstance(first.law, Corotational) and mesh.element.constant:
         return CorotationalTets(first.cells, first.dNdX, first.w, first.law)
     return first
 
