@@ -15,9 +15,7 @@ from softmark.grammar.table import Terminal, load, reserved
 from softmark.grammar.tree import Comment, Span
 
 BREAK = r"\r\n|\n|\r"
-BLANK = (
-    "[ \t\f\v\u00a0\u2009\u202f]*+"  # with the no-break and thin spaces that typesetters put before a unit
-)
+BLANK = "[ \t\f\v\u00a0\u2009\u202f]*+"  # with the no-break and thin spaces that typesetters put before a unit
 COMMENT = r"\#[^\r\n]*"
 VALUE_ENDS = frozenset({"NUMBER", "RPAR", "RSQB"})  # what a unit may follow
 # Tried after everything else; not so foreign comments, whose `/` would be an operator. None takes a line break with it.

@@ -191,9 +191,7 @@ def _print_declaration(row: _Row, text: str | None) -> list[str]:
         return [line.rstrip(" \t") for line in re.split(BREAK, text[span.start : span.end])]
 
 
-def _lines(
-    declaration: Declaration | None, comments: Sequence[Comment] = (), explode: bool = False
-) -> list[str]:
+def _lines(declaration: Declaration | None, comments: Sequence[Comment] = (), explode: bool = False) -> list[str]:
     if declaration is None:
         return []
     values = expressions(declaration)

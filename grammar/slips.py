@@ -107,9 +107,7 @@ class Slip:
         literal = next((t.literal for t in load().terminals if t.name == kind), "")
         return f"`{literal}`" if literal else WORDS_FOR[kind]
 
-    def say(
-        self, code: str, message: str = "", help: str = "", label: str = "", at: Token | None = None
-    ) -> Diagnostic:
+    def say(self, code: str, message: str = "", help: str = "", label: str = "", at: Token | None = None) -> Diagnostic:
         """A diagnostic at the token that does not fit; without a message, what was expected and found."""
         message = message or f"{self.expected}, found {self.shown}"
         return Diagnostic(code, message, self.source, (at or self.found).span, label, help)
@@ -148,9 +146,7 @@ def _junk(slip: Slip) -> Diagnostic | None:
     text = slip.found.text
     match slip.found.kind:
         case "UNCLOSED_STRING":
-            return slip.say(
-                "E103", "the text is not closed", 'a text ends on the line it starts on, with `"`'
-            )
+            return slip.say("E103", "the text is not closed", 'a text ends on the line it starts on, with `"`')
         case "SEMICOLON":
             return slip.say("E107", "a declaration ends with its line, without `;`", "remove the `;`")
         case "SLASHES" | "BLOCK_COMMENT":
@@ -199,9 +195,7 @@ def _wrong_closing(slip: Slip) -> Diagnostic | None:
     if found.kind not in CLOSERS:
         return None
     if not slip.brackets:
-        return slip.say(
-            "E105", f"`{found.text}` closes nothing", f"remove the `{found.text}`, or open it before"
-        )
+        return slip.say("E105", f"`{found.text}` closes nothing", f"remove the `{found.text}`, or open it before")
     opening = slip.tokens[slip.brackets[-1]]
     if OPENERS[opening.kind] == found.kind:
         return None
@@ -242,9 +236,7 @@ def _equal(slip: Slip) -> Diagnostic | None:
     if _names_declaration(slip) and slip.found.kind != "LBRACE":
         return slip.say("E106", message, f"write `{slip.text(-2)} {name} = ...`")
     if slip.found.kind in ("NUMBER", "STRING", "LSQB"):
-        return slip.say(
-            "E106", message, f"write `{name} = {text}{' ...' if slip.found.kind == 'LSQB' else ''}`"
-        )
+        return slip.say("E106", message, f"write `{name} = {text}{' ...' if slip.found.kind == 'LSQB' else ''}`")
     return None
 
 
@@ -264,9 +256,7 @@ def _operator(slip: Slip) -> Diagnostic | None:
             first, second = (slip.tokens[place] for place in pair)
             text = first.text + second.text
             if text in instead and first.end == second.start:
-                return slip.say(
-                    "E101", f"there is no operator `{text}`", f"write `{instead[text]}`", at=first
-                )
+                return slip.say("E101", f"there is no operator `{text}`", f"write `{instead[text]}`", at=first)
     return None
 
 

@@ -12,9 +12,7 @@ OPENERS = {"LPAR": "RPAR", "LSQB": "RSQB", "LBRACE": "RBRACE"}
 CLOSERS = frozenset(OPENERS.values())
 WORDS = frozenset({"SOFTMARK", "SCENE", "USE", "PARAM", "EXPECT"})  # reserved words that open a declaration
 # after one of these at the end of a line, a declaration goes on
-UNFINISHED = frozenset(
-    {"SIGN", "TIMES", "CIRCUMFLEX", "COMPARE", "EQUAL", "RANGE", "AND", "OR", "NOT", "IN", "AS"}
-)
+UNFINISHED = frozenset({"SIGN", "TIMES", "CIRCUMFLEX", "COMPARE", "EQUAL", "RANGE", "AND", "OR", "NOT", "IN", "AS"})
 
 
 @dataclass(slots=True)

@@ -87,16 +87,11 @@ def make() -> Table:
     raw: Any = parser.parse_interactive("", start=STARTS[0]).parser_state.parse_conf.parse_table
     rules = {rule: number for number, rule in enumerate(parser.rules)}
     states = [_actions(raw.states[state], rules) for state in range(len(raw.states))]
-    return Table(
-        states, [_rule(rule) for rule in rules], raw.start_states, raw.end_states, _terminals(parser)
-    )
+    return Table(states, [_rule(rule) for rule in rules], raw.start_states, raw.end_states, _terminals(parser))
 
 
 def _actions(row: dict[str, Any], rules: dict[Any, int]) -> dict[str, int]:
-    return {
-        symbol: target if isinstance(target, int) else -1 - rules[target]
-        for symbol, (_, target) in row.items()
-    }
+    return {symbol: target if isinstance(target, int) else -1 - rules[target] for symbol, (_, target) in row.items()}
 
 
 def _rule(rule: Any) -> Rule:
@@ -112,9 +107,7 @@ def _rule(rule: Any) -> Rule:
 
 def _terminals(parser: Any) -> list[Terminal]:
     return [
-        Terminal(
-            t.name, t.pattern.to_regexp(), t.pattern.value if t.pattern.type == "str" else "", t.priority
-        )
+        Terminal(t.name, t.pattern.to_regexp(), t.pattern.value if t.pattern.type == "str" else "", t.priority)
         for t in parser.terminals
     ]
 

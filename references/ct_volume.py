@@ -67,9 +67,7 @@ class CtVolume(Reference):
         return MeasuredSurface(placed, triangles, self.uncertainty, by, notes=notes)
 
 
-def isosurface(
-    volume: Volume, iso: float, smoothing: int, keep: str, name: str
-) -> tuple[Array, Ints, tuple[str, ...]]:
+def isosurface(volume: Volume, iso: float, smoothing: int, keep: str, name: str) -> tuple[Array, Ints, tuple[str, ...]]:
     """The closed surface (points in m, triangles turned outwards) of what lies above `iso`, and what to know of it.
 
     Source: Lewiner, Lopes, Vieira and Tavares 2003, J. Graphics Tools 8:1. Raises Unreadable.

@@ -94,10 +94,7 @@ _SOFA_SETS = (
 _TRUTH_CUBE = DataSet(
     "truth-cube/truthcube_uniaxial_positions.csv",
     "343 beads in a silicone cube of 80 mm, at rest and at 5, 12.5 and 18.25 % nominal compression (mm; -z up)",
-    (
-        f"{SURGSIM}/148a778e552a255be55345541a7e0d0eb6968be3"
-        "/SurgSim/Physics/RenderTests/Data/uniaxial_positions.csv",
-    ),
+    (f"{SURGSIM}/148a778e552a255be55345541a7e0d0eb6968be3/SurgSim/Physics/RenderTests/Data/uniaxial_positions.csv",),
     "046207017370b11e910fffc5a83a85901a1392ca45510dbcbf54f4a6be89efab",
     28018,
     "Apache-2.0 (simquest/opensurgsim); origin Harvard BioRobotics Laboratory",
@@ -133,8 +130,7 @@ def _ecoflex(repeat: str, sha256: str, size: int) -> DataSet:
 
 
 TABLE: dict[str, DataSet] = {
-    one.name: one
-    for one in (*_SOFA_SETS, _TRUTH_CUBE, *(_ecoflex(name, *facts) for name, facts in _ECOFLEX.items()))
+    one.name: one for one in (*_SOFA_SETS, _TRUTH_CUBE, *(_ecoflex(name, *facts) for name, facts in _ECOFLEX.items()))
 }
 
 

@@ -80,9 +80,7 @@ class ErrorOrder:
 # ------------------------------------------------------------------ the limit of values
 
 
-def refined(
-    family: Sequence[Pair], formal: float | None = None, *, floor: float | None = None
-) -> Refined:
+def refined(family: Sequence[Pair], formal: float | None = None, *, floor: float | None = None) -> Refined:
     """Order, limit and grid convergence index of a family, coarse to fine.
 
     `formal` is the order that theory gives, if it is known: two members need it; with more, an observed order outside

@@ -147,9 +147,7 @@ def _words(found: Registration, measured: MeasuredSurface) -> str:
     return f"{1e3 * shift:.3g} mm and {math.degrees(found.motion.angle):.3g} degrees"
 
 
-def tidied(
-    name: str, points: Array, triangles: Ints, keep: str = "all"
-) -> tuple[Array, Ints, tuple[str, ...]]:
+def tidied(name: str, points: Array, triangles: Ints, keep: str = "all") -> tuple[Array, Ints, tuple[str, ...]]:
     """A surface without duplicates and, if asked, small parts, its triangles turned outwards; and what was done.
 
     Raises Unreadable where nothing is left or a coordinate is not finite.

@@ -214,9 +214,7 @@ def closest_in_triangles(p: Array, corners: Array) -> Array:
     Source: Ericson 2005, Real-Time Collision Detection, section 5.1.5 (regions of Voronoi).
     """
     a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    d1, d2, d3, d4, d5, d6 = (
-        np.einsum("ni,ni->n", edge, p - corners[:, i]) for i in range(3) for edge in (ab, ac)
-    )
+    d1, d2, d3, d4, d5, d6 = (np.einsum("ni,ni->n", edge, p - corners[:, i]) for i in range(3) for edge in (ab, ac))
     va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
     zero, one = np.zeros_like(d1), np.ones_like(d1)
     regions = [
@@ -253,8 +251,7 @@ def ray_distances(origins: Array, directions: Array, points: Array, triangles: I
     ab, ac = points[triangles[:, 1]] - a, points[triangles[:, 2]] - a
     rows = max(1, PAIRS // max(1, len(triangles)))
     found = [
-        _ray_block(origins[i : i + rows], directions[i : i + rows], a, ab, ac)
-        for i in range(0, len(origins), rows)
+        _ray_block(origins[i : i + rows], directions[i : i + rows], a, ab, ac) for i in range(0, len(origins), rows)
     ]
     return np.concatenate(found) if found else np.zeros(0)
 

@@ -113,14 +113,10 @@ def chain_error(found: Array, faces: Ints, points: Array, triangles: Ints) -> Ch
     outward = np.einsum("ni,ni->n", found - truth.points, vertex_normals(found, faces))
     d = truth.distances
     missed = float(Target(found, faces).closest(points).distances.max())
-    return ChainError(
-        float(d.mean()), float(d.std()), float(d.max()), float((np.sign(outward) * d).mean()), missed
-    )
+    return ChainError(float(d.mean()), float(d.std()), float(d.max()), float((np.sign(outward) * d).mean()), missed)
 
 
-def scan(
-    points: Array, triangles: Ints, scanner: Scanner, shape: tuple[int, int, int] | None = None
-) -> Volume:
+def scan(points: Array, triangles: Ints, scanner: Scanner, shape: tuple[int, int, int] | None = None) -> Volume:
     """What a scanner makes of a closed surface: values of about 0 outside and 1 inside.
 
     The grid is cropped to the body and its blur, or has `shape` voxels about the body's middle. Raises Unreadable.
@@ -138,9 +134,7 @@ def scan(
     return Volume(values, np.diag(scanner.voxel), origin)
 
 
-def _grid(
-    body: Array, scanner: Scanner, shape: tuple[int, int, int] | None
-) -> tuple[Array, tuple[int, int, int]]:
+def _grid(body: Array, scanner: Scanner, shape: tuple[int, int, int] | None) -> tuple[Array, tuple[int, int, int]]:
     """The centre of the first voxel (3,), m, and how many there are along each axis."""
     voxel = np.asarray(scanner.voxel)
     low, high = body.min(axis=0), body.max(axis=0)

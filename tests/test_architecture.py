@@ -69,9 +69,7 @@ def test_a_material_sees_no_mesh_an_element_no_law_an_energy_no_time_step() -> N
     for folder, others in forbidden.items():
         for file in sorted((ROOT / "solvers" / folder).glob("*.py")):
             for name in imported(file):
-                assert not any(name.startswith(f"softmark.solvers.{o}") for o in others), (
-                    f"{file} imports {name}"
-                )
+                assert not any(name.startswith(f"softmark.solvers.{o}") for o in others), f"{file} imports {name}"
 
 
 def test_the_root_holds_only_what_belongs_there() -> None:

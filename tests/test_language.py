@@ -65,11 +65,7 @@ def without_scan(text: str) -> str:
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The scene beside a scan: the surface of a rod of 81.3 kPa, the modulus that the CT scan tells."""
     folder = tmp_path_factory.mktemp("drawn")
-    made = (
-        softmark.loads(without_scan(SCENE), **{"silicone.young": "81.3 kPa"})
-        .run(models=["rod"])
-        .models["rod"]
-    )
+    made = softmark.loads(without_scan(SCENE), **{"silicone.young": "81.3 kPa"}).run(models=["rod"]).models["rod"]
     assert made.shape is not None
     mesh = trimesh.Trimesh(made.shape.position, made.shape.triangles, process=False)
     mesh.export(folder / "silicone-beam.ply")
@@ -184,11 +180,7 @@ def test_the_second_scene_runs_as_drawn() -> None:
     assert drop[0] == 0
     assert drop[100] < drop[300] < drop[500]  # it follows the ramp
     # undamped, it then swings about the state of rest under all of the load
-    rest = (
-        softmark.loads(TIME.replace(TIME[TIME.index("analysis") : TIME.index("load")], ""))
-        .run()
-        .models["tets"]
-    )
+    rest = softmark.loads(TIME.replace(TIME[TIME.index("analysis") : TIME.index("load")], "")).run().models["tets"]
     assert drop[500:].mean() == pytest.approx(-rest.probes["tip"].displacement[0, 2], rel=0.1)
 
 

@@ -22,9 +22,7 @@ def judge(
     text, line = expectation.text, expectation.location.span.line
     missing = sorted(named_in(expectation.node) - set(results) - set(scene.parameters))
     if missing:
-        return ExpectationResult(
-            text, line, None, None, reason=f"{', '.join(missing)} was not run", left_out=True
-        )
+        return ExpectationResult(text, line, None, None, reason=f"{', '.join(missing)} was not run", left_out=True)
     place = Place(expectation.location.source, [])
     evaluator = Evaluator(place, lambda name: _known(scene, results, name), scene.vocabulary)
     try:

@@ -183,7 +183,5 @@ def stress(
 
     loaded = scene if isinstance(scene, LoadedScene) else load(scene)
     with tempfile.TemporaryDirectory() as scratch:
-        request = Request(
-            Path(folder or scratch), only, study, jobs, timeout, memory, resume, fresh, "softmark.stress"
-        )
+        request = Request(Path(folder or scratch), only, study, jobs, timeout, memory, resume, fresh, "softmark.stress")
         return carry_out(subject_of(loaded.scene), request)

@@ -116,5 +116,3 @@ def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
     blamed = {(d.source, d.span.line) for d in found if d.severity == "error" and d.span is not None}
     for ask in (meshes, tables, loads):
         yield from (d for d in ask(scene) if d.span is None or (d.source, d.span.line) not in blamed)
-
-

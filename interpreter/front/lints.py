@@ -59,8 +59,9 @@ def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
             help = "steel has 210 GPa, diamond 1.1 TPa"
         else:
             continue
-        yield _warning("W310", at("young"), f"a Young's modulus of {_pascals(young)} is unlikely for a solid",
-                       "off by far", help)
+        yield _warning(
+            "W310", at("young"), f"a Young's modulus of {_pascals(young)} is unlikely for a solid", "off by far", help
+        )
 
 
 def _pascals(young: float) -> str:

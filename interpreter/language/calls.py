@@ -47,9 +47,7 @@ class Binder:
         """What the scene can declare."""
         return self.compiler.table.vocabulary
 
-    def call(
-        self, kind: str, node: tree.Call, outermost: bool = True
-    ) -> tuple[Constructor, Any, dict[str, Location]]:
+    def call(self, kind: str, node: tree.Call, outermost: bool = True) -> tuple[Constructor, Any, dict[str, Location]]:
         """The constructor, the object that the call makes, and where its fields stand. Raises Bad."""
         constructor = self._constructor(kind, node)
         self._decimal_comma(constructor, node)
@@ -90,9 +88,7 @@ class Binder:
 
     # ------------------------------------------------------------------ arguments to fields
 
-    def _match(
-        self, constructor: Constructor, node: tree.Call, outermost: bool
-    ) -> tuple[dict[str, Bound], bool]:
+    def _match(self, constructor: Constructor, node: tree.Call, outermost: bool) -> tuple[dict[str, Bound], bool]:
         bound: dict[str, Bound] = {}
         broken = False
         for position, argument in enumerate(node.arguments):
@@ -100,8 +96,9 @@ class Binder:
             if field is None:
                 broken = True
             elif field.name in bound:
-                self.place.fail("E211", argument.span, f"`{field.name}` is given twice", "the second value",
-                                "keep one of them")
+                self.place.fail(
+                    "E211", argument.span, f"`{field.name}` is given twice", "the second value", "keep one of them"
+                )
                 broken = True
             else:
                 bound[field.name] = (argument.value, self.place)
@@ -199,8 +196,7 @@ class Binder:
             return bool(missing)
         names = " and ".join(f"`{f.name}`" for f in unexplained)
         meanings = "; ".join(f.meaning + self._unit_hint(f) for f in unexplained)
-        self.place.fail("E206", node.function.span, f"`{constructor.name}` needs {names}", "incomplete",
-                        meanings)
+        self.place.fail("E206", node.function.span, f"`{constructor.name}` needs {names}", "incomplete", meanings)
         return True
 
     @staticmethod
@@ -240,8 +236,7 @@ class Binder:
         self._range(field, node, place, value.value)
         return value.value
 
-    def _dimension(self, field: Field, node: tree.Expression, place: Place,
-                   value: Quantity | VectorValue) -> None:
+    def _dimension(self, field: Field, node: tree.Expression, place: Place, value: Quantity | VectorValue) -> None:
         due = field.dimension or units.NONE
         if value.dimension == due:
             return
@@ -267,17 +262,27 @@ class Binder:
 
     def _range(self, field: Field, node: tree.Expression, place: Place, value: float) -> None:
         if value != 0.0 and not 1.0 / FARTHEST <= abs(value) <= FARTHEST:
-            raise place.fail("E301", node.span, f"`{field.name}` is beyond what can be computed with",
-                             f"this is {value:.3g} in SI units",
-                             f"quantities of a scene are zero, or {1.0 / FARTHEST:g} to {FARTHEST:g} in SI units")
+            raise place.fail(
+                "E301",
+                node.span,
+                f"`{field.name}` is beyond what can be computed with",
+                f"this is {value:.3g} in SI units",
+                f"quantities of a scene are zero, or {1.0 / FARTHEST:g} to {FARTHEST:g} in SI units",
+            )
         if field.interval is None or value in field.interval:
             return
         limits = field.interval.words(field.dimension or units.NONE)
         shown = units.show(value, field.dimension or units.NONE)
         help = aliases.ADVICE.get((field.name, value >= field.interval.high)) or field.meaning
         literal = isinstance(node, tree.Number) or isinstance(getattr(node, "operand", None), tree.Number)
-        raise place.fail("E301", node.span, f"`{field.name}` must be {limits}",
-                         "out of range" if literal else f"this is {shown}", help, self._origins(node))
+        raise place.fail(
+            "E301",
+            node.span,
+            f"`{field.name}` must be {limits}",
+            "out of range" if literal else f"this is {shown}",
+            help,
+            self._origins(node),
+        )
 
     def _vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         unit = units.si(field.dimension or units.NONE)
@@ -313,8 +318,7 @@ class Binder:
             return node.text == "yes"
         if isinstance(node, tree.Name) and node.text.lower() in ("true", "false", "on", "off"):
             word = "yes" if node.text.lower() in ("true", "on") else "no"
-            raise place.fail("E212", node.span, f"`{node.text}` is not yes or no", "unknown word",
-                             f"write `{word}`")
+            raise place.fail("E212", node.span, f"`{node.text}` is not yes or no", "unknown word", f"write `{word}`")
         raise self._wrong(field, node, place)
 
     def _choice(self, field: Field, node: tree.Expression, place: Place) -> str:
@@ -324,13 +328,13 @@ class Binder:
         if word in field.options and isinstance(node, tree.Name):
             return word
         if word in field.options:
-            raise place.fail("E212", node.span, f"a choice for `{field.name}` stands without quotes",
-                             "a text", f"write `{word}`")
+            raise place.fail(
+                "E212", node.span, f"a choice for `{field.name}` stands without quotes", "a text", f"write `{word}`"
+            )
         meant = aliases.CHOICES.get(word)
         close = meant if meant in field.options else nearest(word, field.options)
         hint = (f"did you mean `{close}`? " if close else "") + f"`{field.name}` is {field.expected}"
-        raise place.fail("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice",
-                         hint)
+        raise place.fail("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint)
 
     def _text(self, field: Field, node: tree.Expression, place: Place) -> str:
         if not isinstance(node, tree.String):
@@ -370,8 +374,7 @@ class Binder:
         match node:
             case tree.Name(parts=(("x" | "y" | "z") as axis,)):
                 return _unit(axis, 1.0)
-            case tree.Unary(operator="+" | "-" as sign,
-                            operand=tree.Name(parts=(("x" | "y" | "z") as axis,))):
+            case tree.Unary(operator="+" | "-" as sign, operand=tree.Name(parts=(("x" | "y" | "z") as axis,))):
                 return _unit(axis, -1.0 if sign == "-" else 1.0)
             case tree.Name() if node.text in aliases.DIRECTIONS:
                 hint = f"directions are named by coordinates: {aliases.DIRECTIONS[node.text]}"
@@ -389,8 +392,13 @@ class Binder:
                              field.meaning)  # fmt: skip
         if value.dimension != units.NONE:
             found = words(value)
-            raise place.fail("E204", node.span, f"expected a direction, found {found}", found,
-                             "a direction has no unit: `(0, 0, -1)`")
+            raise place.fail(
+                "E204",
+                node.span,
+                f"expected a direction, found {found}",
+                found,
+                "a direction has no unit: `(0, 0, -1)`",
+            )
         norm = math.hypot(*value.values)
         if norm == 0.0:
             raise place.fail("E301", node.span, "a direction cannot be zero", "no direction", field.meaning)
@@ -409,15 +417,21 @@ class Binder:
         found = []
         for item in items:
             if not isinstance(item, tree.Name) or item.text not in ("x", "y", "z"):
-                raise place.fail("E212", item.span, f"expected x, y or z, found {describe(item)}",
-                                 "not a component", help)
+                raise place.fail(
+                    "E212", item.span, f"expected x, y or z, found {describe(item)}", "not a component", help
+                )
             found.append("xyz".index(item.text))
         return tuple(sorted(set(found)))
 
     def _name(self, field: Field, node: tree.Expression, place: Place) -> str:
         if isinstance(node, tree.String) and self.module.prefix + node.value in self.compiler.table.symbols:
-            raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text",
-                             f"write `{node.value}`, without quotes")
+            raise place.fail(
+                "E207",
+                node.span,
+                f"expected {field.expected}, found a text",
+                "a text",
+                f"write `{node.value}`, without quotes",
+            )
         if isinstance(node, tree.String):
             known = ", ".join(self.compiler.scope.names(self.module, [field.kind])) or "none"
             hint = f"names stand without quotes; declared {schema.plural(field.kind)}: {known}"
@@ -461,8 +475,13 @@ class Binder:
     def _element(self, field: Field, node: tree.Expression, place: Place) -> Any:
         elements = self.vocabulary.words()
         if isinstance(node, tree.String) and node.value in elements:
-            raise place.fail("E207", node.span, "expected an element, found a text", "a text",
-                             f"write `{node.value}`, without quotes")
+            raise place.fail(
+                "E207",
+                node.span,
+                "expected an element, found a text",
+                "a text",
+                f"write `{node.value}`, without quotes",
+            )
         if not isinstance(node, tree.Name):
             raise self._wrong(field, node, place)
         if node.text in elements:

@@ -106,8 +106,7 @@ def _compiled(
 def _title(module: Module) -> str:
     titles = [d for d in module.tree.declarations if isinstance(d, tree.Title)]
     for extra in titles[1:]:
-        module.place.fail("E208", extra.span, "the scene has two titles", "the second title",
-                          "keep one of them")
+        module.place.fail("E208", extra.span, "the scene has two titles", "the second title", "keep one of them")
     return titles[0].text if titles else (module.file.stem if module.file else "untitled scene")
 
 
@@ -223,9 +222,7 @@ class Compiler:
         location, own = Location(module.source, node.span), Location(module.source, node.name_span)
         return Declared(node.kind, full, target.constructor, target.thing, location, name_at=own)
 
-    def named(
-        self, name: tree.Name, kind: str, module: Module, place: Place, also: tuple[str, ...] = ()
-    ) -> Declared:
+    def named(self, name: tree.Name, kind: str, module: Module, place: Place, also: tuple[str, ...] = ()) -> Declared:
         """The declaration that a name stands for, which must be of a kind, or of those `also` taken. Raises Bad."""
         symbol = self.scope.resolve(name, module, place, kind)
         found = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "parameter"

@@ -25,8 +25,9 @@ def selection(node: tree.Expression, evaluator: Evaluator) -> Condition:
     if isinstance(node, tree.Name) and node.text in COORDINATES:
         help = f"compare it with a length: `{node.text} <= 0 mm`"
     found = describe(node)
-    raise evaluator.place.fail("E207", node.span, f"expected a condition on the coordinates, found {found}",
-                               found, help)
+    raise evaluator.place.fail(
+        "E207", node.span, f"expected a condition on the coordinates, found {found}", found, help
+    )
 
 
 def said(node: tree.Expression, evaluator: Evaluator) -> str:

@@ -113,8 +113,7 @@ class Evaluator:
             case tree.Call():
                 return self._call(node)
         help = "a number may have a unit: `178 mm`, `2 * L + 5 mm`"
-        raise self.place.fail("E207", node.span, f"expected a number, found {describe(node)}", "not a number",
-                              help)
+        raise self.place.fail("E207", node.span, f"expected a number, found {describe(node)}", "not a number", help)
 
     def _name(self, node: tree.Name) -> Value:
         if node.text in CONSTANTS:
@@ -350,5 +349,4 @@ def _map(f: Callable[[float], float], value: Value, dimension: Dimension) -> Val
 def _zip(a: Value, b: Value, sign: int) -> Value:
     if isinstance(a, Quantity) and isinstance(b, Quantity):
         return Quantity(a.value + sign * b.value, a.dimension)
-    return VectorValue(tuple(x + sign * y for x, y in zip(components(a), components(b), strict=True)),
-                       a.dimension)
+    return VectorValue(tuple(x + sign * y for x, y in zip(components(a), components(b), strict=True)), a.dimension)

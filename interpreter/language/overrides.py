@@ -52,13 +52,17 @@ def read_one(text: str, diagnostics: list[Diagnostic], option: str = "-p") -> Ov
         return None
     if not value.strip():
         after = tree.Span(len(text), len(text), 1, 1 + len(text), 1, 1 + len(text))
-        place.fail("E220", after, "an override reads `NAME=VALUE`", "the value is missing",
-                   f"for example `{option} {name.strip()}=120mm`")
+        place.fail(
+            "E220",
+            after,
+            "an override reads `NAME=VALUE`",
+            "the value is missing",
+            f"for example `{option} {name.strip()}=120mm`",
+        )
         return None
     # blanks instead of `NAME=`, so that spans count from the start of the argument
     node, problems = parse_expression(Source(shown.name, " " * (len(name) + 1) + value))
-    diagnostics.extend(Diagnostic(p.code, p.message, shown, p.span, p.label, p.help, p.notes)
-                       for p in problems)
+    diagnostics.extend(Diagnostic(p.code, p.message, shown, p.span, p.label, p.help, p.notes) for p in problems)
     if node is None:
         return None
     return Override(name.strip(), node, place, span, f"{option} {{}}=VALUE", text)
@@ -86,8 +90,13 @@ def assigned(overrides: Sequence[Override], table: Table) -> dict[str, Override]
 def _alias(override: Override, owner: str, original: tree.Name) -> None:
     field = override.name.rpartition(".")[2]
     problem = f"`{owner}` has no fields of its own, it is another name for `{original.text}`"
-    override.place.fail("E205", override.name_span, problem, "not a field",
-                        f"replace the field of the original: `{override.example(f'{original.text}.{field}')}`")
+    override.place.fail(
+        "E205",
+        override.name_span,
+        problem,
+        "not a field",
+        f"replace the field of the original: `{override.example(f'{original.text}.{field}')}`",
+    )
 
 
 def _unknown(override: Override, table: Table) -> None:
@@ -95,8 +104,13 @@ def _unknown(override: Override, table: Table) -> None:
     known = table.symbols.get(override.name)
     if known is not None and isinstance(known.node, tree.Declare):
         kind = f"{schema.article(known.node.kind)} {known.node.kind}"
-        override.place.fail("E213", override.name_span, f"`{override.name}` is {kind}, not a parameter", kind,
-                            f"replace one of its fields: `{override.example(f'{override.name}.FIELD')}`")
+        override.place.fail(
+            "E213",
+            override.name_span,
+            f"`{override.name}` is {kind}, not a parameter",
+            kind,
+            f"replace one of its fields: `{override.example(f'{override.name}.FIELD')}`",
+        )
         return
     close = nearest(override.name, parameters) or nearest(override.name, table.symbols)
     owner, _, field = override.name.rpartition(".")
@@ -104,5 +118,6 @@ def _unknown(override: Override, table: Table) -> None:
         close = f"{meant}.{field}"
     listed = ", ".join(parameters) or "none"
     hint = f"did you mean `{close}`?" if close else f"parameters of the scene: {listed}"
-    override.place.fail("E201", override.name_span, f"`{override.name}` is not a parameter of the scene",
-                        "not found", hint)
+    override.place.fail(
+        "E201", override.name_span, f"`{override.name}` is not a parameter of the scene", "not found", hint
+    )

@@ -83,8 +83,7 @@ class _Order:
             problem = f"parameters depend on each other in a circle: {' -> '.join(shown)}"
             if len(members) == 1:
                 problem = f"the parameter `{need.full}` depends on itself"
-            need.place.fail("E210", need.span, problem, "closes the circle",
-                            "give one of them a value of its own")
+            need.place.fail("E210", need.span, problem, "closes the circle", "give one of them a value of its own")
         self.circular.update(members)
 
 
@@ -136,8 +135,7 @@ class _Evaluation:
             return
         found, due = words(new), words(value)
         if found == due:
-            found, due = (f"{w} with {len(components(v))} components"
-                          for w, v in ((found, new), (due, value)))
+            found, due = (f"{w} with {len(components(v))} components" for w, v in ((found, new), (due, value)))
         own = Location(self.symbol.module.source, self.node.value.span).text
         help = f"the scene declares `{self.full} = {own}`; give it in {units.usual(value.dimension)}"
         raise place.fail("E204", node.span, f"expected {due}, found {found}", found, help)
@@ -160,8 +158,7 @@ class _Evaluation:
                              "the larger one first", "write `in LOW .. HIGH`")  # fmt: skip
         return schema.Interval(ends[0], ends[1], False, False)
 
-    def _in_range(self, value: Value, interval: schema.Interval | None, node: tree.Expression,
-                  place: Place) -> None:
+    def _in_range(self, value: Value, interval: schema.Interval | None, node: tree.Expression, place: Place) -> None:
         outside = [v for v in components(value) if interval is not None and v not in interval]
         if interval is None or not outside:
             return

@@ -18,8 +18,23 @@ from softmark.interpreter.language.units import Dimension
 from softmark.records import dataclass
 
 Form = Literal[
-    "quantity", "vector", "integer", "flag", "choice", "text", "file", "direction", "condition", "components",
-    "name", "names", "list", "value", "target", "targets", "variants"
+    "quantity",
+    "vector",
+    "integer",
+    "flag",
+    "choice",
+    "text",
+    "file",
+    "direction",
+    "condition",
+    "components",
+    "name",
+    "names",
+    "list",
+    "value",
+    "target",
+    "targets",
+    "variants",
 ]
 
 
@@ -204,8 +219,9 @@ def _field(f: dataclasses.Field[Any], hint: Any) -> Field:
     spec, doc = facts if len(facts) == 2 else ("", facts[0])
     required = f.default is dataclasses.MISSING
     made = _shape(base, spec)
-    return Field(f.name.rstrip("_"), f.name, doc=doc, required=required,
-                 default=None if required else f.default, **made)
+    return Field(
+        f.name.rstrip("_"), f.name, doc=doc, required=required, default=None if required else f.default, **made
+    )
 
 
 def _shape(base: Any, spec: str) -> dict[str, Any]:

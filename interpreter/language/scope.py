@@ -54,8 +54,9 @@ class Scope:
             return symbol
         if self.table.is_broken(full):
             raise Bad  # its own declaration is reported already
-        raise place.fail("E201", name.span, f"`{name.text}` is not declared", "not found",
-                         self._hint(name, module, kind))
+        raise place.fail(
+            "E201", name.span, f"`{name.text}` is not declared", "not found", self._hint(name, module, kind)
+        )
 
     def names(self, module: Module, kinds: Iterable[str]) -> list[str]:
         """Names of declarations of some kinds, `param` among them, as a module writes them."""
@@ -85,10 +86,13 @@ class Scope:
             owner = f"`{first}` is {_phrase(_kind(symbol))}, whose fields cannot be read"
             return f"{owner}; give the value a `param` of its own"
         if module.prefix + first in self.table.aliases:
-            own = [n.removeprefix(first + ".")
-                   for n in self.names(module, ["param", *self.table.vocabulary]) if n.startswith(first + ".")]
+            own = [
+                n.removeprefix(first + ".")
+                for n in self.names(module, ["param", *self.table.vocabulary])
+                if n.startswith(first + ".")
+            ]
             return f"`{first}` declares " + (schema.listed(own) or "nothing")
-        return f"nothing is called `{first}` here; `use \"file.scene\" as {first}` would give it a meaning"
+        return f'nothing is called `{first}` here; `use "file.scene" as {first}` would give it a meaning'
 
 
 def _kind(symbol: Symbol) -> str:

@@ -132,8 +132,10 @@ def beginning(file: BinaryIO, name: str) -> bytes:
     """All of a file or a stream, if it is no larger than a scene may be; no more than that is read. Raises Missing."""
     data = file.read(LARGEST + 1)
     if len(data) > LARGEST:
-        raise Missing(f"{name} is larger than {LARGEST // 1_000_000} MB",
-                      "scenes are small texts; meshes stay in files of their own")
+        raise Missing(
+            f"{name} is larger than {LARGEST // 1_000_000} MB",
+            "scenes are small texts; meshes stay in files of their own",
+        )
     return data
 
 
@@ -147,8 +149,9 @@ def _text(data: bytes, name: str) -> str:
         if b"\0" in data:
             return data.decode("utf-8", errors="replace")
         line = data.count(b"\n", 0, error.start) + 1
-        raise Missing(f"{name} is not a text in UTF-8: byte 0x{data[error.start]:02x} in line {line}",
-                      "save it as UTF-8") from error
+        raise Missing(
+            f"{name} is not a text in UTF-8: byte 0x{data[error.start]:02x} in line {line}", "save it as UTF-8"
+        ) from error
 
 
 # ------------------------------------------------------------------ the table of names
@@ -159,15 +162,15 @@ def load(table: Table, source: Source, folder: Path, file: Path | None, diagnost
     if len(source.text) > LARGEST:
         table.modules.append(Module(source, tree.Tree(()), folder, "", Place(source, diagnostics), file))
         problem = f"the text is larger than {LARGEST // 1_000_000} MB"
-        table.modules[0].place.fail("E401", Span(0, 0, 1, 1, 1, 1), problem,
-                                    help="scenes are small texts; meshes stay in files of their own")
+        table.modules[0].place.fail(
+            "E401", Span(0, 0, 1, 1, 1, 1), problem, help="scenes are small texts; meshes stay in files of their own"
+        )
         return
     _enter(table, source, folder, file, "", (), diagnostics)
     main = table.modules[0]
     if all(isinstance(d, tree.Version | tree.Title) for d in main.tree.declarations) and not diagnostics:
         start = Span(0, 0, 1, 1, 1, 1)
-        main.place.fail("E223", start, "the scene declares nothing",
-                        help="`dsl new` prints a scene to start from")
+        main.place.fail("E223", start, "the scene declares nothing", help="`dsl new` prints a scene to start from")
 
 
 def _enter(
@@ -237,11 +240,14 @@ def _use(table: Table, module: Module, node: tree.Use, chain: tuple[Path, ...]) 
 def _used(node: tree.Use, path: Path, shown: str) -> Source:
     """The text of a scene that is used, under a name that messages can give it. Raises Missing."""
     if path.suffix != SUFFIX:
-        raise Missing(f"`{node.path}` is not a scene: its name does not end in `{SUFFIX}`",
-                      "`use` reads scenes and nothing else")
+        raise Missing(
+            f"`{node.path}` is not a scene: its name does not end in `{SUFFIX}`", "`use` reads scenes and nothing else"
+        )
     if node.path.startswith("std/") and not path.resolve().is_relative_to(ROOT.resolve()):
-        raise Missing(f"{node.path} is not in the standard library",
-                      "`std/` leads nowhere else; give a path from the scene's own folder")
+        raise Missing(
+            f"{node.path} is not in the standard library",
+            "`std/` leads nowhere else; give a path from the scene's own folder",
+        )
     return read(path, shown)
 
 

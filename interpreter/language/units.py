@@ -144,8 +144,7 @@ def _power(symbol: str, exponent: int) -> str:
 
 def times(a: Dimension, b: Dimension, sign: int = 1) -> Dimension:
     """Dimension of a product (sign 1) or of a quotient (sign -1)."""
-    return (a[0] + sign * b[0], a[1] + sign * b[1], a[2] + sign * b[2], a[3] + sign * b[3],
-            a[4] + sign * b[4])
+    return (a[0] + sign * b[0], a[1] + sign * b[1], a[2] + sign * b[2], a[3] + sign * b[3], a[4] + sign * b[4])
 
 
 def power(a: Dimension, n: int) -> Dimension:
@@ -210,8 +209,9 @@ _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 def _unreadable(whole: str, part: str = "") -> UnitError:
     """`m3` and `m²` for `m^3` and `m^2`, a power that is not whole, and what cannot be guessed."""
     if re.search(r"\^[+-]?\d+\.", part):
-        return UnitError(f"the power in `{whole}` is not a whole number",
-                         "units have whole powers: take a root with `sqrt(...)`")
+        return UnitError(
+            f"the power in `{whole}` is not a whole number", "units have whole powers: take a root with `sqrt(...)`"
+        )
     meant = re.sub(r"([^\W\d_])(-?\d+)(?=$|[*/)])", r"\1^\2", whole.translate(_RAISED))
     if meant != whole and _known(meant):
         return UnitError(f"`{whole}` is not a unit", f"write `{meant}`")
@@ -274,8 +274,7 @@ def _hint(symbol: str) -> str:
 @lru_cache(maxsize=1)
 def _common() -> tuple[str, ...]:
     """Every unit with every prefix that it takes."""
-    return tuple(p + u for u, (_, _, prefixed) in UNITS.items()
-                 for p in ("", *(PREFIXES if prefixed else ())))
+    return tuple(p + u for u, (_, _, prefixed) in UNITS.items() for p in ("", *(PREFIXES if prefixed else ())))
 
 
 def show(value: float, dimension: Dimension) -> str:

@@ -51,7 +51,5 @@ class Hausdorff(Metric):
             "reference_closed": closed,
         }
         if not closed:
-            details["note"] = (
-                "the surface of the reference is open: what it shows beyond the body counts as distance"
-            )
+            details["note"] = "the surface of the reference is open: what it shows beyond the body counts as distance"
         return Measurement(float(max(forth.max(), back.max())), details, at_points=forth)

@@ -58,13 +58,9 @@ class RealTime(Metric):
         """Frames are time steps."""
         unsolved, steps = history.solved.count(False), len(history.step_s)
         if unsolved:
-            raise Undefined(
-                f"{unsolved} of {steps} steps were not solved to the tolerance: their times count nothing"
-            )
+            raise Undefined(f"{unsolved} of {steps} steps were not solved to the tolerance: their times count nothing")
         slow = history.step > SLACK / self.rate
-        late = (
-            f"the time step of {history.step:g} s is longer than a frame at {self.rate:g} Hz" if slow else ""
-        )
+        late = f"the time step of {history.step:g} s is longer than a frame at {self.rate:g} Hz" if slow else ""
         more = {"step_s": history.step, "basis": f"wall clock of each of {steps} time steps"}
         return self._judged(history.step_s, history.step_cpu_s, history.step, late, more)
 

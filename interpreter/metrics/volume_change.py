@@ -36,9 +36,7 @@ class VolumeChange(Metric):
         if seen.triangles is None or not len(seen.triangles):
             raise Undefined("a volume needs a probe of the surface of the body")
         if gaps := open_edges(seen.triangles):
-            raise Undefined(
-                f"the surface of the probe is not closed ({gaps} edges), so it encloses no volume"
-            )
+            raise Undefined(f"the surface of the probe is not closed ({gaps} edges), so it encloses no volume")
         rest, now = (signed_volume(x, seen.triangles) for x in (seen.X, seen.X + seen.u))
         if rest == 0.0:
             raise Undefined("the undeformed surface encloses no volume")

@@ -14,9 +14,7 @@ from softmark.interpreter.problem.case import Case, case_for
 from softmark.pausing import loading
 
 
-def prepared_model(
-    declared: Declared, case: Case, workshop: Workshop
-) -> tuple[Prepared, tuple[float, float]]:
+def prepared_model(declared: Declared, case: Case, workshop: Workshop) -> tuple[Prepared, tuple[float, float]]:
     """A model built for a case, and the wall and CPU seconds of building it, imports excluded. Raises Fault."""
     with loading():
         builders.load(declared.thing)

@@ -39,10 +39,7 @@ class Plan:
 def plan_of(scene: Scene, only: tuple[str, ...] = ()) -> Plan:
     """The plan of a scene; `only` restricts the models. Raises Fault for a model of an unclear body."""
     askers = _askers(scene)
-    places = {
-        n: askers.get(("body", body_of(scene, d))) or askers.get(("name", n))
-        for n, d in _workers(scene).items()
-    }
+    places = {n: askers.get(("body", body_of(scene, d))) or askers.get(("name", n)) for n, d in _workers(scene).items()}
     asked = {n: place for n, place in places.items() if place is not None}
     models = tuple(n for n in scene.of_kind("model") if n in asked and (not only or n in only))
     references = tuple(n for n in scene.of_kind("reference") if n in asked)

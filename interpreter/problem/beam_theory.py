@@ -36,8 +36,7 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
 
 
 def _refused(reference: Declared, reason: str, remedy: str) -> Fault:
-    return fault("E503", reference.at(), f"`{reference.name}` does not hold for this scene: {reason}",
-                 help=remedy)
+    return fault("E503", reference.at(), f"`{reference.name}` does not hold for this scene: {reason}", help=remedy)
 
 
 def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
@@ -46,8 +45,11 @@ def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
     clamped = []
     for support in case.supports:
         if not isinstance(support.thing, Holding) or support.thing.moves or len(support.thing.components) < 3:
-            raise _refused(reference, f"the support `{support.name}` is not a clamp",
-                           "use `fixed(body, where = ...)` with all components")
+            raise _refused(
+                reference,
+                f"the support `{support.name}` is not a clamp",
+                "use `fixed(body, where = ...)` with all components",
+            )
         ends = [coverage(support.thing.where, shape, s) for s in (0.0, shape.length)]
         between = {cover for _, cover in inside(support.thing.where, shape)}
         if sorted(ends) != ["all", "none"] or between != {"none"}:
@@ -56,8 +58,11 @@ def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
         clamped.append(ends.index("all"))
     if len(set(clamped)) != 1:
         count = "no" if not clamped else "more than one"
-        raise _refused(reference, f"{count} end of `{case.body.name}` is clamped",
-                       "clamp one end: `fixed(body, where = x <= 0 mm)`")
+        raise _refused(
+            reference,
+            f"{count} end of `{case.body.name}` is clamped",
+            "clamp one end: `fixed(body, where = x <= 0 mm)`",
+        )
     if clamped[0] == 0:
         return shape.root, shape.axis
     far = tuple(r + shape.length * a for r, a in zip(shape.root, shape.axis, strict=True))
@@ -74,7 +79,6 @@ def _section(case: Case) -> Disc | Rectangle:
     first, second = (i for i in range(3) if abs(case.shape.axis[i]) < 0.5)
     pulls = abs(case.gravity[first]), abs(case.gravity[second])
     if min(pulls) > ALIGNMENT * math.hypot(*pulls):
-        raise Refused("gravity is oblique to the sides of the section",
-                      "the beam would bend sideways; turn gravity")
+        raise Refused("gravity is oblique to the sides of the section", "the beam would bend sideways; turn gravity")
     height, width = (first, second) if pulls[0] > pulls[1] else (second, first)
     return Rectangle(height=case.shape.size[height], width=case.shape.size[width])

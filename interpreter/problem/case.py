@@ -101,5 +101,6 @@ def elsewhere(scene: Scene, declared: Declared, case: Case) -> str | None:
 
 def reach(low: Sequence[float], high: Sequence[float]) -> str:
     """What a body spans, in words: `x from 0 to 178 mm, y from -19 to 19 mm, ...`."""
-    return ", ".join(f"{n} from {units.show_range(a, b, units.LENGTH)}"
-                     for n, a, b in zip("xyz", low, high, strict=True))
+    return ", ".join(
+        f"{n} from {units.show_range(a, b, units.LENGTH)}" for n, a, b in zip("xyz", low, high, strict=True)
+    )

@@ -51,16 +51,8 @@ class _Asking:
     def cuts(self) -> list[Cut]:
         """Where the mesh needs nodes for it."""
         where = [(axis, at) for border in self.condition.borders for axis, at in self._places(border)][:MOST]
-        found = [
-            Cut(axis, at, self._held_to_the_end(axis, at))
-            for axis, at in where
-            if self._bounds(axis, at, where)
-        ]
-        chords = (
-            self.shape.chord(b.plane)
-            for b in self.condition.borders
-            if b.plane and hasattr(self.shape, "chord")
-        )
+        found = [Cut(axis, at, self._held_to_the_end(axis, at)) for axis, at in where if self._bounds(axis, at, where)]
+        chords = (self.shape.chord(b.plane) for b in self.condition.borders if b.plane and hasattr(self.shape, "chord"))
         return found + [chord for chord in chords if chord is not None and self._along(chord, where)]
 
     # -------------------------------------------------------------- where a border lies
@@ -125,9 +117,7 @@ class _Asking:
         low, high = self.shape.spans[axis]
         aside = ASIDE * (high - low)
         near = [t for t in (at - aside, at, at + aside) if low <= t <= high]
-        return any(
-            len({self._holds({**others, axis: t}) for t in near}) == 2 for others in self._samples(axis, where)
-        )
+        return any(len({self._holds({**others, axis: t}) for t in near}) == 2 for others in self._samples(axis, where))
 
     def _held_to_the_end(self, axis: str, at: float) -> bool:
         """Whether all between a surface and the nearer end of the body is selected."""

@@ -96,9 +96,7 @@ def _size(shape: Any) -> float:
 
 def _surface(probe: Declared, case: Case) -> Place:
     own = probe.thing.mesh is not None
-    shape = located(
-        probe.thing.mesh if own else case.shape, probe.at("mesh") if own else case.body.at("shape")
-    )
+    shape = located(probe.thing.mesh if own else case.shape, probe.at("mesh") if own else case.body.at("shape"))
     X, triangles = shape.surface(probe.thing.size or _size(shape))
     if probe.thing.where is None:
         return Place(X, triangles)
@@ -193,9 +191,7 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
     return (points, triangles) if len(triangles) else None
 
 
-def surface_of(
-    view: View, place: Place, u: Floats, error: Floats | None, measured_from: str | None
-) -> Shape | None:
+def surface_of(view: View, place: Place, u: Floats, error: Floats | None, measured_from: str | None) -> Shape | None:
     """The surface with its displacements u (n, 3) in m, and some frames of it where there is a history."""
     if place.triangles is None:
         return None

@@ -199,9 +199,7 @@ class ReferenceResult:
     probes: Mapping[str, ProbeResult] = field(default_factory=dict)
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
     shape: Shape | None = None
-    facts: Mapping[str, Any] = field(
-        default_factory=dict
-    )  # where measured data came from, how it was registered
+    facts: Mapping[str, Any] = field(default_factory=dict)  # where measured data came from, how it was registered
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a reference."""

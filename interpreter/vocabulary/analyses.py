@@ -44,9 +44,9 @@ class Static:
 
     tolerance: Annotated[float, "1 in [1e-12, 1e-2]", "largest relative out-of-balance force"] = 1e-8
     max_iterations: Annotated[int, "1 in [1, 1000]", "Newton iterations for each load step"] = 50
-    path: Annotated[
-        Literal["load", "arc_length"], "raise the load, or follow the path of equilibria by its length"
-    ] = "load"
+    path: Annotated[Literal["load", "arc_length"], "raise the load, or follow the path of equilibria by its length"] = (
+        "load"
+    )
     disturbed: Annotated[
         Literal["none", "scrambled", "flattened", "collapsed", "inverted", "spun"],
         "the state that Newton's method starts from: rest, or far from it",
@@ -78,12 +78,8 @@ class Dynamic:
     integrator: Annotated[Integrator, "how time is stepped"] = "implicit_euler"
     damping_mass: Annotated[float, "1/s in [0, inf)", "a of Rayleigh's damping"] = 0.0
     damping_stiffness: Annotated[float, "s in [0, inf)", "b of Rayleigh's damping"] = 0.0
-    spectral_radius: Annotated[
-        float, "1 in [0, 1]", "of generalized_alpha: what is left of the fastest modes"
-    ] = 0.8
-    tolerance: Annotated[float, "1 in [1e-12, 1e-2]", "largest relative out-of-balance force of a step"] = (
-        1e-6
-    )
+    spectral_radius: Annotated[float, "1 in [0, 1]", "of generalized_alpha: what is left of the fastest modes"] = 0.8
+    tolerance: Annotated[float, "1 in [1e-12, 1e-2]", "largest relative out-of-balance force of a step"] = 1e-6
     max_iterations: Annotated[int, "1 in [1, 1000]", "Newton iterations of a step before it is halved"] = 25
     velocity: Annotated[Vector3, "m/s", "velocity of the whole body at the start"] = (0.0, 0.0, 0.0)
     spin: Annotated[Vector3, "rad/s", "angular velocity at the start, about the centre of mass"] = (

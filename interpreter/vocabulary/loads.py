@@ -78,9 +78,9 @@ class Gravity(Load):
 
     magnitude: Annotated[float, "m/s^2 in [0, inf)", "acceleration of free fall, 9.81 m/s^2 on Earth"]
     direction: Annotated[Vector3, "direction", "where it pulls"] = (0.0, 0.0, -1.0)
-    course: Annotated[
-        Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"
-    ] = None
+    course: Annotated[Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"] = (
+        None
+    )
 
     @property
     def action(self) -> PerMass:
@@ -102,9 +102,9 @@ class Traction(Load):
     body: Annotated[str, "body", "the body that is loaded"]
     where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
     vector: Annotated[Vector3, "Pa", "force per undeformed area"]
-    course: Annotated[
-        Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"
-    ] = None
+    course: Annotated[Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"] = (
+        None
+    )
 
     @property
     def action(self) -> PerArea:
@@ -127,9 +127,9 @@ class Pressure(Load):
     body: Annotated[str, "body", "the body that is loaded"]
     where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
     magnitude: Annotated[float, "Pa", "pressure, positive inward"]
-    course: Annotated[
-        Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"
-    ] = None
+    course: Annotated[Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"] = (
+        None
+    )
 
     @property
     def action(self) -> Follower:
@@ -150,9 +150,9 @@ class PointForce(Load):
     body: Annotated[str, "body", "the body that is loaded"]
     at: Annotated[Vector3, "m", "the point, by its coordinates before deformation"]
     vector: Annotated[Vector3, "N", "the force"]
-    course: Annotated[
-        Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"
-    ] = None
+    course: Annotated[Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"] = (
+        None
+    )
 
     @property
     def action(self) -> AtPoint:

@@ -83,12 +83,8 @@ class Surface(Probe):
     """
 
     body: Annotated[str, "body", "the body that is looked at"]
-    where: Annotated[
-        Any | None, "condition", "which part, by coordinates before deformation; all without it"
-    ] = None
-    size: Annotated[
-        float | None, "m in (0, inf)", "edge length of its triangles; a fortieth of the extent"
-    ] = None
+    where: Annotated[Any | None, "condition", "which part, by coordinates before deformation; all without it"] = None
+    size: Annotated[float | None, "m in (0, inf)", "edge length of its triangles; a fortieth of the extent"] = None
     mesh: Annotated[Any | None, "shape", "a mesh whose boundary points are taken"] = None
 
 
@@ -98,9 +94,7 @@ class Nodes(Probe):
 
     body: Annotated[str, "body", "the body that is looked at"]
     mesh: Annotated[Any, "shape", "the mesh whose points are taken"]
-    where: Annotated[
-        Any | None, "condition", "which part, by coordinates before deformation; all without it"
-    ] = None
+    where: Annotated[Any | None, "condition", "which part, by coordinates before deformation; all without it"] = None
 
 
 @dataclass(frozen=True)
@@ -124,9 +118,7 @@ class Markers(Probe):
 
     body: Annotated[str, "body", "the body that is looked at"]
     of: Annotated[str, "reference", "the measurement: a reference of tracked points"]
-    where: Annotated[
-        Any | None, "condition", "which of them, by coordinates before deformation; all without it"
-    ] = None
+    where: Annotated[Any | None, "condition", "which of them, by coordinates before deformation; all without it"] = None
 
     @property
     def tracked(self) -> str:

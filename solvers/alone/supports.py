@@ -20,9 +20,7 @@ class Clamp:
     values: Floats
 
 
-def clamp(
-    solid: Solid, nodes: Ints, by: tuple[float, float, float] = (0.0, 0.0, 0.0), along: str = "xyz"
-) -> Clamp:
+def clamp(solid: Solid, nodes: Ints, by: tuple[float, float, float] = (0.0, 0.0, 0.0), along: str = "xyz") -> Clamp:
     """Nodes (k,) that move by `by` (m) along some of x, y and z, and are free along the others. Raises ValueError."""
     nodes, axes = np.asarray(nodes), sorted("xyz".find(a) for a in along)
     if not axes or axes[0] < 0 or len(set(axes)) < len(axes):

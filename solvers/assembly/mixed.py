@@ -76,9 +76,7 @@ class MixedPoints(Elastic):
         slope: Floats = P[:, 0, 0] / stretch**2
         return slope
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Tangent stiffness, N/m; where a pressure is expected, with it. A projected one knows of none."""
         if self.expected is None or projected:
             Elastic.add_hessian(self, x, data, slots, scale, projected)
@@ -126,9 +124,7 @@ class Slack:
         """Norm of what rounding leaves in the gradient, N."""
         return self.tets.rounding(x)
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Tangent stiffness, N/m."""
         none = np.zeros(self.tets.kept)
         self.tets.add_both_lagged(x, np.zeros_like(x), data, slots, none)

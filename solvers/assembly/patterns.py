@@ -28,9 +28,7 @@ class Pattern:
     size: int
     indptr: Any  # int32, or int64 where there are too many entries
     indices: Any
-    slots: tuple[
-        Any, ...
-    ]  # of the same type, one (n, k, k) per energy, -1 where a row or a column is constrained
+    slots: tuple[Any, ...]  # of the same type, one (n, k, k) per energy, -1 where a row or a column is constrained
 
     def matrix(self, data: Floats) -> sparse.csr_matrix:
         """The sparse matrix with these values, sharing the pattern."""

@@ -14,9 +14,7 @@ from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 
 
-def elastic_energy(
-    mesh: Mesh, elastic: Elastic, material: Isotropic, strain: str, selective: bool = False
-) -> Energy:
+def elastic_energy(mesh: Mesh, elastic: Elastic, material: Isotropic, strain: str, selective: bool = False) -> Energy:
     """The energy of a strain measure; `elastic` has the cells and points that it is integrated at."""
     parts = elastic_parts(mesh, elastic, material, strain, selective)
     first, *others = (_mixed(part, material, strain) for part in parts)

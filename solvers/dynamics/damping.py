@@ -78,9 +78,9 @@ class Damping:
             supports = np.zeros_like(v)
             supports[fixed] = v[fixed]
             rate = float(supports @ self.direction) / self.length
-            f[free] += (
-                self.rayleigh.alpha * (self.forces.M @ supports) + self.rayleigh.beta * rate * self._towing
-            )[free]
+            f[free] += (self.rayleigh.alpha * (self.forces.M @ supports) + self.rayleigh.beta * rate * self._towing)[
+                free
+            ]
         return f
 
     def reaction(self, v: Floats) -> Floats:

@@ -120,9 +120,7 @@ class _March:
         """Half the step, noted. Raises NotConverged at the shortest."""
         if ticks == 1:
             shortest = length / self.ticks
-            raise self._stopped(
-                f"no step from {now:.6g} s, down to {shortest:.3g} s: {failure.reason}"
-            ) from failure
+            raise self._stopped(f"no step from {now:.6g} s, down to {shortest:.3g} s: {failure.reason}") from failure
         size = length * (ticks // 2) / self.ticks
         self.events.append(Event(now, f"step halved to {size:.4g} s: {failure.reason}"))
         return ticks // 2
@@ -136,9 +134,7 @@ class _March:
 
     def _noise(self, motion: Motion) -> float:
         """What rounding of forces may do in work, J, ten thousandfold: a body at rest gains no energy from it."""
-        way = max(
-            float(np.abs(motion.x).max(initial=0.0)), self.step * float(np.abs(motion.v).max(initial=0.0))
-        )
+        way = max(float(np.abs(motion.x).max(initial=0.0)), self.step * float(np.abs(motion.v).max(initial=0.0)))
         return NOISE * self.system.forces.rounding(motion.x) * way
 
     def _diverged(self, now: float) -> Diverged:

@@ -43,9 +43,7 @@ def mass_points(points: Floats, cells: Ints, element: type[Shape]) -> tuple[Floa
     return element.shape(xi), weights * np.linalg.det(dXdxi)
 
 
-def consistent_mass(
-    cells: Ints, N: Floats, w: Floats, density: float, nodes: int | None = None
-) -> sparse.csr_matrix:
+def consistent_mass(cells: Ints, N: Floats, w: Floats, density: float, nodes: int | None = None) -> sparse.csr_matrix:
     """M_ab = density * sum over points of w N_a N_b, for each of three directions (3 nodes, 3 nodes), kg.
 
     Source: Archer 1963; `N`, `w` as from `mass_points`.

@@ -237,9 +237,7 @@ class Balance:
 
     def better(self, trial: Trial, scale: float) -> tuple[Trial, float]:
         """The next trial, and the part of the Newton step that leads there. Raises StepFailed."""
-        goal = (
-            0.1 * self.system.problem.tolerance * scale / trial.size
-        )  # of the linear system: no more than needed
+        goal = 0.1 * self.system.problem.tolerance * scale / trial.size  # of the linear system: no more than needed
         reason = "no Newton step lowers the energy"
         for projected in (False, True):
             try:

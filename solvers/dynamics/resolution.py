@@ -70,9 +70,7 @@ def resolution(problem: Dynamics, points: Floats, duration: float, step: float) 
     return None if w is None else resolved(problem.integrator, problem.damping, w, duration, step)
 
 
-def resolved(
-    integrator: Integrator, damping: Rayleigh, w: float, duration: float, step: float
-) -> Resolution | None:
+def resolved(integrator: Integrator, damping: Rayleigh, w: float, duration: float, step: float) -> Resolution | None:
     """How steps resolve a vibration of angular frequency w, rad/s; None for an integrator that is not known here."""
     z = amplification(integrator, w * step)
     if z is None:
@@ -160,9 +158,7 @@ def loaded_frequency(forces: Forces, problem: Dynamics, points: Floats) -> float
         solve = factor((K + SHIFT * top * M).tocsr(), symmetric=forces.conservative).solve
     except (Singular, ValueError):
         return None
-    loose = (
-        not len(forces.fixed) and points.size == forces.dofs
-    )  # else held, or in coordinates of a reduced model
+    loose = not len(forces.fixed) and points.size == forces.dofs  # else held, or in coordinates of a reduced model
     return _inverse(K, M, solve, push, _rigid(points, free, M) if loose else None, RIGID * top)
 
 

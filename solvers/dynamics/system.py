@@ -46,9 +46,7 @@ class System:
         self.lagged = self._lagged() if problem.lagged and not problem.integrator.explicit else None
         self.outcome = Outcome()  # of the last step; an explicit one has nothing to solve
         self.longest = np.inf  # s, the step that an explicit integrator can take now
-        self.swing = (
-            0.0  # of an explicit integrator: by how much the energy of the fastest mode comes and goes
-        )
+        self.swing = 0.0  # of an explicit integrator: by how much the energy of the fastest mode comes and goes
 
     def _lagged(self) -> Lagged | None:
         """Steps with lagged tangents, where the forces allow them."""
@@ -133,9 +131,7 @@ class System:
         a[free] += f / self.forces.lumped[free] if self.forces.lumped is not None else self._mass.solve(f)
         return replace(motion, a=a, factors=factors)
 
-    def kick(
-        self, now: Motion, x: Floats, half: Floats, time: float, factors: Floats
-    ) -> tuple[Floats, Floats]:
+    def kick(self, now: Motion, x: Floats, half: Floats, time: float, factors: Floats) -> tuple[Floats, Floats]:
         """Acceleration and velocity at the end of an explicit step, from the velocity `half` of its middle.
 
         The loads have `factors` (l,) there.

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.base.deferred import np
 
+
 def mirrored(corners: tuple[int, ...], between: Rows) -> tuple[int, ...]:
     """Nodes of a cell that is inside out in an order that is not: `corners` that way, others between their corners."""
     number = {frozenset(ends): len(corners) + k for k, ends in enumerate(between)}

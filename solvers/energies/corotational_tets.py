@@ -27,9 +27,7 @@ _NONE = np.zeros(0)
 _NO_SLOTS = np.zeros((0, 4, 4, 3, 1), dtype=np.int32)
 Six = tuple[float, float, float, float, float, float]
 BATCH = 64  # cells whose stretches are found together, in vector registers
-FLOOR = GAP = (
-    1e-6  # below which the law divides by nothing and decomposes by singular values: its own numbers
-)
+FLOOR = GAP = 1e-6  # below which the law divides by nothing and decomposes by singular values: its own numbers
 
 
 class Corotational(Protocol):
@@ -94,9 +92,7 @@ class CorotationalTets:
         """Nodal elastic forces, N."""
         self._pass(FORCE, x, g, _NONE, _NO_SLOTS, scale)
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Tangent stiffness, N/m."""
         self._pass(TANGENT + PROJECTED * projected, x, _NONE, data, self._rows(slots), scale)
 
@@ -348,9 +344,7 @@ def _add_forces(e: int, cells: Ints, G: Floats, P: Nine, forces: Floats) -> None
 
 
 @part
-def _fill(
-    e: int, G: Floats, R: Nine, Y: Six, mu: float, lam: float, factor: float, r: Floats, block: Floats
-) -> None:
+def _fill(e: int, G: Floats, R: Nine, Y: Six, mu: float, lam: float, factor: float, r: Floats, block: Floats) -> None:
     """Blocks of nodes 1 <= a <= b <= 3 of one cell: factor (2 mu r_a.r_b I + lam r_a r_b^T + [r_a] Y [r_b]^T)."""
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = R
     k00, k11, k22, k01, k02, k12 = Y

@@ -117,9 +117,7 @@ class Elastic:
         P = np.ascontiguousarray(self.law.P(self.F(x))).reshape(*self.w.shape, 3, 3)
         kernels.add_forces(P, self.cells, self.dNdX, self.w, scale, forces)
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Tangent stiffness, N/m; its geometric part is within dP/dF."""
         if isinstance(self.law, OfInvariants) and not projected:
             self._add_of_invariants(self.law, x, data, slots, scale, None)
@@ -199,9 +197,7 @@ class Together:
         for part in self.parts:
             part.add_gradient(x, g, scale)
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Tangent stiffness, N/m."""
         for part in self.parts:
             part.add_hessian(x, data, slots, scale, projected)

@@ -77,9 +77,7 @@ class ElementRotation:
         R, _, q = self._turned(x)
         np.add.at(g.reshape(-1, 3), self.cells, scale * (q @ R.transpose(0, 2, 1)))
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """R (K + (K [z] - [q]) W) R^T, N/m: z = R^T x, q the forces, W the turn of R by motions of the nodes.
 
         Projected: R K R^T, the stiffness at fixed R.

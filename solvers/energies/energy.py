@@ -37,9 +37,7 @@ class Energy(Protocol):
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """g (dofs,) += scale * dE/dx, in N (and N m for rotations)."""
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """data (nnz,) += scale * d2E/dx2 at `slots` (n, k, k), skipping negative slots.
 
         `projected` makes every local block positive semi-definite first.

@@ -137,9 +137,7 @@ def add_forces_of(
             f00, f01, f02 = 1.0 + h[e, p, 0], h[e, p, 1], h[e, p, 2]
             f10, f11, f12 = h[e, p, 3], 1.0 + h[e, p, 4], h[e, p, 5]
             f20, f21, f22 = h[e, p, 6], h[e, p, 7], 1.0 + h[e, p, 8]
-            c00, c01, c02, c10, c11, c12, c20, c21, c22 = cofactor(
-                f00, f01, f02, f10, f11, f12, f20, f21, f22
-            )
+            c00, c01, c02, c10, c11, c12, c20, c21, c22 = cofactor(f00, f01, f02, f10, f11, f12, f20, f21, f22)
             along, across = scale * w[begin + e, p] * a[e, p], scale * w[begin + e, p] * s[e, p]
             p00, p01, p02 = along * f00 + across * c00, along * f01 + across * c01, along * f02 + across * c02
             p10, p11, p12 = along * f10 + across * c10, along * f11 + across * c11, along * f12 + across * c12
@@ -175,9 +173,7 @@ def add_stiffness_of(
 
 
 @part
-def _carry(
-    h: Floats, g: Floats, p: int, swap: float, grow: float, along: float, mixed: float, vectors: Floats
-) -> None:
+def _carry(h: Floats, g: Floats, p: int, swap: float, grow: float, along: float, mixed: float, vectors: Floats) -> None:
     """Of all nodes at one point: t, (grow + swap) t + mixed F g, swap t, along g, F g and mixed t, with t = C g."""
     f00, f01, f02 = 1.0 + h[0], h[1], h[2]
     f10, f11, f12 = h[3], 1.0 + h[4], h[5]

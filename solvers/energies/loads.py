@@ -29,9 +29,7 @@ class DeadForces:
         """g -= scale f."""
         g -= scale * self.f
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Nothing: the forces are constant."""
 
     def rounding(self, x: Floats) -> float:
@@ -87,9 +85,7 @@ class FollowerPressure:
         minus_force *= scale * self.p
         np.add.at(g.reshape(-1, 3), self.faces, minus_force)
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Load stiffness, not symmetric; left out of a projected tangent, which must stay definite."""
         if projected:
             return

@@ -115,9 +115,7 @@ class Mixed:
         lacking = self.constraint.value(F).reshape(self.w.shape) - self.compliance * p
         np.add.at(g, self.pressures, (scale * self.unit) * ((self.w * lacking) @ self.Np))
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """The saddle's matrix, N/m. Projected: the block of displacements is made definite, without its pressures."""
         p, width = self.pressure(x), 3 * self.cells.shape[1]
         F = self.F(x).reshape(*self.w.shape, 3, 3)
@@ -225,9 +223,7 @@ class MeanDilatation:
         stress = self.constraint.gradient(F).reshape(*self.w.shape, 3, 3) * p[:, None, None, None]
         kernels.add_forces(stress, self.cells, self.dNdX, self.w, scale, g.reshape(-1, 3))
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Tangent stiffness, N/m. Projected: that of the shape made definite, and the mean without its curvature."""
         F = self.F(x).reshape(*self.w.shape, 3, 3)
         each = self.expected
@@ -288,9 +284,7 @@ class OfDisplacements:
         """Forces, N; none on the others."""
         self.energy.add_gradient(x[: self.dofs], g[: self.dofs], scale)
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Tangent, N/m."""
         self.energy.add_hessian(x[: self.dofs], data, slots, scale, projected)
 

@@ -105,9 +105,7 @@ class RodElastic:
         forces = scale * segments.forces(self._weighted(segments))
         g += np.bincount(self.stencils.ravel(), forces.ravel(), len(g))
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Exact tangent, symmetric out of balance too; `projected` clamps its local eigenvalues at zero."""
         local = self.local_hessians(x)
         if projected:
@@ -155,9 +153,7 @@ class RodLoad:
         """g -= scale f on the displacements."""
         g.reshape(-1, 6)[:, :3] -= scale * self.forces
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Nothing: the forces are constant."""
 
     def rounding(self, x: Floats) -> float:

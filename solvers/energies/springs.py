@@ -64,9 +64,7 @@ class Springs:
         u = np.ascontiguousarray(x).reshape(-1, 3)
         add_spring_forces(u, self.edges, self.D, self.l0, self.k, scale, g.reshape(-1, 3))
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """k n n^T + k (1 - l0/l) (I - n n^T), N/m; its second part is negative in a compressed spring.
 
         `projected` leaves that part out where it is negative: what remains has no negative eigenvalue.
@@ -88,9 +86,7 @@ def stiffness_from_modulus(young: float, weight: Floats, l0: Floats) -> Floats:
 
 
 @maker
-def add_spring_forces(
-    u: Floats, edges: Ints, D: Floats, l0: Floats, k: Floats, scale: float, g: Floats
-) -> None:
+def add_spring_forces(u: Floats, edges: Ints, D: Floats, l0: Floats, k: Floats, scale: float, g: Floats) -> None:
     """g (nodes, 3) += scale k (l - l0) n at the second end, minus that at the first; none where l = 0."""
     d = np.empty(3)
     for s in range(edges.shape[0]):

@@ -33,9 +33,7 @@ Method = Literal["auto", "cholesky", "superlu", "pardiso", "multigrid"]
 NAME, CHOLESKY = "SuperLU (scipy)", "multifrontal Cholesky"
 SIGNED, SINGLE = "multifrontal L S L^T", "multifrontal Cholesky in single precision with conjugate gradients"
 LARGE = 50_000  # entries from which Cholesky takes a fraction of SuperLU's time; loading its kernels takes 0.1 s
-DISSECTED = (
-    300_000  # entries from which an order by dissection may be tried: 8000 nodes with four neighbours each
-)
+DISSECTED = 300_000  # entries from which an order by dissection may be tried: 8000 nodes with four neighbours each
 VERY_LARGE = 3_000_000  # entries from which multigrid may be taken
 NEUTRAL = 1e-13  # of the largest pivot: smaller ones have no sign
 SHARE = 0.6  # of the memory that is left: what a factor may take ...
@@ -54,9 +52,7 @@ class Unsolved(Singular):
     """No method brought the residual below the tolerance; `residual` is the relative one that was reached."""
 
     def __init__(self, residual: float, tolerance: float) -> None:
-        super().__init__(
-            f"the linear system is not solved: residual {residual:.1e}, tolerance {tolerance:.1e}"
-        )
+        super().__init__(f"the linear system is not solved: residual {residual:.1e}, tolerance {tolerance:.1e}")
         self.residual = residual
 
 
@@ -350,9 +346,7 @@ def _triangular(K: sparse.csr_matrix, symmetric: bool) -> Triangular:
     columns = sparse.csc_matrix((K.data, K.indices, K.indptr), shape=K.shape) if symmetric else K.tocsc()
     try:
         with ALONE:
-            lu = splu(
-                columns, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-            )
+            lu = splu(columns, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError as error:  # "Factor is exactly singular"
         raise Singular(str(error)) from error
     except MemoryError:
@@ -360,9 +354,7 @@ def _triangular(K: sparse.csr_matrix, symmetric: bool) -> Triangular:
     return Triangular(lu)
 
 
-def _multigrid(
-    K: sparse.csr_matrix, modes: Floats | None, otherwise: Callable[[], Factor] | None = None
-) -> Iterative:
+def _multigrid(K: sparse.csr_matrix, modes: Floats | None, otherwise: Callable[[], Factor] | None = None) -> Iterative:
     """Raises NotInstalled."""
     from softmark.solvers.sparse import multigrid
 

@@ -241,9 +241,7 @@ class Reused:
     systems: Systems
     K: sparse.csr_matrix
     tolerance: float
-    negative_pivots: int | None = (
-        None  # 1 where no factor was positive; one in single precision proves nothing else
-    )
+    negative_pivots: int | None = None  # 1 where no factor was positive; one in single precision proves nothing else
     iterations: int = 0  # of the last solve
 
     @property

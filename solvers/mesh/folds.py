@@ -15,9 +15,7 @@ import numpy as np
 from softmark.solvers.elements import element_of
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, jacobians
 
-DEPTH = (
-    8  # cuts at most: a cell that is undecided then is within 1e-4 of a volume of zero, and counts as folded
-)
+DEPTH = 8  # cuts at most: a cell that is undecided then is within 1e-4 of a volume of zero, and counts as folded
 
 
 @lru_cache(maxsize=2)

@@ -85,9 +85,7 @@ def _in_tetrahedra(mesh: Mesh, X: Floats) -> Located:
         N[lost] = _barycentric(X[lost], a, inverse, found[lost])
     dN = inverse[found]  # (n, 3, 3): rows are the gradients of N_1, N_2, N_3
     dN = np.concatenate([-dN.sum(axis=1, keepdims=True), dN], axis=1)
-    outside = np.maximum(
-        0.0, (-N / np.linalg.norm(dN, axis=2)).max(axis=1, initial=0.0)
-    )  # to the farthest face plane
+    outside = np.maximum(0.0, (-N / np.linalg.norm(dN, axis=2)).max(axis=1, initial=0.0))  # to the farthest face plane
     outside[outside < 1e-9 * mesh.extent] = 0.0
     return Located(mesh.cells[found], N, outside)
 

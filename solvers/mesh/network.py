@@ -85,9 +85,7 @@ def shares(corners: Floats, diagonals: Diagonals) -> Floats:
     d = corners[:, pairs[:, 1]] - corners[:, pairs[:, 0]]
     n = d / np.linalg.norm(d, axis=2, keepdims=True)  # (m, springs, 3)
     # cells of an extruded mesh are alike: each kind is balanced once
-    _, first, which = np.unique(
-        np.round(n.reshape(len(n), -1), 9), axis=0, return_index=True, return_inverse=True
-    )
+    _, first, which = np.unique(np.round(n.reshape(len(n), -1), 9), axis=0, return_index=True, return_inverse=True)
     balanced: Floats = np.array([_balanced(directions, usual) for directions in n[first]])[which.ravel()]
     return balanced
 

@@ -45,9 +45,7 @@ def finer(mesh: Mesh, shape: Any = None) -> Finer:
     places, children = _pattern(mesh.element, element)
     labels = np.random.default_rng(0).integers(1, 2**63, len(mesh.points), dtype=np.uint64)
     N = mesh.element.shape(places)
-    keys, first, inverse = np.unique(
-        _keys(N, _whole(N), labels[mesh.cells]), return_index=True, return_inverse=True
-    )
+    keys, first, inverse = np.unique(_keys(N, _whole(N), labels[mesh.cells]), return_index=True, return_inverse=True)
     P = _interpolation(mesh, places, first)
     local = inverse.reshape(len(mesh.cells), len(places))
     cells = local[:, children].reshape(-1, children.shape[1]).astype(np.int64)

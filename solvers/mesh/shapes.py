@@ -224,7 +224,6 @@ class Cylinder:
 
         return surface(self.mesh(Tetrahedron.linear, size))
 
-
     def side(self, corners: Floats) -> NDArray[np.bool_]:
         """Which facets with nodes (f, k, 3) stand for the curved side (f,): all their nodes lie on it."""
         axis, origin = np.array(self.axis), np.array(self.origin)
@@ -278,8 +277,7 @@ class Box:
         """Centre of the end face with the lowest coordinate, m."""
         along = self._longest
         return tuple(  # type: ignore[return-value]
-            o if i == along else o + 0.5 * s
-            for i, (o, s) in enumerate(zip(self.origin, self.size, strict=True))
+            o if i == along else o + 0.5 * s for i, (o, s) in enumerate(zip(self.origin, self.size, strict=True))
         )
 
     @property
@@ -360,9 +358,9 @@ class MeshFile:
 
     path: Annotated[str, "file", "the file, relative to the scene"]
     unit: Annotated[float, "m in (0, inf)", "length of one unit of the file's coordinates"]
-    split: Annotated[
-        Literal["five", "repeated", "alternating", "kuhn"], "how hexahedra are split into tetrahedra"
-    ] = "five"
+    split: Annotated[Literal["five", "repeated", "alternating", "kuhn"], "how hexahedra are split into tetrahedra"] = (
+        "five"
+    )
     coincident: Annotated[
         Literal["refuse", "merge", "keep"], "what is done with nodes that lie at one place without being one"
     ] = "refuse"

@@ -51,9 +51,7 @@ def _grid(x: Floats, y: Floats) -> Section:
     return Section(np.stack([x[i], y[j]], axis=1), quads, (i + j) % 2)
 
 
-def disc(
-    radius: float, size: float, corner: float = 0.73, bulge: float = 0.4, cuts: tuple[Cut, ...] = ()
-) -> Section:
+def disc(radius: float, size: float, corner: float = 0.73, bulge: float = 0.4, cuts: tuple[Cut, ...] = ()) -> Section:
     """A disc: a bulged square grid in the middle, rings of quadrilaterals around it (an O-grid).
 
     `corner` is the radius of the square's corners as a fraction of `radius`, `bulge` how far its sides follow
@@ -127,9 +125,7 @@ def _coons(outline: Floats, n: int) -> Floats:
     return grid
 
 
-def extrude(
-    section: Section, length: float, size: float, cuts: tuple[Cut, ...] = ()
-) -> tuple[Floats, Ints, Ints]:
+def extrude(section: Section, length: float, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[Floats, Ints, Ints]:
     """Hexahedra along z from 0 to `length`: points (n, 3), cells (m, 8), colour (n,). Layers end on cuts of `along`."""
     z = _line(0.0, length, divisions(length, size), along(cuts, "along"))
     layers = len(z) - 1

@@ -61,9 +61,7 @@ class Projected:
         self.energy.add_gradient(up(self.V, x), forces)
         g += scale * down(self.V, forces)
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """V^T K V, made definite cell by cell where it is `projected`."""
         block = inner(self.V, self._local.tangent(up(self.V, x), 1.0, projected) @ self.V)
         keep = slots[0] >= 0
@@ -95,9 +93,7 @@ class Quadratic:
         """g += scale K q."""
         g += scale * (self.K @ x)
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """K."""
         keep = slots[0] >= 0
         data[slots[0][keep]] += scale * self.K[keep]

@@ -29,10 +29,7 @@ def table(letter: str) -> NDArray[np.int64]:
     """Addresses of ROUTINES for letter "d" (float64) or "s" (float32)."""
     for library in ("blas", "lapack"):
         lone(f"scipy.linalg.cython_{library}")
-    found = [
-        get_cython_function_address(f"scipy.linalg.cython_{library}", letter + name)
-        for library, name in ROUTINES
-    ]
+    found = [get_cython_function_address(f"scipy.linalg.cython_{library}", letter + name) for library, name in ROUTINES]
     return np.array(found, dtype=np.int64)
 
 
@@ -43,9 +40,7 @@ def _call(typing: Any, address: Any, arguments: Any) -> Any:
         pointer = ir.IntType(8).as_pointer()
         kind = ir.FunctionType(ir.VoidType(), [pointer] * len(arguments))
         function = builder.inttoptr(values[0], kind.as_pointer())
-        pointers = [
-            builder.inttoptr(builder.extract_value(values[1], i), pointer) for i in range(len(arguments))
-        ]
+        pointers = [builder.inttoptr(builder.extract_value(values[1], i), pointer) for i in range(len(arguments))]
         builder.call(function, pointers)
         return context.get_dummy_value()
 

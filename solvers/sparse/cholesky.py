@@ -25,9 +25,7 @@ class Indefinite(Exception):
     """The matrix is not positive definite: `front` is the first one without a factor, `pivots` done before it."""
 
     def __init__(self, front: int, pivots: int) -> None:
-        super().__init__(
-            f"the matrix is not positive definite: pivot {pivots + 1} or one soon after is not positive"
-        )
+        super().__init__(f"the matrix is not positive definite: pivot {pivots + 1} or one soon after is not positive")
         self.front = front
         self.pivots = pivots
 

@@ -47,9 +47,7 @@ def factorise(
         if signs is None or len(signs) == 0:
             good = _definite(k, n, p, L, U, update[s], blas, letters, numbers, reals)
         else:
-            good = _signed(
-                k, n, p, L, U, update[s], blas, letters, numbers, reals, first[s], signs, values, work
-            )
+            good = _signed(k, n, p, L, U, update[s], blas, letters, numbers, reals, first[s], signs, values, work)
         if not good:
             return s + 1
         if n > k:

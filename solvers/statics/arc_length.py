@@ -66,9 +66,7 @@ class Path:
     @property
     def facts(self) -> dict[str, Any]:
         """What the report says."""
-        shown = [
-            {"load": float(p.load), "displacement": p.size, "negative_pivots": p.negative} for p in self.points
-        ]
+        shown = [{"load": float(p.load), "displacement": p.size, "negative_pivots": p.negative} for p in self.points]
         return {"path": shown, "limits": [{"load": float(s.load), "kind": s.kind} for s in self.limits]}
 
 
@@ -285,9 +283,7 @@ class Follower:
             return None
         low, high = (0.0, here.load), (step, top.load)
         for _ in range(30):
-            middle = low[0] + (high[0] - low[0]) * float(
-                np.clip((1.0 - low[1]) / (high[1] - low[1]), 0.02, 0.98)
-            )
+            middle = low[0] + (high[0] - low[0]) * float(np.clip((1.0 - low[1]) / (high[1] - low[1]), 0.02, 0.98))
             near = self.at(here, middle)
             if abs(near.load - 1.0) < 1e-3 and (found := self._settled(here, near)) is not None:
                 return found

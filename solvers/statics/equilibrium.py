@@ -157,9 +157,7 @@ def _capped(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
     x = _given(newton) if started else _begun(newton, cap)
     x, done, residual = newton.steps(x, max(0, cap - systems.solves))
     if not np.isfinite(residual):
-        raise NotConverged(
-            "whole Newton steps lead to forces that are not finite", tuple(history), systems.facts
-        )
+        raise NotConverged("whole Newton steps lead to forces that are not finite", tuple(history), systems.facts)
     if done:
         return replace(_settled(newton, x), started=started)
     state, residual = _exactly(newton, x)

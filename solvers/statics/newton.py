@@ -27,9 +27,7 @@ Merit = Callable[[Floats, float], float]
 class Newton:
     """Newton iterations over one assembly; keeps the last factorisation and writes the history."""
 
-    def __init__(
-        self, problem: Statics, history: list[Iteration], systems: Systems, phase: str = "free"
-    ) -> None:
+    def __init__(self, problem: Statics, history: list[Iteration], systems: Systems, phase: str = "free") -> None:
         self.problem = problem
         self.assembly = problem.assembly
         self.history = history
@@ -253,9 +251,7 @@ class Newton:
             return np.inf
         return 0.5 * float(np.linalg.norm(self.assembly.gradient(x, load)[self.assembly.free]) ** 2)
 
-    def _decrease(
-        self, x: Floats, load: float, g: Floats, value: float, merit: Merit
-    ) -> tuple[Floats, float, float]:
+    def _decrease(self, x: Floats, load: float, g: Floats, value: float, merit: Merit) -> tuple[Floats, float, float]:
         """Backtrack along the Newton direction, or that of the definite tangent where the first fails."""
         for projected in (False, True):
             d = self._direction(g, x, load, projected)

@@ -77,9 +77,7 @@ def energy_of(some: Configuration, mesh: Mesh) -> Any:
     if some.kind == "springs":
         net = network(mesh, "all")
         D = mesh.points[net.edges[:, 1]] - mesh.points[net.edges[:, 0]]
-        return Springs(
-            net.edges, D, stiffness_from_modulus(some.young, net.weight, np.linalg.norm(D, axis=1))
-        )
+        return Springs(net.edges, D, stiffness_from_modulus(some.young, net.weight, np.linalg.norm(D, axis=1)))
     law = law_for(MATERIALS["neo_hookean"](some.young, some.poisson, some.density), some.strain)
     parts = integration(mesh)
     corotational = some.strain == "corotational" and some.kind == "tet4"
@@ -116,9 +114,7 @@ def settled(energy: Any, x: np.ndarray, fixed: np.ndarray) -> np.ndarray:
     from softmark.solvers.statics.equilibrium import Statics, equilibrium
 
     assembly = Assembly(x.size, fixed, [energy], [])
-    return np.asarray(
-        equilibrium(Statics(assembly, VectorSpace(x.size), np.zeros(x.size), fixed, x[fixed], 1e-9)).x
-    )
+    return np.asarray(equilibrium(Statics(assembly, VectorSpace(x.size), np.zeros(x.size), fixed, x[fixed], 1e-9)).x)
 
 
 def damped(some: Configuration, problem: Dynamics) -> Dynamics:
@@ -180,9 +176,7 @@ def edge(some: Configuration) -> tuple[float, float]:
 def at_rest() -> list[Configuration]:
     """Undeformed bodies."""
     solids = [
-        Configuration(kind, strain)
-        for kind in ("tet4", "tet10", "hex8")
-        for strain in ("corotational", "finite")
+        Configuration(kind, strain) for kind in ("tet4", "tet10", "hex8") for strain in ("corotational", "finite")
     ]
     kinds = [*solids, Configuration("springs", "-")]
     found = list(kinds)

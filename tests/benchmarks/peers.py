@@ -61,9 +61,7 @@ def write(path: Path, across: float, along: float, ten: bool, share: float = 1.0
     mesh = meshed(*extrude(disc(0.019, across), 0.178, along), Tet4)
     mesh = with_nodes(mesh, Tet10) if ten else mesh
     points = np.ascontiguousarray(mesh.points[:, [2, 0, 1]])  # the axis along x
-    np.savez(
-        path, points=points, cells=mesh.cells, young=60e3, poisson=NU, density=1070.0, gravity=9.81 * share
-    )
+    np.savez(path, points=points, cells=mesh.cells, young=60e3, poisson=NU, density=1070.0, gravity=9.81 * share)
     return len(mesh.cells)
 
 
@@ -90,17 +88,13 @@ def fewest(folder: Path, name: str, least: int) -> int | None:
     for steps in COARSE if name == "calculix" else LADDER:
         if steps >= least:
             found = once(folder, name, steps)
-            print(
-                f"  {name}, {steps} steps: {found.get('message', 'converged')}", file=sys.stderr, flush=True
-            )
+            print(f"  {name}, {steps} steps: {found.get('message', 'converged')}", file=sys.stderr, flush=True)
             if found["converged"]:
                 return steps
     return None
 
 
-def measured(
-    folder: Path, names: list[str], steps: dict[str, int | None], repeat: int
-) -> list[dict[str, Any]]:
+def measured(folder: Path, names: list[str], steps: dict[str, int | None], repeat: int) -> list[dict[str, Any]]:
     """Medians over runs in turn, and how far each is from ours."""
     runs: dict[str, list[dict[str, Any]]] = {name: [] for name in names}
     for _ in range(repeat):
@@ -150,13 +144,9 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--meshes", nargs="+", choices=MESHES, default=list(MESHES))
-    parser.add_argument(
-        "--only", nargs="+", choices=NEEDS, default=list(NEEDS), help="packages; ours is always run"
-    )
+    parser.add_argument("--only", nargs="+", choices=NEEDS, default=list(NEEDS), help="packages; ours is always run")
     parser.add_argument("--repeat", type=int, default=3)
-    parser.add_argument(
-        "--steps", nargs="*", default=[], metavar="NAME=N", help="begin the search for load steps here"
-    )
+    parser.add_argument("--steps", nargs="*", default=[], metavar="NAME=N", help="begin the search for load steps here")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     names = ["softmark", *(name for name in options.only if name != "softmark" and installed(name))]

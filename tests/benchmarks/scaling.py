@@ -97,9 +97,7 @@ def main() -> None:
         rows.append(json.loads(done.stdout.splitlines()[-1]))
         print(row(rows[-1]), flush=True)
     if len(rows) > 1:
-        print(
-            f"exponents over unknowns: set-up {exponent(rows, 'setup'):.2f}, solve {exponent(rows, 'solve'):.2f}"
-        )
+        print(f"exponents over unknowns: set-up {exponent(rows, 'setup'):.2f}, solve {exponent(rows, 'solve'):.2f}")
 
 
 if __name__ == "__main__":

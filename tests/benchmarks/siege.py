@@ -160,8 +160,11 @@ def interrupted(bench: Bench, name: str, kind: signal.Signals, delay: float) -> 
     status = process.returncode
     if status == 0:
         return f"{name}: finished before"
-    return f"{name}: {kind.name}, {'status' if status > 0 else 'signal'} {abs(status)}" if _fair(status, kind) else (
-        f"{name}: STATUS {status} after {kind.name}: {said}")
+    return (
+        f"{name}: {kind.name}, {'status' if status > 0 else 'signal'} {abs(status)}"
+        if _fair(status, kind)
+        else (f"{name}: STATUS {status} after {kind.name}: {said}")
+    )
 
 
 def _fair(status: int, kind: int) -> bool:

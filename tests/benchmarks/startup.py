@@ -59,9 +59,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         scene = long_scene(folder)
         bare = statistics.median(cpu([sys.executable, "-c", "pass"], folder) for _ in range(repeat))
-        print(
-            f"bare interpreter {1000 * bare:.0f} ms; below, CPU ms over it (runs: whole run, not its first step)"
-        )
+        print(f"bare interpreter {1000 * bare:.0f} ms; below, CPU ms over it (runs: whole run, not its first step)")
         for command, budget in BUDGETS.items():
             words = [scene if w == "LONG" else w for w in command]
             cpu([dsl, *words], folder)  # caches

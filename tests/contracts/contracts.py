@@ -388,5 +388,3 @@ class Cushion(Support):
     body: Annotated[str, "body", "the body that is held"]
     where: Annotated[Any, "condition", "which of its points"]
     components: Annotated[tuple[int, ...], "components", "directions in which it is"] = (0, 1, 2)
-
-

@@ -19,9 +19,7 @@ from pathlib import Path
 from typing import Any
 
 LIMIT_S, LIMIT_MB = 10.0, 2048.0
-Make = Callable[
-    [Path], "list[str] | None"
-]  # writes x.scene in a folder; what to run instead of `check x.scene`
+Make = Callable[[Path], "list[str] | None"]  # writes x.scene in a folder; what to run instead of `check x.scene`
 
 
 def text(words: Callable[[], str | bytes]) -> Make:
@@ -76,20 +74,14 @@ def large(folder: Path) -> None:
 def ring(n: int) -> Make:
     """Scenes that use each other in a circle."""
     return files(
-        **{
-            ("x" if i == 0 else f"x{i}"): f'use "{"x" if i == n - 1 else f"x{i + 1}"}.scene" as a\n'
-            for i in range(n)
-        }
+        **{("x" if i == 0 else f"x{i}"): f'use "{"x" if i == n - 1 else f"x{i + 1}"}.scene" as a\n' for i in range(n)}
     )
 
 
 def diamonds(n: int) -> Make:
     """Each scene uses the next one twice: 2^n if every use is read."""
     names = ["x", *(f"x{i}" for i in range(1, n + 1))]
-    texts = {
-        a: f'use "{b}.scene" as p\nuse "{b}.scene" as q\nparam k = 1\n'
-        for a, b in pairwise(names)
-    }
+    texts = {a: f'use "{b}.scene" as p\nuse "{b}.scene" as q\nparam k = 1\n' for a, b in pairwise(names)}
     return files(**texts, **{names[-1]: "param k = 1\n"})
 
 
@@ -216,14 +208,9 @@ CASES: dict[str, Make] = {
     "expect: 20 000": text(lambda: BEAM + "".join(f"expect a.eta < {i + 1} mm\n" for i in range(20_000))),
     "a chain of 10^5 comparisons": text(lambda: BEAM + "expect a.eta" + " < 1 mm" * 100_000 + "\n"),
     "2000 models": text(
-        lambda: (
-            BEAM
-            + "".join(f"model m{i} = fem(tet4, strain = corotational, size = 5 mm)\n" for i in range(2_000))
-        )
+        lambda: BEAM + "".join(f"model m{i} = fem(tet4, strain = corotational, size = 5 mm)\n" for i in range(2_000))
     ),
-    "2000 probes": text(
-        lambda: BEAM + "".join(f"probe t{i} = point(rod, at = (100, 0, 0) mm)\n" for i in range(2000))
-    ),
+    "2000 probes": text(lambda: BEAM + "".join(f"probe t{i} = point(rod, at = (100, 0, 0) mm)\n" for i in range(2000))),
     "100 lines of 10^5 points": text(
         lambda: (
             BEAM

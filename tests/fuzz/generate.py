@@ -148,9 +148,7 @@ class Maker:
         constructor = CATALOGUE.constructor(kind, name)
         fields = constructor.fields if constructor else ()
         often = (False, False, True) if self.wrong else (False,) * 12 + (True,)
-        given = [
-            f for f in fields if (f.required and not self.odd()) or (not f.required and self.pick(often))
-        ]
+        given = [f for f in fields if (f.required and not self.odd()) or (not f.required and self.pick(often))]
         given += [f for f in fields if not f.required and f.name in WANTED and f not in given]
         return f"{name}({', '.join(f'{f.name} = {self.value(f, depth)}' for f in given)})"
 
@@ -158,9 +156,7 @@ class Maker:
         """Whether everything that a constructor needs is declared."""
         constructor = CATALOGUE.constructor(kind, name)
         needed = [f for f in constructor.fields if f.required] if constructor else []
-        return not any(
-            (f.form in ("name", "names") and not self._there(f)) or f.form == "file" for f in needed
-        )
+        return not any((f.form in ("name", "names") and not self._there(f)) or f.form == "file" for f in needed)
 
     def _there(self, asked: Field) -> list[str]:
         return [name for kind in (asked.kind, *asked.also) for name in self.names.get(kind, ())]
@@ -192,9 +188,7 @@ class Maker:
         """A number, perhaps of some arithmetic."""
         one = self.pick(NUMBERS if self.wrong else NUMBERS[:4])
         return str(
-            self.pick(
-                (one, one, one, f"({one} + p0)", f"sqrt({one})", f"p0^{one}", f"{one} * p0", f"max({one}, 1)")
-            )
+            self.pick((one, one, one, f"({one} + p0)", f"sqrt({one})", f"p0^{one}", f"{one} * p0", f"max({one}, 1)"))
         )
 
     def unit(self, asked: Field) -> str:
@@ -220,9 +214,7 @@ class Maker:
 
     def _integer(self, asked: Field, depth: int) -> str:
         inside = [
-            n
-            for n in ("2", "3", "10", "20", "100", "1", "0")
-            if asked.interval is None or float(n) in asked.interval
+            n for n in ("2", "3", "10", "20", "100", "1", "0") if asked.interval is None or float(n) in asked.interval
         ]
         return str(self.pick((*inside, "0", "2.5", "1e9", "-1") if self.wrong else inside or ("1",)))
 

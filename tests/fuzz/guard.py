@@ -109,9 +109,7 @@ class Fence:
 
 
 def _alarm(number: int, frame: FrameType | None) -> None:
-    raise TooSlow(
-        f"more than {LIMIT_S:g} s of CPU" if number == signal.SIGPROF else f"more than {BLOCKED_S:g} s"
-    )
+    raise TooSlow(f"more than {LIMIT_S:g} s of CPU" if number == signal.SIGPROF else f"more than {BLOCKED_S:g} s")
 
 
 class Watch:

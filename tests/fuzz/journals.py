@@ -143,9 +143,7 @@ def resume(data: bytes, folder: Path) -> str:
                         Request(folder, resume=True),
                         _Done(journal, frozenset([key])),
                     )
-            records = [
-                e["record"] for (kind, _, _), e in journal.entries.items() if kind == TIMING and _sound(e)
-            ]
+            records = [e["record"] for (kind, _, _), e in journal.entries.items() if kind == TIMING and _sound(e)]
             quality.cost(records)
             journal.append("accuracy", "new", outcome={})
             journal.on_disk(ACCURACY)

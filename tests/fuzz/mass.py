@@ -68,9 +68,7 @@ def main() -> int:
     count, seed = (int(a) for a in (sys.argv[1:] + ["100000", "1"][len(sys.argv) - 1 :])[:2])
     folder = scene.stage(Path(tempfile.mkdtemp(prefix="softmark-fuzz-")))
     target = scene.target(folder)
-    for data in scene.seeds()[
-        :: 1 + 2000 // count
-    ]:  # what is imported on first use is, before the fence is closed
+    for data in scene.seeds()[:: 1 + 2000 // count]:  # what is imported on first use is, before the fence is closed
         with suppress(Exception):
             target(data)
     watch = guard.Watch("mass", guard.out("mass"), guard.Fence(folder, scene.ROOT))

@@ -299,9 +299,7 @@ def _renamed(declaration: str, chance: random.Random) -> str:
     """A declaration, mostly under a name that is not taken."""
     new = f"n{chance.randrange(1000)}"
     return (
-        re.sub(r"\A([a-z]+) +[A-Za-z_]\w*(?= *=)", rf"\1 {new}", declaration)
-        if chance.random() < 0.8
-        else declaration
+        re.sub(r"\A([a-z]+) +[A-Za-z_]\w*(?= *=)", rf"\1 {new}", declaration) if chance.random() < 0.8 else declaration
     )
 
 
@@ -333,9 +331,7 @@ def _tweak(tokens: Tokens, chance: random.Random, others: list[str]) -> Tokens:
     places = [i for i, t in enumerate(tokens) if t[0] in DIGITS]
     for i in chance.sample(places, min(len(places), chance.choice([1, 1, 2, 5]))):
         factor = chance.choice([0.01, 0.5, 0.999, 1.001, 2, 10, 1000])
-        tokens[i] = (
-            f"{float(tokens[i]) * factor:.12g}" if chance.random() < 0.8 else f"({tokens[i]} * {factor})"
-        )
+        tokens[i] = f"{float(tokens[i]) * factor:.12g}" if chance.random() < 0.8 else f"({tokens[i]} * {factor})"
     return tokens
 
 
@@ -382,10 +378,7 @@ def _course(tokens: Tokens, chance: random.Random, others: list[str]) -> Tokens:
     count = chance.choice([2, 3, 20, 200])
     rows = [text.format(i=i, j=i + 1) for i in range(count)]
     last = (
-        text.partition(" ")[0]
-        + f" p{count} = "
-        + chance.choice(["1", "2 mm", "neo_hookean(1 kPa, 0.4)", "p0"])
-        + "\n"
+        text.partition(" ")[0] + f" p{count} = " + chance.choice(["1", "2 mm", "neo_hookean(1 kPa, 0.4)", "p0"]) + "\n"
     )
     return [*tokens, "\n", *(rows if chance.random() < 0.5 else rows[::-1]), last]
 

@@ -82,9 +82,7 @@ def examine(text: str, base: Source, folder: Path) -> str:
     lines = text.split("\n")[:6]
     given = tuple(line for line in lines if not line.startswith("!"))
     compiled, found = checked(base, folder, None, given)
-    scene.promise(
-        (compiled is None) == any(d.severity == "error" for d in found), "no scene if and only if an error"
-    )
+    scene.promise((compiled is None) == any(d.severity == "error" for d in found), "no scene if and only if an error")
     scene.shown(found)
     word = "refused" if compiled is None else "accepted"
     vary = [line[1:] for line in lines if line.startswith("!")]
@@ -127,8 +125,7 @@ def seeds() -> list[bytes]:
 
     names = sorted({t.text for t in lex(scene_text).tokens if t.kind == "NAME"})
     return [
-        s.encode()
-        for s in (*SEEDS, *(f"{name}=1 m" for name in names), *(f"!{name}.size=1mm,2mm" for name in names))
+        s.encode() for s in (*SEEDS, *(f"{name}=1 m" for name in names), *(f"!{name}.size=1mm,2mm" for name in names))
     ]
 
 

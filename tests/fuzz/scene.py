@@ -71,9 +71,7 @@ def examine(text: str, folder: Path, overrides: tuple[str, ...] = ()) -> str:
 def shown(found: list[Diagnostic]) -> None:
     """Every diagnostic can be shown: a known code, a message, a place in its text, nothing that steers a terminal."""
     for diagnostic in found:
-        promise(
-            diagnostic.code in pages() and diagnostic.message, f"{diagnostic.code} has a page and a message"
-        )
+        promise(diagnostic.code in pages() and diagnostic.message, f"{diagnostic.code} has a page and a message")
         inside(diagnostic)
         json.dumps(to_json(diagnostic), ensure_ascii=False, allow_nan=False).encode()
     page = render(found)
@@ -98,9 +96,7 @@ def inside(diagnostic: Diagnostic) -> None:
         (span.start, span.line, span.column),
         (span.end, span.end_line, span.end_column),
     ):
-        promise(
-            1 <= line <= len(starts) and starts[line - 1] + column - 1 == offset, f"{diagnostic.code}: {span}"
-        )
+        promise(1 <= line <= len(starts) and starts[line - 1] + column - 1 == offset, f"{diagnostic.code}: {span}")
 
 
 def formatted(text: str) -> None:

@@ -127,9 +127,7 @@ def test_a_span_beyond_the_text_is_drawn_at_its_end() -> None:
 
 def test_without_a_place_there_is_only_the_header() -> None:
     assert render([Diagnostic("W101", "careful", None, None)]) == "warning[W101]: careful"
-    assert (
-        render([Diagnostic("E401", "no", SCENE, None, "label", "try")]) == "error[E401]: no\n   = help: try"
-    )
+    assert render([Diagnostic("E401", "no", SCENE, None, "label", "try")]) == "error[E401]: no\n   = help: try"
 
 
 def test_diagnostics_are_sorted_by_file_and_place() -> None:
@@ -184,7 +182,5 @@ def test_the_json_has_the_fields_of_the_contract() -> None:
         "notes": [],
     }
     nowhere = to_json(Diagnostic("E401", "no", None, None))
-    assert [nowhere[key] for key in ("file", "line", "column", "end_line", "end_column", "help")] == [
-        None
-    ] * 6
+    assert [nowhere[key] for key in ("file", "line", "column", "end_line", "end_column", "help")] == [None] * 6
     assert json.loads(json.dumps(found)) == found

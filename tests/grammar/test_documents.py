@@ -38,12 +38,8 @@ def test_the_reference_lists_every_code_and_every_reserved_word() -> None:
 
 
 def test_the_reference_names_every_file() -> None:
-    files = {
-        path.name for path in HERE.iterdir() if path.suffix in (".py", ".lark") and path.name != "__init__.py"
-    }
-    assert files == set(
-        re.findall(r"`(\w+\.(?:py|lark))`", README.split("## The code")[1].split("A new rule")[0])
-    )
+    files = {path.name for path in HERE.iterdir() if path.suffix in (".py", ".lark") and path.name != "__init__.py"}
+    assert files == set(re.findall(r"`(\w+\.(?:py|lark))`", README.split("## The code")[1].split("A new rule")[0]))
 
 
 def patterns() -> dict[str, str]:
@@ -98,9 +94,7 @@ def test_the_editors_see_quantities_as_the_parser_does(text: str, number: str, u
 
 def test_the_editors_see_declarations() -> None:
     pattern = re.compile(patterns()["declaration"], re.M)
-    assert [match.groups() for match in pattern.finditer("body  b = f(\n  c = 1)\nparam h = 1\n")] == [
-        ("body", "b")
-    ]
+    assert [match.groups() for match in pattern.finditer("body  b = f(\n  c = 1)\nparam h = 1\n")] == [("body", "b")]
 
 
 def test_the_wheel_holds_the_grammar() -> None:

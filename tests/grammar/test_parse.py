@@ -141,16 +141,12 @@ def test_declarations() -> None:
     )
 
 
-FIELDS = (
-    "where from to over on at size axis length time until against with for if let import material body load"
-)
+FIELDS = "where from to over on at size axis length time until against with for if let import material body load"
 
 
 @pytest.mark.parametrize("field", FIELDS.split())
 def test_any_other_word_is_a_name(field: str) -> None:
-    tree = parsed(
-        f"param {field} = 3 mm\nbody b = f({field}, {field} = {field}.{field})\nbody {field} = {field}\n"
-    )
+    tree = parsed(f"param {field} = 3 mm\nbody b = f({field}, {field} = {field}.{field})\nbody {field} = {field}\n")
     assert isinstance(tree.declarations[0], Param)
     assert tree.declarations[0].name == field
 
@@ -315,9 +311,7 @@ def spans(node: Any) -> list[Span]:
 
 
 def test_spans_are_the_text_of_their_nodes() -> None:
-    text = (
-        'load push = traction(beam, where = not (x >= L), vector = (0, -2 mm) * [a^2, "é"] kg/m^3 + 1 < 2 %'
-    )
+    text = 'load push = traction(beam, where = not (x >= L), vector = (0, -2 mm) * [a^2, "é"] kg/m^3 + 1 < 2 %'
     text += " )\n"
     tree = parsed(text)
     slices = [text[span.start : span.end] for span in spans(expressions(tree.declarations[0])[0])]
@@ -383,10 +377,7 @@ def test_lines_and_columns_agree_with_offsets() -> None:
         for expression in expressions(declaration):
             for span in spans(expression):
                 assert sum(len(line) + 1 for line in lines[: span.line - 1]) + span.column - 1 == span.start
-                assert (
-                    sum(len(line) + 1 for line in lines[: span.end_line - 1]) + span.end_column - 1
-                    == span.end
-                )
+                assert sum(len(line) + 1 for line in lines[: span.end_line - 1]) + span.end_column - 1 == span.end
 
 
 def test_walking_visits_every_part_in_the_order_of_the_text() -> None:

@@ -81,8 +81,7 @@ FORMS = {
     ),
     "one line again": ("body b = f(\n  x,\n  y,\n)", "body b = f(x, y)\n"),
     "comments inside": (
-        "body b = f( # first\nx, # of x\n# before y\ny = g(1, # one\n2) # of y\n,"
-        " z = [3,4]\n# last\n) # of b",
+        "body b = f( # first\nx, # of x\n# before y\ny = g(1, # one\n2) # of y\n, z = [3,4]\n# last\n) # of b",
         "body b = f(\n    # first\n    x,  # of x\n    # before y\n    y = g(\n        1,  # one\n"
         "        2,\n    ),  # of y\n    z = [3, 4],\n    # last\n)  # of b\n",
     ),
@@ -125,8 +124,7 @@ def test_brackets_break_from_the_outermost_inwards() -> None:
 
 def test_a_range_stays_on_the_last_line() -> None:
     assert (
-        formatted(f"param a = f({LONG}, {LONG}) in 0 .. 1")
-        == f"param a = f(\n    {LONG},\n    {LONG},\n) in 0 .. 1\n"
+        formatted(f"param a = f({LONG}, {LONG}) in 0 .. 1") == f"param a = f(\n    {LONG},\n    {LONG},\n) in 0 .. 1\n"
     )
 
 
@@ -172,9 +170,7 @@ def test_a_tree_without_a_text_is_refused() -> None:
 names = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,9}", fullmatch=True).filter(
     lambda word: word not in reserved() and word not in FOREIGN_KINDS
 )
-units = st.sampled_from(
-    ["kPa", "kg/m^3", "%", "µm", "μm", "s^-1", "N*m", "J/(kg*K)", "°C", "lbf/in^2", "m^0.5"]
-)
+units = st.sampled_from(["kPa", "kg/m^3", "%", "µm", "μm", "s^-1", "N*m", "J/(kg*K)", "°C", "lbf/in^2", "m^0.5"])
 texts = st.text(st.characters(exclude_characters="\n\r\0", exclude_categories=["Cs"]), max_size=20)
 digits = st.from_regex(r"([0-9]{1,4}(\.[0-9]{0,4})?|\.[0-9]{1,4})([eE][+-]?[0-9]{1,2})?", fullmatch=True)
 
@@ -217,9 +213,7 @@ def larger(smaller: st.SearchStrategy[Expression]) -> st.SearchStrategy[Expressi
     )
 
 
-values = st.recursive(
-    numbers() | dotted() | texts.map(lambda text: String(text, NOWHERE)), larger, max_leaves=12
-)
+values = st.recursive(numbers() | dotted() | texts.map(lambda text: String(text, NOWHERE)), larger, max_leaves=12)
 bounds = st.just((None, None)) | st.tuples(values, values)
 declarations = st.one_of(
     texts.map(lambda text: Title(text, NOWHERE)),
@@ -274,9 +268,7 @@ def test_comments_anywhere_are_kept(tree: Tree, data: st.DataObject) -> None:
     sprinkled, last = "", 0
     for number, i in enumerate(sorted(chosen)):
         start = tokens[i].start
-        lines = data.draw(
-            st.sampled_from([" # {}\n", "\n# {}\n\n\n", " # {}\r\n  \r\n# more\n", "\n#{} \t\n  "])
-        )
+        lines = data.draw(st.sampled_from([" # {}\n", "\n# {}\n\n\n", " # {}\r\n  \r\n# more\n", "\n#{} \t\n  "]))
         sprinkled += text[last:start] + lines.format(number)
         last = start
     sprinkled += text[last:] + data.draw(st.sampled_from(["", "# end", "\n\n\n# end \n"]))

@@ -196,9 +196,7 @@ def test_a_missing_comma_at_the_end_of_a_line_is_found_on_the_next() -> None:
 
 
 def test_a_block_in_braces_is_one_error() -> None:
-    assert [d.code for d in errors("material m {\n  young = 60 kPa\n  poisson = 0.4\n}\nbody b = f()\n")] == [
-        "E112"
-    ]
+    assert [d.code for d in errors("material m {\n  young = 60 kPa\n  poisson = 0.4\n}\nbody b = f()\n")] == ["E112"]
 
 
 def test_a_foreign_comment_over_several_lines_is_one_error() -> None:

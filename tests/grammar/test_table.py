@@ -25,9 +25,7 @@ print("lark" in sys.modules, "numpy" in sys.modules)
 
 def run(environment: dict[str, str]) -> str:
     """What a fresh process prints that parses a scene."""
-    found = subprocess.run(
-        [sys.executable, "-c", PROGRAM], env=environment, capture_output=True, text=True, check=True
-    )
+    found = subprocess.run([sys.executable, "-c", PROGRAM], env=environment, capture_output=True, text=True, check=True)
     return found.stdout.strip()
 
 
@@ -38,9 +36,7 @@ def test_a_second_process_does_not_import_lark(tmp_path: Path) -> None:
     assert run(environment) == "False False"
 
 
-@pytest.mark.parametrize(
-    "content", ["", "{", "[]", '{"states": []}', '{"rules": [{}], "terminals": []}', "null"]
-)
+@pytest.mark.parametrize("content", ["", "{", "[]", '{"states": []}', '{"rules": [{}], "terminals": []}', "null"])
 def test_a_broken_file_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: str) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     path = table._cache_path()
@@ -51,9 +47,7 @@ def test_a_broken_file_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert json.loads(path.read_text())["states"] == found.states
 
 
-def test_without_a_place_to_write_the_table_is_made_each_time(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_a_place_to_write_the_table_is_made_each_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))  # no folder, and none can be made inside
     assert table.load.__wrapped__().rules == table.make().rules

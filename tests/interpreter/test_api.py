@@ -57,9 +57,7 @@ def test_rod_converges_with_second_order() -> None:
 
 
 def test_parameters_are_replaced_with_the_checks_of_the_file() -> None:
-    assert softmark.load("silicone-beam", L="120 mm").scene.declared[
-        "beam"
-    ].thing.shape.length == pytest.approx(0.12)
+    assert softmark.load("silicone-beam", L="120 mm").scene.declared["beam"].thing.shape.length == pytest.approx(0.12)
     with pytest.raises(softmark.SceneError, match=r"E204"):
         softmark.load("silicone-beam", L="120 kPa")
     with pytest.raises(softmark.SceneError, match=r"did you mean `L`"):

@@ -101,9 +101,9 @@ def test_a_material_inside_a_body_is_looked_at_as_well() -> None:
     assert {d.source.text[d.span.start : d.span.end] for d in found(text) if d.source and d.span} == {inline}
 
 
-@pytest.mark.parametrize(("poisson", "locks"),
-                         [(0.0, False), (0.3, False), (0.449, False), (0.45, True), (0.49, True),
-                          (0.4999, True)])
+@pytest.mark.parametrize(
+    ("poisson", "locks"), [(0.0, False), (0.3, False), (0.449, False), (0.45, True), (0.49, True), (0.4999, True)]
+)
 def test_linear_tetrahedra_near_incompressibility(poisson: float, locks: bool) -> None:
     text = changed(("poisson = 0.4", f"poisson = {poisson}"), more=TET)
     assert codes(text) == ["W301"] * locks
@@ -131,12 +131,12 @@ def test_small_strain_under_an_end_force() -> None:
     """P L^2 / (2 EI) = 0.1 rad at P = 0.2 * 60e3 * pi/4 * 0.02^4 / 0.2^2 = 0.0377 N, and gravity off."""
     force = "load weight = point_force(beam, at = (200, 0, 0) mm, vector = (0, 0, {}) N)"
     for newton, warned in (("-0.037", False), ("-0.039", True), ("0.039", True)):
-        text = changed(("load weight = gravity(9.81 m/s^2)", force.format(newton)),
-                       more=TET.replace("corotational", "small"))
+        text = changed(
+            ("load weight = gravity(9.81 m/s^2)", force.format(newton)), more=TET.replace("corotational", "small")
+        )
         assert codes(text) == ["W302"] * warned
     along = force.replace("(0, 0, {})", "(100, 0, 0)")
-    assert codes(changed(("load weight = gravity(9.81 m/s^2)", along),
-                         more=TET.replace("corotational", "small"))) == []
+    assert codes(changed(("load weight = gravity(9.81 m/s^2)", along), more=TET.replace("corotational", "small"))) == []
 
 
 @pytest.mark.parametrize(("length", "crude"), [(119, True), (121, False)])
@@ -163,13 +163,19 @@ def test_supports_that_select_nothing_or_everything(where: str, code: str) -> No
 
 
 def test_a_load_may_act_everywhere() -> None:
-    assert codes(changed(("gravity(9.81 m/s^2)", "pressure(beam, where = x >= 0 mm, magnitude = 1 Pa)"),
-                         ("beam6dof(segments = 20)", "fem(tet4, strain = finite, size = 10 mm)"))) == []
+    assert (
+        codes(
+            changed(
+                ("gravity(9.81 m/s^2)", "pressure(beam, where = x >= 0 mm, magnitude = 1 Pa)"),
+                ("beam6dof(segments = 20)", "fem(tet4, strain = finite, size = 10 mm)"),
+            )
+        )
+        == []
+    )
 
 
 def test_a_body_that_nothing_holds_is_reported_once() -> None:
-    text = changed(("support wall = fixed(beam, where = x <= 0 mm)\n", ""),
-                   more=TET + THEORY)
+    text = changed(("support wall = fixed(beam, where = x <= 0 mm)\n", ""), more=TET + THEORY)
     assert codes(text) == ["E306"]
 
 
@@ -186,8 +192,7 @@ def test_what_holds_for_several_models_is_said_once() -> None:
 
 
 def test_points_outside_are_reported_at_both_ends() -> None:
-    text = changed(("point(beam, at = (200, 0, 0) mm)",
-                    "line(beam, from = (-1, 0, 0) mm, to = (201, 0, 0) mm)"))
+    text = changed(("point(beam, at = (200, 0, 0) mm)", "line(beam, from = (-1, 0, 0) mm, to = (201, 0, 0) mm)"))
     assert codes(text) == ["E504", "E504"]
 
 
@@ -221,8 +226,7 @@ def test_references_that_do_not_hold(old: str, new: str, reason: str, reference:
 
 
 def test_a_clamp_at_the_other_end_is_as_good() -> None:
-    text = changed(("x <= 0 mm", "x >= 200 mm"), ("(200, 0, 0)", "(0, 0, 0)"),
-                   more=THEORY)
+    text = changed(("x <= 0 mm", "x >= 200 mm"), ("(200, 0, 0)", "(0, 0, 0)"), more=THEORY)
     assert codes(text) == []
 
 

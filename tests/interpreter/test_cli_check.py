@@ -49,8 +49,9 @@ def test_exit_statuses(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out.count("no errors") == 2
 
 
-def test_standard_scenes_and_standard_input(capsys: pytest.CaptureFixture[str],
-                                            monkeypatch: pytest.MonkeyPatch) -> None:
+def test_standard_scenes_and_standard_input(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert main(["check", "silicone-beam"]) == 0
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(BAD.encode())))
     assert main(["check", "-"]) == 2
@@ -92,15 +93,14 @@ FILES = [
     ("a NUL", b"param a = 3\0\n", "E125", "not a text file"),
     ("a program", b"\x7fELF\x02\x01\x01" + bytes(range(256)) * 100, "E125", "not a text file"),
     ("an image", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + os.urandom(2000), "E125", "not a text file"),
-    ("no UTF-8", b"scene \"B\xe4lkchen\"\n", "E401", "byte 0xe4 in line 1"),
+    ("no UTF-8", b'scene "B\xe4lkchen"\n', "E401", "byte 0xe4 in line 1"),
     ("UTF-16", "param a = 3\n".encode("utf-16"), "E401", "UTF-16"),
     ("30 MB", b"# comment\n" * 3_000_000, "E401", "larger than 1 MB"),
 ]
 
 
 @pytest.mark.parametrize(("content", "code", "words"), [f[1:] for f in FILES], ids=[f[0] for f in FILES])
-def test_files_that_are_no_scenes(content: bytes, code: str, words: str,
-                                  capsys: pytest.CaptureFixture[str]) -> None:
+def test_files_that_are_no_scenes(content: bytes, code: str, words: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", written("file.scene", content)]) == 2
     err = capsys.readouterr().err
     assert err.startswith(f"error[{code}]: ")

@@ -27,9 +27,7 @@ metric eta = energy_norm(axis, against = theory)
 """
 
 
-def dsl(
-    *arguments: str, cwd: Path, text: str | None = None, **environment: str
-) -> subprocess.CompletedProcess[str]:
+def dsl(*arguments: str, cwd: Path, text: str | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [*DSL, *arguments],
         cwd=cwd,

@@ -72,8 +72,9 @@ def test_every_code_has_a_page_and_every_page_a_code() -> None:
         file.read_text(encoding="utf-8")
         for folder in ("grammar", "interpreter", "solvers") for file in (PACKAGE / folder).rglob("*.py")
     ]  # fmt: skip
-    emitted = {code for text in texts for code in re.findall(r"\"([EW]\d{3})\"|\[([EW]\d{3})\]", text)
-               for code in code if code}
+    emitted = {
+        code for text in texts for code in re.findall(r"\"([EW]\d{3})\"|\[([EW]\d{3})\]", text) for code in code if code
+    }
     assert emitted == set(pages())
 
 

@@ -81,9 +81,7 @@ def test_a_mesh_below_the_report_is_not_written_over(capsys: pytest.CaptureFixtu
 
 
 @pytest.mark.parametrize("name", ["report.json", "report.html"])
-def test_a_folder_where_a_file_should_go_is_found_before_the_run(
-    name: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_where_a_file_should_go_is_found_before_the_run(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     Path("here", name).mkdir(parents=True)
     assert main(["run", "my.scene", "--model", "rod", "--out", "here"]) == 2
     said = capsys.readouterr()

@@ -78,9 +78,7 @@ def point(
 
 def lost(model: str, status: str = "diverged", message: str | None = "no equilibrium was found") -> Json:
     nothing = {"eta": {"value": None, "unit": "1", "reason": message, "against": "truth"}}
-    return point(
-        model, None, status=status, message=message, errors=nothing, probes={}, cost=None, size={}, solve={}
-    )
+    return point(model, None, status=status, message=message, errors=nothing, probes={}, cost=None, size={}, solve={})
 
 
 def truth(**changes: Any) -> Json:
@@ -108,9 +106,7 @@ def refined(model: str, **how: Any) -> list[Json]:
 
 
 def with_errors(value: float | None, uncertainty: float | None) -> list[Json]:
-    own = {
-        "eta": {"value": value, "unit": "1", "uncertainty": uncertainty, "against": "truth", "reason": "none"}
-    }
+    own = {"eta": {"value": value, "unit": "1", "uncertainty": uncertainty, "against": "truth", "reason": "none"}}
     return [{**p, "errors": own} for p in refined("fem")]
 
 
@@ -185,9 +181,7 @@ CASES: dict[str, Callable[[], Json]] = {
     "zero error": lambda: comparison(*with_errors(0.0, None)),
     "zero error, uncertain": lambda: comparison(*with_errors(0.0, 0.01)),
     "far below": lambda: comparison(*with_errors(1e-12, 0.01), *refined("other", scale=1e-9)),
-    "all disturbed": lambda: comparison(
-        *({**p, "cost": cost(1.0, contaminated=True)} for p in refined("fem"))
-    ),
+    "all disturbed": lambda: comparison(*({**p, "cost": cost(1.0, contaminated=True)} for p in refined("fem"))),
     "disturbed, allowed": lambda: comparison(
         *({**p, "cost": cost(1.0, contaminated=True)} for p in refined("fem")), allow_contaminated=True
     ),
@@ -211,11 +205,7 @@ def test_every_page_is_whole_and_needs_nothing_else(case: str, parsed: Parsed) -
     assert "@import" not in style
     identities = [a["id"] for _, a in whole.tags if "id" in a]
     assert len(identities) == len(set(identities))
-    drawn = [
-        a.get(k, "")
-        for t, a in whole.tags
-        for k in ("d", "points", "x", "y", "cx", "cy", "viewbox", "style")
-    ]
+    drawn = [a.get(k, "") for t, a in whole.tags for k in ("d", "points", "x", "y", "cx", "cy", "viewbox", "style")]
     numbers = " ".join(drawn)
     assert not re.search(r"\bnan\b|\binf\b", numbers, re.IGNORECASE)
     assert not re.search(r"\bnan\b|\binfinity\b", whole.text, re.IGNORECASE)
@@ -306,9 +296,7 @@ def test_studies_are_answered(parsed: Parsed) -> None:
 
 def test_the_saved_tables_have_every_point(parsed: Parsed) -> None:
     made = usual()
-    links = {
-        a["download"]: unquote(a["href"]) for t, a in parsed(page(made)).tags if t == "a" and "download" in a
-    }
+    links = {a["download"]: unquote(a["href"]) for t, a in parsed(page(made)).tags if t == "a" and "download" in a}
     rows = links["beam-points.csv"].split("\r\n")
     assert rows[0].startswith("data:text/csv;charset=utf-8,configuration,model,study,status")
     assert len(rows) == len(made["points"]) + 2  # the head, and the end of the last line

@@ -38,8 +38,11 @@ def valid(text: str, *overrides: str, folder: Path = Path()) -> Scene:
 def wrong(text: str, *overrides: str, folder: Path = Path()) -> list[tuple[str, str]]:
     """Codes of the errors, and what each underlines."""
     _, found = compiled(text, *overrides, folder=folder)
-    return [(d.code, d.source.text[d.span.start : d.span.end])
-            for d in found if d.severity == "error" and d.source and d.span]
+    return [
+        (d.code, d.source.text[d.span.start : d.span.end])
+        for d in found
+        if d.severity == "error" and d.source and d.span
+    ]
 
 
 def value(scene: Scene, name: str) -> float:
@@ -112,8 +115,14 @@ def test_every_field_name_can_name_something(name: str) -> None:
 
 def test_words_of_the_vocabulary_can_name_something() -> None:
     kinds = CATALOGUE
-    words = {*kinds, *(n for table in kinds.values() for n in table), *CATALOGUE.words(), "small", "finite",
-             "corotational"}
+    words = {
+        *kinds,
+        *(n for table in kinds.values() for n in table),
+        *CATALOGUE.words(),
+        "small",
+        "finite",
+        "corotational",
+    }
     scene = valid("".join(f"param {word} = 3 mm\n" for word in sorted(words - PREDEFINED)) + BEAM)
     assert len(scene.parameters) == len(words - PREDEFINED)
 
@@ -243,12 +252,9 @@ def test_names_arrive_with_their_prefix(folder: Path) -> None:
 
 
 def test_names_of_a_scene_that_is_used_can_be_overridden(folder: Path) -> None:
-    scene = valid('use "lib/tissues.scene" as tissue\n', "tissue.k=2 kPa", "tissue.liver.poisson=0.3",
-                  folder=folder)
-    assert (scene.declared["tissue.liver"].thing.young, scene.declared["tissue.liver"].thing.poisson) == (2e3,
-                                                                                                          0.3)
-    assert wrong('use "lib/tissues.scene" as tissue\n', "tissue.k=20 kPa",
-                 folder=folder) == [("E214", "20 kPa")]
+    scene = valid('use "lib/tissues.scene" as tissue\n', "tissue.k=2 kPa", "tissue.liver.poisson=0.3", folder=folder)
+    assert (scene.declared["tissue.liver"].thing.young, scene.declared["tissue.liver"].thing.poisson) == (2e3, 0.3)
+    assert wrong('use "lib/tissues.scene" as tissue\n', "tissue.k=20 kPa", folder=folder) == [("E214", "20 kPa")]
 
 
 def test_a_scene_may_be_used_twice(folder: Path) -> None:
@@ -295,8 +301,9 @@ def test_a_mistake_in_a_used_scene_is_shown_in_its_file(folder: Path) -> None:
 def test_scenes_that_use_each_other_without_end_are_refused(tmp_path: Path) -> None:
     """Each scene uses the next one twice: 2^60 scenes, if nobody counted."""
     for i in range(60):
-        (tmp_path / f"s{i}.scene").write_text(f'use "s{i + 1}.scene" as a\nuse "s{i + 1}.scene" as b\n',
-                                              encoding="utf-8")
+        (tmp_path / f"s{i}.scene").write_text(
+            f'use "s{i + 1}.scene" as a\nuse "s{i + 1}.scene" as b\n', encoding="utf-8"
+        )
     found = wrong('use "s0.scene" as a', folder=tmp_path)
     assert {code for code, _ in found} == {"E402", "E131"}  # so many that not all are looked for
     assert len(found) < 100

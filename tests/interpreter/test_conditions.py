@@ -95,12 +95,13 @@ def _length(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
 
 
 TERM = st.recursive(LENGTHS, _length, max_leaves=5)
-COMPARISON = st.builds(lambda a, o, b: f"{a} {o} {b}", TERM,
-                       st.sampled_from(["<", "<=", ">", ">=", "==", "!="]), TERM)
+COMPARISON = st.builds(lambda a, o, b: f"{a} {o} {b}", TERM, st.sampled_from(["<", "<=", ">", ">=", "==", "!="]), TERM)
 CONDITION = st.recursive(
     COMPARISON,
-    lambda inner: st.builds(lambda a, o, b: f"({a}) {o} ({b})", inner, st.sampled_from(["and", "or"]), inner)
-    | st.builds(lambda a: f"not ({a})", inner),
+    lambda inner: (
+        st.builds(lambda a, o, b: f"({a}) {o} ({b})", inner, st.sampled_from(["and", "or"]), inner)
+        | st.builds(lambda a: f"not ({a})", inner)
+    ),
     max_leaves=3,
 )
 METRES = st.integers(-200, 200).map(lambda n: n / 1000)
@@ -108,8 +109,7 @@ BOUND = st.tuples(METRES, METRES).map(lambda pair: (min(pair), max(pair)))
 SHARE = st.sampled_from([0.0, 1.0]) | st.floats(0.0, 1.0)
 
 
-@given(CONDITION, st.tuples(BOUND, BOUND, BOUND),
-       st.lists(st.tuples(SHARE, SHARE, SHARE), min_size=1, max_size=20))
+@given(CONDITION, st.tuples(BOUND, BOUND, BOUND), st.lists(st.tuples(SHARE, SHARE, SHARE), min_size=1, max_size=20))
 def test_bounds_agree_with_sampling(
     text: str, box: tuple[tuple[float, float], ...], shares: list[tuple[float, ...]]
 ) -> None:

@@ -24,8 +24,7 @@ from softmark.interpreter.language.expressions import (
     VectorValue,
 )
 
-NAMES = {"L": Quantity(0.178, units.LENGTH), "n": Quantity(3.0, units.NONE),
-         "v": VectorValue((1.0, 2.0), units.LENGTH)}
+NAMES = {"L": Quantity(0.178, units.LENGTH), "n": Quantity(3.0, units.NONE), "v": VectorValue((1.0, 2.0), units.LENGTH)}
 
 
 def evaluate(text: str) -> tuple[Value | None, list[Diagnostic]]:
@@ -34,8 +33,9 @@ def evaluate(text: str) -> tuple[Value | None, list[Diagnostic]]:
     node, problems = parse_expression(Source("text", text))
     assert node is not None, problems
     try:
-        value: Value | None = Evaluator(Place(Source("text", text), found),
-                                        lambda name: NAMES[name.text], CATALOGUE).value(node)
+        value: Value | None = Evaluator(
+            Place(Source("text", text), found), lambda name: NAMES[name.text], CATALOGUE
+        ).value(node)
     except Bad:
         value = None
     assert (value is None) == bool(found)
@@ -166,8 +166,7 @@ def test_arithmetic_is_that_of_python(a: float, b: float, operator: str) -> None
 
 
 UNIT = st.sampled_from(["", " m", " mm", " kPa", " s", " deg", " %", " kg/m^3"])
-ATOM = st.builds(lambda n, u: f"{n}{u}", st.integers(0, 9),
-                 UNIT) | st.sampled_from(["L", "n", "v", "pi", "(1, 2) mm"])
+ATOM = st.builds(lambda n, u: f"{n}{u}", st.integers(0, 9), UNIT) | st.sampled_from(["L", "n", "v", "pi", "(1, 2) mm"])
 
 
 def _grown(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
@@ -189,8 +188,11 @@ def test_every_expression_has_a_finite_value_or_one_error(text: str) -> None:
 def test_reading_never_runs_code(tmp_path: Path) -> None:
     """Names and calls of Python mean nothing here, and are errors."""
     marker = tmp_path / "written"
-    for text in (f'open("{marker}", "w")', f'__import__("os").system("touch {marker}")',
-                 f'exec("open({str(marker)!r}, 1)")'):
+    for text in (
+        f'open("{marker}", "w")',
+        f'__import__("os").system("touch {marker}")',
+        f'exec("open({str(marker)!r}, 1)")',
+    ):
         scene, found = checked(Source("text", f"param a = {text}\n"), tmp_path, None)
         assert scene is None
         assert found

@@ -116,9 +116,7 @@ def test_a_rod_imports_nothing_while_its_clock_runs(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("timeout", [None, "20"])
-def test_nothing_is_searched_for_among_modules_and_no_thread_waits_awake(
-    tmp_path: Path, timeout: str | None
-) -> None:
+def test_nothing_is_searched_for_among_modules_and_no_thread_waits_awake(tmp_path: Path, timeout: str | None) -> None:
     """A tenth of a short run went into the former, as much into the latter; the user's own word on threads stays."""
     import json
 

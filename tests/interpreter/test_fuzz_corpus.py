@@ -115,7 +115,5 @@ def test_the_fence_hears_what_it_must() -> None:
             "print(heard)",
         ]
     )
-    done = subprocess.run(
-        [sys.executable, "-c", script], cwd=FUZZ, capture_output=True, text=True, check=False
-    )
+    done = subprocess.run([sys.executable, "-c", script], cwd=FUZZ, capture_output=True, text=True, check=False)
     assert done.stdout == "5\n", done.stderr

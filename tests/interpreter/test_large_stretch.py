@@ -28,9 +28,7 @@ WAYS = {"uniaxial": "", "equibiaxial": PULLED_Y, "planar": HELD_Y}
 
 def declared(models: dict[str, str], size: str) -> str:
     """The lines of models by the words of their elements."""
-    return "\n".join(
-        f"model {name} = fem({words}, strain = finite, size = {size})" for name, words in models.items()
-    )
+    return "\n".join(f"model {name} = fem({words}, strain = finite, size = {size})" for name, words in models.items())
 
 
 def stretched(law: str, nu: float, way: str, models: dict[str, str]) -> str:

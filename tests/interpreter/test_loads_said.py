@@ -151,7 +151,7 @@ def test_the_report_says_it(tmp_path: Path) -> None:
     assert report.models["m"].stated["tip"]["parts"]["loads"] < 1e-9
     assert of_selections({}) == {}
     page = render(report)
-    assert "<h2 id=\"loads-heading\">Loads</h2>" in page
+    assert '<h2 id="loads-heading">Loads</h2>' in page
     assert "(0, 0, −140) mN" in page
 
 

@@ -196,8 +196,10 @@ model net = mass_spring(stiffness = from_material(), network = hex8, size = 10 m
 
 def test_a_part_of_a_case() -> None:
     """Loads and imposed displacements at a third; where they act does not change."""
-    text = BLOCK.replace("support  left   = fixed(block, where = x <= 0 mm, components = x)",
-                         "support left = displaced(block, where = x <= 0 mm, by = (3, 0, 0) mm)")
+    text = BLOCK.replace(
+        "support  left   = fixed(block, where = x <= 0 mm, components = x)",
+        "support left = displaced(block, where = x <= 0 mm, by = (3, 0, 0) mm)",
+    )
     text += "load weight = gravity(9 m/s^2)\nload push = pressure(block, where = z >= 20 mm, magnitude = 30 Pa)"
     text += "\nload at = point_force(block, at = (60, 20, 20) mm, vector = (0, 0, 3) N)"
     case = case_of(softmark.loads(text).scene, "block")

@@ -62,9 +62,7 @@ def test_the_calibrated_beam_is_within_a_millimetre_of_the_scan(
 
 
 @pytest.mark.parametrize("scene", ["silicone-beam-calibrated"])
-def test_with_the_printed_modulus_it_is_six_millimetres_away(
-    scene: str, needs_data: Callable[[str], None]
-) -> None:
+def test_with_the_printed_modulus_it_is_six_millimetres_away(scene: str, needs_data: Callable[[str], None]) -> None:
     """60 kPa: 6.05 mm for the converged solid, 12.6 % (REFERENCES, 1.4); the skin here is a coarser one, to 5 %."""
     printed = softmark.load(scene, E="60 kPa")
     needs_data(printed.scene.source.text)
@@ -130,9 +128,7 @@ def offline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 PUBLIC = 'reference ct = surface("data:silicone-beam/truthCylinder-Deformed.obj", unit = 1 m, uncertainty = 1 mm)\n'
-AGAINST = (
-    "metric away = surface_distance(skin, against = ct)\nexpect rod.away < 1 mm\nexpect rod.drop > 0 mm\n"
-)
+AGAINST = "metric away = surface_distance(skin, against = ct)\nexpect rod.away < 1 mm\nexpect rod.drop > 0 mm\n"
 
 
 @pytest.mark.usefixtures("offline")

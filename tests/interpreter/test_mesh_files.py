@@ -35,9 +35,7 @@ def written(folder: Path, at: str = "(10, 10, 40) mm", change: object = None) ->
 
 def test_a_mesh_file_gives_the_same_as_the_shape_it_was_made_from(tmp_path: Path) -> None:
     read = softmark.load(written(tmp_path)).run()
-    text = SCENE.format(at="(10, 10, 40) mm").replace(
-        'mesh("block.vtk", unit = 1 mm)', "box(size = (20, 20, 40) mm)"
-    )
+    text = SCENE.format(at="(10, 10, 40) mm").replace('mesh("block.vtk", unit = 1 mm)', "box(size = (20, 20, 40) mm)")
     made = softmark.loads(text).run()
     assert read.exit_status == made.exit_status == 0
     u, v = (r.models["solid"].probes["top"].displacement for r in (read, made))

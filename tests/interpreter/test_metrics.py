@@ -76,9 +76,7 @@ def points(statistic: Any) -> Any:
     ],
 )
 def test_mean_error_by_statistic(statistic: str, value: float) -> None:
-    assert points(statistic).value == pytest.approx(
-        value, rel=1e-12, abs=1e-12
-    )  # sums of a few small integers
+    assert points(statistic).value == pytest.approx(value, rel=1e-12, abs=1e-12)  # sums of a few small integers
 
 
 def test_mean_error_keeps_the_others_as_details() -> None:
@@ -204,9 +202,7 @@ def test_energy_norm_sees_no_rotation() -> None:
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     F = np.diag([1.2, 1.0, 1.0])
     turned = affine(R @ F)
-    assert (
-        energy_norm(lambda X: turned(X) + 3.0, affine(F)).value < 1e-9
-    )  # rounding: 4 m * 1e-16 / 2e-4 m / 0.22
+    assert energy_norm(lambda X: turned(X) + 3.0, affine(F)).value < 1e-9  # rounding: 4 m * 1e-16 / 2e-4 m / 0.22
 
 
 def test_energy_norm_says_what_is_missing() -> None:
@@ -322,9 +318,7 @@ def test_period_of_backward_euler() -> None:
     theta, r = math.atan(0.1), 1.01**-0.5
     n = np.arange(900)
     found = Period("tip", UP).measure(course(r**n * np.cos(n * theta), 0.1))
-    assert found.value == pytest.approx(
-        2 * math.pi * 1.003324, rel=2e-4
-    )  # samples are 1/63 of a period apart
+    assert found.value == pytest.approx(2 * math.pi * 1.003324, rel=2e-4)  # samples are 1/63 of a period apart
     assert found.details["log_decrement"] == pytest.approx(2 * math.pi * 0.04992, rel=2e-3)
 
 

@@ -25,12 +25,15 @@ probe    axis = line(beam, from = (0, 0, 0) mm, to = (120, 0, 0) mm, points = 5)
 metric   sag  = displacement(axis, along = -z)
 """
 AGAINST_MODEL = BEAM + "metric diff = energy_norm(axis, against = rod)\n"
-THEORIES = BEAM + """
+THEORIES = (
+    BEAM
+    + """
 reference theory   = elastica(beam)
 reference reissner = simo_reissner(beam)
 metric eta     = energy_norm(axis, against = theory)
 metric eta_rod = energy_norm(axis, against = reissner)
 """
+)
 
 
 @pytest.mark.parametrize(("text", "sag", "others"), [(BEAM, True, ()), (AGAINST_MODEL, True, ("diff",))])

@@ -83,9 +83,7 @@ def test_a_sphere_over_a_plane() -> None:
     # the points of a sphere of radius 1 m whose centre is 3 m above a plane: d_i = 3 + z_i, by symmetry 3 m on average;
     # nothing is rounded but sums
     points, triangles = sphere(1.0)
-    plane = Scan(
-        np.array([[-9.0, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]]), np.array([[0, 1, 2], [0, 2, 3]])
-    )
+    plane = Scan(np.array([[-9.0, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]]), np.array([[0, 1, 2], [0, 2, 3]]))
     found = distance(points, triangles, plane, np.full_like(points, 3.0) * [0.0, 0.0, 1.0])
     assert found.value == pytest.approx(3.0, rel=1e-12)
     assert (found.details["max_m"], found.details["min_m"]) == pytest.approx((4.0, 2.0))
@@ -153,9 +151,7 @@ def test_relative_error_as_the_authors_define_it() -> None:
     # Four points of a model over the plane z = 1. They stood at z = 0, -1, -3 and 0 and came to 1, 1.5, 0.6 and 1.2.
     # Their feet are straight above or below them at z = 1, so they went 1, 2, 4 and 1 m; without the motion of the
     # first, d0 = 0, 1, 3 and 0 m. Only the second and the third have a ratio: 0.5 / 1 and 0.4 / 3
-    plane = Scan(
-        np.array([[-9.0, -9, 1], [9, -9, 1], [9, 9, 1], [-9, 9, 1]]), np.array([[0, 1, 2], [0, 2, 3]])
-    )
+    plane = Scan(np.array([[-9.0, -9, 1], [9, -9, 1], [9, 9, 1], [-9, 9, 1]]), np.array([[0, 1, 2], [0, 2, 3]]))
     X = np.array([[0.0, 0, 0], [1, 0, -1], [2, 0, -3], [3, 0, 0]])
     u = np.array([[0.0, 0, 1], [0, 0, 2.5], [0, 0, 3.6], [0, 0, 1.2]])
     found = distance(X, None, plane, u, statistic="relative_mean")

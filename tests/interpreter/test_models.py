@@ -60,15 +60,12 @@ def test_hanging_bar_stretches_by_its_weight() -> None:
     # rho g L^2 / (2 E) = 0.7848 mm; nodes of linear elements are exact for distributed axial load, up to the strain's
     # own size of 0.2 %, which a linear law of finite strain sees as the square of it
     report = bar(
-        ROD
-        + "model solid = fem(tet4, strain = small, size = 10 mm)\nload g = gravity(9.81 m/s^2, direction = +x)\n",
+        ROD + "model solid = fem(tet4, strain = small, size = 10 mm)\nload g = gravity(9.81 m/s^2, direction = +x)\n",
         poisson="0",
     )
     exact = 1000 * 9.81 * 0.4**2 / 2e6
     assert tip(report, "rod")[0] == pytest.approx(exact, rel=1e-3)
-    assert tip(report, "solid")[0] == pytest.approx(
-        exact, rel=1e-3
-    )  # lumped exactly by linear shape functions along x
+    assert tip(report, "solid")[0] == pytest.approx(exact, rel=1e-3)  # lumped exactly by linear shape functions along x
 
 
 def test_solid_beam_approaches_beam_theory_as_it_is_refined() -> None:
@@ -103,14 +100,11 @@ def test_large_rotation_of_a_support_is_followed() -> None:
 def test_switching_shear_and_stretch_off_gives_euler_bernoulli() -> None:
     text = "model stiff = beam6dof(segments = 40, shear = no, axial = no)\nreference textbook = small_deflection(bar)\n"
     report = bar(
-        text
-        + "load g = gravity(0.001 m/s^2, direction = -z)\nmetric eta = energy_norm(axis, against = textbook)\n"
+        text + "load g = gravity(0.001 m/s^2, direction = -z)\nmetric eta = energy_norm(axis, against = textbook)\n"
     )
     value = report.models["stiff"].metrics["eta"].value
     assert value is not None
-    assert (
-        value < 1e-3
-    )  # second order in 1/40: 1 / (4 * 40^2) = 1.6e-4 of the tip, and geometry linear to 1e-4
+    assert value < 1e-3  # second order in 1/40: 1 / (4 * 40^2) = 1.6e-4 of the tip, and geometry linear to 1e-4
 
 
 def test_roller_lets_a_beam_section_turn() -> None:

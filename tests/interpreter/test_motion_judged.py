@@ -53,9 +53,7 @@ def test_a_refused_explicit_step_leaves_its_number() -> None:
 
 def test_the_balance_and_the_resolution_are_in_the_report() -> None:
     cells = "model cells = fem(hex8, strain = corotational, size = 5 mm)\n"
-    report = run(
-        HELD + cells + "analysis fall = dynamic(duration = 40 ms, step = 1 ms, integrator = trapezoidal)\n"
-    )
+    report = run(HELD + cells + "analysis fall = dynamic(duration = 40 ms, step = 1 ms, integrator = trapezoidal)\n")
     solve = report.models["cells"].solve
     assert not report.warnings
     energy = solve["energy"]

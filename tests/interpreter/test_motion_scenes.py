@@ -174,9 +174,7 @@ def test_a_body_at_rest_must_be_held_and_one_in_motion_need_not_be() -> None:
     text = BAR.replace("support  wall = fixed(bar, where = x <= 0 mm)\n", "") + HEXES.format(more="")
     with pytest.raises(softmark.SceneError, match=r"E306"):
         run(text + "load weight = gravity(9.81 m/s^2)\n")
-    report = run(
-        text + "load weight = gravity(9.81 m/s^2)\n" + moving(0.2, 0.02, ", integrator = trapezoidal")
-    )
+    report = run(text + "load weight = gravity(9.81 m/s^2)\n" + moving(0.2, 0.02, ", integrator = trapezoidal"))
     # free fall: g t^2 / 2, exactly, since the trapezoidal rule integrates a constant acceleration exactly
     _, u = course_of(report, "cells", "tip")
     assert u[-1, 0, 2] == pytest.approx(-9.81 * 0.2**2 / 2, rel=1e-9)

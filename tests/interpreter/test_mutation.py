@@ -23,8 +23,20 @@ from softmark.scenes import ROOT
 
 SCENES = sorted(ROOT.rglob("*.scene"))
 SAMPLES = [60, pytest.param(250, marks=pytest.mark.slow)]  # mutations of each scene
-PLACES = {"(": "[", ")": "]", "[": "(", "]": ")", "=": ":", ",": ";", "<": ">", ">": "<", "+": "-", "-": "+",
-          "*": "/", "/": "*"}
+PLACES = {
+    "(": "[",
+    ")": "]",
+    "[": "(",
+    "]": ")",
+    "=": ":",
+    ",": ";",
+    "<": ">",
+    ">": "<",
+    "+": "-",
+    "-": "+",
+    "*": "/",
+    "/": "*",
+}
 
 
 @dataclass(frozen=True)
@@ -90,8 +102,7 @@ def assert_inside(diagnostic: Diagnostic, mutation: Mutation) -> None:
     assert source is not None, mutation
     assert span is not None, mutation
     assert 0 <= span.start <= span.end <= len(source.text), (mutation, diagnostic)
-    for offset, line, column in ((span.start, span.line, span.column),
-                                 (span.end, span.end_line, span.end_column)):
+    for offset, line, column in ((span.start, span.line, span.column), (span.end, span.end_line, span.end_column)):
         starts = [0, *(m.end() for m in re.finditer(r"\r\n|\n|\r", source.text))]
         assert starts[line - 1] + column - 1 == offset, (mutation, diagnostic)
     assert diagnostic.message, mutation

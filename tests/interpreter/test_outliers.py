@@ -52,9 +52,7 @@ def test_all_outside_is_an_error(tmp_path: Path) -> None:
         load(written(tmp_path, [(500, 100, 100), (1000, 100, 100)])).run()
 
 
-@pytest.mark.parametrize(
-    "shape", [Box((0.1, 0.02, 0.04), (0.3, 0.0, -0.1)), Cylinder(0.1, 0.02, (0.0, 0.6, 0.8))]
-)
+@pytest.mark.parametrize("shape", [Box((0.1, 0.02, 0.04), (0.3, 0.0, -0.1)), Cylinder(0.1, 0.02, (0.0, 0.6, 0.8))])
 def test_how_far_outside(shape: Box | Cylinder) -> None:
     """Against the nearest of many points of the body: within half the spacing of those; zero inside."""
     random = np.random.default_rng(1)

@@ -130,9 +130,7 @@ def test_a_condition_that_selects_nothing_is_refused(tmp_path: Path, declaration
         ("volume(block)", "cells_of", "block"),
     ],
 )
-def test_a_mesh_that_cannot_be_read_is_refused(
-    tmp_path: Path, declaration: str, body: str, owner: str
-) -> None:
+def test_a_mesh_that_cannot_be_read_is_refused(tmp_path: Path, declaration: str, body: str, owner: str) -> None:
     written(tmp_path, declaration)
     (tmp_path / "block.vtk").write_text("this is no mesh")
     text = (tmp_path / "block.scene").read_text().replace("box(size = (60, 20, 20) mm)", body)

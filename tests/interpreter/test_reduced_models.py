@@ -171,12 +171,15 @@ def test_loads_that_follow_and_supports_that_move() -> None:
 # ------------------------------------------------------------------ training and beyond
 
 
-SWEPT = BEAM + """
+SWEPT = (
+    BEAM
+    + """
 study ways = sweep(weight.direction, over = [-z, +y])
 study soft = sweep(gel.young, over = [50, 60] kPa, with = ways)
 model p = pod(of = full, over = ways)
 model q = pod(of = full, over = soft, training = [0.5, 1])
 """
+)
 
 
 def test_training_goes_through_a_sweep() -> None:

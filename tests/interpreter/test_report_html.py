@@ -42,9 +42,7 @@ metric drop = displacement(axis, along = -z)
 model a = beam6dof(segments = 4)
 expect a.eta < 5 %
 """
-HOSTILE = (
-    "</script><script>alert(1)</script><img src=x onerror='alert(2)'>\"&`<b>`\x00\x07 http://evil.example"
-)
+HOSTILE = "</script><script>alert(1)</script><img src=x onerror='alert(2)'>\"&`<b>`\x00\x07 http://evil.example"
 
 
 def line(bend: float, n: int = 41) -> ProbeResult:
@@ -58,10 +56,7 @@ def line(bend: float, n: int = 41) -> ProbeResult:
 
 def history(n: int, *phases: str) -> list[dict[str, Any]]:
     """Iterations whose residual falls tenfold each time."""
-    return [
-        {"phase": phases[i * len(phases) // n], "load": 1.0, "residual": 10.0**-i, "length": 1.0}
-        for i in range(n)
-    ]
+    return [{"phase": phases[i * len(phases) // n], "load": 1.0, "residual": 10.0**-i, "length": 1.0} for i in range(n)]
 
 
 def model(name: str, bend: float = 0.021, **changes: Any) -> ModelResult:
@@ -83,9 +78,7 @@ def reference(name: str = "known", bend: float = 0.02, **changes: Any) -> Refere
     return replace(own, **changes)
 
 
-def report(
-    *models: ModelResult, references: tuple[ReferenceResult, ...] = (reference(),), **changes: Any
-) -> Report:
+def report(*models: ModelResult, references: tuple[ReferenceResult, ...] = (reference(),), **changes: Any) -> Report:
     scene = {
         "title": "Odd", "file": "odd.scene", "sha256": "0" * 64, "text": SCENE, "overridden": [],
         "parameters": {"h": {"value": 0.005, "unit": "m", "text": "5 mm"}},
@@ -139,9 +132,7 @@ def single() -> Report:
     """A point probe and no line."""
     point = ProbeResult(np.array([[0.1, 0, 0]]), np.array([[0, 0, -0.02]]))
     nothing = {"eta": MetricResult(0.0, "1")}
-    return report(
-        model("a", probes={"tip": point}, metrics=nothing), references=(reference(probes={"tip": point}),)
-    )
+    return report(model("a", probes={"tip": point}, metrics=nothing), references=(reference(probes={"tip": point}),))
 
 
 def at_rest() -> Report:
@@ -346,9 +337,7 @@ def saved(parsed: Parsed, page: str, name: str) -> list[list[str]]:
 
 def test_every_number_of_the_table_is_in_its_csv(silicone: Report, parsed: Parsed) -> None:
     page = render(silicone)
-    table = page[
-        page.index('<table class="results"') : page.index("</table>", page.index('<table class="results"'))
-    ]
+    table = page[page.index('<table class="results"') : page.index("</table>", page.index('<table class="results"'))]
     numbers = [float(v) for v in re.findall(r'<data value="([^"]*)">', table)]
     known = {
         float(cell)
@@ -373,9 +362,7 @@ def test_figure_3_holds_every_centre_line(silicone: Report, parsed: Parsed) -> N
     for name, result in everyone.items():
         tip = result.probes["axis"].position[-1]
         # the CSV of a figure has nine digits
-        np.testing.assert_allclose(
-            [float(last[f"{name} {c} [m]"]) for c in "xyz"], tip, rtol=1e-8, atol=1e-15
-        )
+        np.testing.assert_allclose([float(last[f"{name} {c} [m]"]) for c in "xyz"], tip, rtol=1e-8, atol=1e-15)
         assert f'data-name="{name}"' in page
     # gravity is along -z and the beam along x
     assert "in the x–z plane" in page

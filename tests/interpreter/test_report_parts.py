@@ -75,10 +75,7 @@ def test_a_column_keeps_its_decimals_and_shows_what_is_smaller() -> None:
 
 def pieces(line: str) -> list[tuple[str, str]]:
     """(class, text) of every coloured piece of a line."""
-    return [
-        (kind, html.unescape(text))
-        for kind, text in re.findall(r'<span class="(.)">(.*?)</span>', coloured(line))
-    ]
+    return [(kind, html.unescape(text)) for kind, text in re.findall(r'<span class="(.)">(.*?)</span>', coloured(line))]
 
 
 @pytest.mark.parametrize(

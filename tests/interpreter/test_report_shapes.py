@@ -48,9 +48,7 @@ metric frame = realtime(rate = 25 Hz)
 
 def tube(bend: float, along: int = 40, around: int = 20) -> tuple[Any, Any]:
     """Points and outward triangles of a tube of 100 mm by 10 mm along x whose end sinks by `bend` m."""
-    s, a = np.meshgrid(
-        np.linspace(0, 0.1, along), np.linspace(0, 2 * np.pi, around, endpoint=False), indexing="ij"
-    )
+    s, a = np.meshgrid(np.linspace(0, 0.1, along), np.linspace(0, 2 * np.pi, around, endpoint=False), indexing="ij")
     X = np.stack([s, 0.005 * np.sin(a), 0.005 * np.cos(a) - bend * (s / 0.1) ** 2], axis=-1).reshape(-1, 3)
     i, j = (index.ravel() for index in np.meshgrid(np.arange(along - 1), np.arange(around), indexing="ij"))
     k = (j + 1) % around
@@ -95,15 +93,11 @@ def model(name: str, bend: float, frames: int = 0, along: int = 40) -> ModelResu
         events = [{"time": 0.25, "what": "step halved to 5 ms"}]
         solve |= {"times": moments.tolist(), "energies": energies, "events": events}
     shape = Shape(X, triangles, times, course, error, "scan")
-    return ModelResult(
-        name, "converged", None, "a tube", {"dofs": 9}, solve, {}, {"tip": tip}, metrics, shape
-    )
+    return ModelResult(name, "converged", None, "a tube", {"dofs": 9}, solve, {}, {"tip": tip}, metrics, shape)
 
 
 def report(*models: ModelResult) -> Report:
-    scan = ReferenceResult(
-        "scan", "converged", None, "measured surface", "us", 5e-4, shape=Shape(*tube(0.02))
-    )
+    scan = ReferenceResult("scan", "converged", None, "measured surface", "us", 5e-4, shape=Shape(*tube(0.02)))
     source = {"metric": "gap", "source": "A. Author (2008), Table 1", "note": "Mean (mm)."}
     scene = {"title": "Shapes", "file": "s.scene", "text": SCENE, "published": [source]}
     return Report(scene, {}, {m.name: m for m in models}, {"scan": scan}, (), ())
@@ -147,9 +141,7 @@ def test_positions_and_errors_survive_the_packing(page: str) -> None:
         owner = Findings(RICH).everyone[given["name"]].shape
         assert owner is not None
         low, high = np.array(given["low"]), np.array(given["high"])
-        X = low + np.frombuffer(base64.b64decode(given["position"]), "<u2").reshape(-1, 3) / scale * (
-            high - low
-        )
+        X = low + np.frombuffer(base64.b64decode(given["position"]), "<u2").reshape(-1, 3) / scale * (high - low)
         # half a step of 16 bits over a box of about 100 mm is below 1 µm, far below the 0.1 mm that one can see
         np.testing.assert_allclose(X, owner.position, atol=float((high - low).max()) / scale)
         if owner.error is not None:
@@ -162,17 +154,10 @@ def test_positions_and_errors_survive_the_packing(page: str) -> None:
 
 
 def test_every_figure_has_words_numbers_and_csv(page: str) -> None:
-    assert (
-        page.count("<figure")
-        == page.count("<figcaption")
-        == page.count('class="data"')
-        == page.count("<desc")
-    )
+    assert page.count("<figure") == page.count("<figcaption") == page.count('class="data"') == page.count("<desc")
     ids = re.findall(r' id="([^"]*)"', page)
     assert len(ids) == len(set(ids))
-    assert not re.search(
-        r"\b(nan|NaN|None|inf)\b", words(re.sub(r"<(script|style).*?</\1>", "", page, flags=re.S))
-    )
+    assert not re.search(r"\b(nan|NaN|None|inf)\b", words(re.sub(r"<(script|style).*?</\1>", "", page, flags=re.S)))
 
 
 def test_large_surfaces_are_thinned_and_the_page_says_so() -> None:
@@ -287,9 +272,7 @@ def test_published_values_stand_beside_ours(page: str) -> None:
     ours = RICH.models["poor"].metrics["gap"].value
     assert ours is not None
     # the published value is 4.5 mm for all
-    np.testing.assert_allclose(
-        [float(v) for v in named["poor"][3:7]], [ours, 0.0045, ours - 0.0045, ours / 0.0045 - 1]
-    )
+    np.testing.assert_allclose([float(v) for v in named["poor"][3:7]], [ours, 0.0045, ours - 0.0045, ours / 0.0045 - 1])
     assert "A. Author (2008), Table 1" in page
 
 

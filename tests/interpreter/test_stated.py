@@ -178,9 +178,7 @@ probe    tip  = point(b, at = (x0 + 20 mm, 5 mm, 5 mm))
     assert "rounding takes" in parts["100000 km"]["reason"]
 
 
-def test_it_is_in_every_report(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_it_is_in_every_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "a.scene"
     file.write_text(BEAM.format(models="model rod = beam6dof(segments = 8)", poisson=0.3, g=1.0), encoding="utf-8")
     assert main(["run", str(file), "--out", str(tmp_path / "plain")]) == 0

@@ -238,9 +238,7 @@ def test_the_command_from_end_to_end(file: Path, capsys: pytest.CaptureFixture[s
     assert f"{found['summary']['points']} points" in shown.out
 
 
-def test_json_on_standard_output_is_alone_there(
-    file: Path, made_up: None, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_json_on_standard_output_is_alone_there(file: Path, made_up: None, capsys: pytest.CaptureFixture[str]) -> None:
     main(["stress", "beam.scene", "--json", "-"])
     assert json.loads(capsys.readouterr().out)["schema"] == "softmark-stress/1"
 

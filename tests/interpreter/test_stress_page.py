@@ -16,7 +16,7 @@ from softmark.interpreter.report.stability.view import ruler, shown, told
 
 Json = dict[str, Any]
 Parsed = Callable[[str], Any]  # reads a page: conftest.py
-HOSTILE = "</script><script>alert(1)</script>\"&`<b>`\x00 http://evil.example"
+HOSTILE = '</script><script>alert(1)</script>"&`<b>`\x00 http://evil.example'
 POISSON = {"name": "rubber.poisson", "unit": "1", "nominal": 0.3, "text": "0.3", "kind": "gap", "limits": [0.3, 0.5]}
 LOAD = {"name": "tip.total", "unit": "N", "nominal": 1.0, "text": "(0, 0, -1) N", "kind": "factor", "limits": [1, 1e3]}
 CHOICE = {"name": "tets.precision", "unit": "1", "nominal": None, "text": "double", "kind": "choice", "limits": []}

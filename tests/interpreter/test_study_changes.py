@@ -134,9 +134,7 @@ def test_statuses_expectations_and_environments(monkeypatch: pytest.MonkeyPatch)
     new["environment"] = {"numpy": "2.5", "started": "now"}
     new["scene"]["parameters"] = {"h": {"text": "5 mm", "value": 0.005}}
     found = changes(old, new)
-    assert found["status"] == [
-        {"name": "a", "old": "converged", "new": "diverged", "message": "no equilibrium"}
-    ]
+    assert found["status"] == [{"name": "a", "old": "converged", "new": "diverged", "message": "no equilibrium"}]
     assert found["expectations"] == [{"what": "a.eta < 5 %", "old": "met", "new": "not met"}]
     assert found["environment"] == [{"what": "numpy", "old": None, "new": "2.5"}]
     assert found["scenes"] == [{"what": "parameter h", "old": None, "new": "5 mm"}]
@@ -168,9 +166,7 @@ def test_configurations_of_several_scenes_and_studies_are_kept_apart() -> None:
         (lambda: {"schema": "softmark-report/1"}, lambda: report(), "`models` is missing"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_compared_is_refused(
-    old: Callable[[], Any], new: Callable[[], Any], words: str
-) -> None:
+def test_what_cannot_be_compared_is_refused(old: Callable[[], Any], new: Callable[[], Any], words: str) -> None:
     with pytest.raises(Foreign, match=re.escape(words)):
         changes(old(), new(), ("old.json", "new.json"))
 

@@ -22,9 +22,7 @@ from softmark.interpreter.study.timing.clock import one_run, timings
 from softmark.interpreter.study.timing.gauges import Gauges
 from softmark.interpreter.study.timing.phases import FUNCTIONS, METHODS, Phases, owner_of, places
 
-LINUX = pytest.mark.skipif(
-    not hasattr(os, "sched_setaffinity"), reason="processors can be chosen on Linux only"
-)
+LINUX = pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="processors can be chosen on Linux only")
 TEXT = """softmark 1
 scene "A bar that bends"
 material gel = neo_hookean(young = 60 kPa, poisson = 0.45, density = 1000 kg/m^3)
@@ -41,9 +39,7 @@ metric   drop = displacement(axis, along = -z)
 
 def job(key: str, *overrides: str, text: str = TEXT, **more: Any) -> TimingJob:
     """A rod of few segments, timed for a short while."""
-    return TimingJob(
-        key, more.pop("model", "rod"), text=text, overrides=overrides, **{"least_s": 0.05} | more
-    )
+    return TimingJob(key, more.pop("model", "rod"), text=text, overrides=overrides, **{"least_s": 0.05} | more)
 
 
 @pytest.fixture(autouse=True)
@@ -69,9 +65,7 @@ def busy(core: int) -> Iterator[None]:
 
 def test_rounds_are_interleaved_and_every_run_is_a_process_of_its_own() -> None:
     records: list[dict[str, Any]] = []
-    costs = timings(
-        [job("a"), job("b", "rod.segments=6")], repeats=2, extra=0, keep=records.append, phases=False
-    )
+    costs = timings([job("a"), job("b", "rod.segments=6")], repeats=2, extra=0, keep=records.append, phases=False)
     assert [r["key"] for r in records] == ["a", "b", "a", "b"]
     assert len({r["pid"] for r in records} | {os.getpid()}) == 5
     for record in records:
@@ -173,9 +167,7 @@ def _record(key: str, elapsed_s: float = 1.0, compiled: int = 0) -> dict[str, An
 
 def test_what_does_not_converge_is_run_once_and_says_so() -> None:
     records: list[dict[str, Any]] = []
-    costs = timings(
-        [job("a", "rest.max_iterations=1", "weight.magnitude=9e4 m/s^2")], repeats=3, keep=records.append
-    )
+    costs = timings([job("a", "rest.max_iterations=1", "weight.magnitude=9e4 m/s^2")], repeats=3, keep=records.append)
     assert costs == {"a": None}
     assert [r["status"] for r in records] == ["not_converged"]
     assert quality.refusal(records)
@@ -199,9 +191,7 @@ def test_a_process_that_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 @LINUX
-def test_a_process_that_dies_has_a_message(
-    program: str, message: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_process_that_dies_has_a_message(program: str, message: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clock, "CHILD", (sys.executable, "-c", program))
     record = one_run(job("a"), [])
     assert (record["status"], record["message"]) == ("failed", message)

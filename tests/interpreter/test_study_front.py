@@ -29,9 +29,7 @@ from softmark.interpreter.study.analysis.point import lines_of
 Point = dict[str, Any]
 
 
-def point(
-    model: str, time: float | None, error: float | None, h: float | None = None, **changes: Any
-) -> Point:
+def point(model: str, time: float | None, error: float | None, h: float | None = None, **changes: Any) -> Point:
     """A point of a static scene that took `time` s, with quartiles 10 % about it; `h` puts it into a study."""
     spread = {
         "median": time,
@@ -41,9 +39,7 @@ def point(
         "max": time,
         "runs": 5,
     }
-    cost = (
-        None if time is None else {"cpu_s": spread, "wall_s": spread, "frame_s": time, "contaminated": False}
-    )
+    cost = None if time is None else {"cpu_s": spread, "wall_s": spread, "frame_s": time, "contaminated": False}
     label = model if h is None else f"{model}, h = {h:g}"
     made = {
         "key": label, "scene": "s", "model": model, "label": label, "study": None if h is None else "refine",
@@ -345,9 +341,7 @@ def test_advice_names_a_study_outside_the_asymptotic_range() -> None:
 
 
 def test_without_times_the_smallest_is_recommended() -> None:
-    found = analyse(
-        [point("a", None, 0.04, size={"dofs": 30}), point("b", None, 0.03, size={"dofs": 60})], {}
-    )
+    found = analyse([point("a", None, 0.04, size={"dofs": 30}), point("b", None, 0.03, size={"dofs": 60})], {})
     assert found["scenes"]["s"]["clock"] == "unknowns"
     assert found["scenes"]["s"]["metrics"]["e"]["front"] == ["a", "b"]
     assert "`a` is the smallest: 30 unknowns" in found["advice"][0]["text"].replace("\u00a0", " ")

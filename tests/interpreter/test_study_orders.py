@@ -54,9 +54,7 @@ def test_states_of_the_published_examples() -> None:
     assert (third.asymptotic, third.doubt) == (False, "the values swing about their limit")
 
 
-sizes = st.lists(st.floats(1.1, 3.0), min_size=3, max_size=5).map(
-    lambda r: [math.prod(r[i:]) for i in range(len(r))]
-)
+sizes = st.lists(st.floats(1.1, 3.0), min_size=3, max_size=5).map(lambda r: [math.prod(r[i:]) for i in range(len(r))])
 
 
 @given(h=sizes, p=st.floats(0.4, 4.0), limit=st.floats(-10, 10), slope=st.sampled_from([-3.0, -1.0, 0.2, 5.0]))

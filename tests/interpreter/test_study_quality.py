@@ -117,9 +117,7 @@ def test_two_runs_are_enough_where_no_more_were_asked_for() -> None:
 
 
 def test_remarks() -> None:
-    cost = quality.cost(
-        [run(warmed=False), run(solve={"iterations": 6, "steps": 1}), run(cores=[0])], asked=5
-    )
+    cost = quality.cost([run(warmed=False), run(solve={"iterations": 6, "steps": 1}), run(cores=[0])], asked=5)
     assert cost is not None
     assert set(cost["flags"]) == {"few repeats", "not warmed up", "runs differ", "differing processors"}
     assert set(cost["flags"]) <= set(quality.REMARKS)

@@ -129,9 +129,7 @@ def test_a_list_is_its_values() -> None:
     assert [o.text for o in read_vary(["h=[10, 5]mm"])[0][0].values] == ["h=10 mm", "h=5 mm"]
 
 
-@pytest.mark.parametrize(
-    "vary", ["h", "h=", "=3", "h=3 +", "hh=3mm", "h=3", "rod=3", "model=bar", "rod.segment=5"]
-)
+@pytest.mark.parametrize("vary", ["h", "h=", "=3", "h=3 +", "hh=3mm", "h=3", "rod=3", "model=bar", "rod.segment=5"])
 def test_what_cannot_be_meant_is_refused_before_anything_is_done(vary: str) -> None:
     with pytest.raises(softmark.SceneError):
         expanded(vary=(vary,))

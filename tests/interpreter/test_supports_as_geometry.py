@@ -104,9 +104,7 @@ def as_file(folder: Path, shape: Any, kind: str, size: float) -> str:
         ("x <= 2.45 mm", HEXES, 73.6e-6, 0.05),
     ],
 )
-def test_partial_supports_give_what_conforming_meshes_do(
-    where: str, model: str, right: float, within: float
-) -> None:
+def test_partial_supports_give_what_conforming_meshes_do(where: str, model: str, right: float, within: float) -> None:
     assert tip(text(where, model)) == pytest.approx(right, rel=within)
 
 

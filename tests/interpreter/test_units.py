@@ -56,8 +56,7 @@ CONVERSIONS = [
 ]
 
 
-@pytest.mark.parametrize(("unit", "factor", "base"), [c[:3] for c in CONVERSIONS],
-                         ids=[c[0] for c in CONVERSIONS])
+@pytest.mark.parametrize(("unit", "factor", "base"), [c[:3] for c in CONVERSIONS], ids=[c[0] for c in CONVERSIONS])
 def test_conversion(unit: str, factor: float, base: str) -> None:
     found, known = parse(unit), parse(base)
     assert found.dimension == known.dimension
@@ -69,8 +68,9 @@ def test_every_unit_is_in_the_table_above() -> None:
     assert [u for u in UNITS if u not in used and u not in ("m", "s", "K", "rad", "1", "Hz")] == []
 
 
-SIMPLE = st.sampled_from([p + u for u, (_, _, prefixed) in UNITS.items() if u != "1"
-                          for p in ("", *(units.PREFIXES if prefixed else ()))])
+SIMPLE = st.sampled_from(
+    [p + u for u, (_, _, prefixed) in UNITS.items() if u != "1" for p in ("", *(units.PREFIXES if prefixed else ()))]
+)
 FACTOR = st.builds(lambda u, n: u if n == 1 else f"{u}^{n}", SIMPLE, st.integers(-3, 3).filter(bool))
 
 

@@ -25,8 +25,14 @@ model    lag     = fem(hex27, strain = finite, size = 10 mm)
 model    springs = mass_spring(size = 10 mm, network = hex8, stiffness = from_material())
 probe    edge    = line(block, from = (0, 0, 0) mm, to = (60, 0, 0) mm, points = 7)
 """
-CELLS = {"tets": "tetra", "quads": "tetra10", "hexes": "hexahedron", "ser": "hexahedron20", "lag": "hexahedron27",
-         "springs": "hexahedron"}
+CELLS = {
+    "tets": "tetra",
+    "quads": "tetra10",
+    "hexes": "hexahedron",
+    "ser": "hexahedron20",
+    "lag": "hexahedron27",
+    "springs": "hexahedron",
+}
 
 
 @pytest.fixture

@@ -133,20 +133,23 @@ class Case:
                 f"integrator = {self.integrator}, damping_mass = {self.damping:.9g} Hz)"
             )
         size = "" if mesh_file else f", size = {self.mesh:.9g} mm"
-        return "\n".join(
-            [
-                f'scene "random {self.seed}"',
-                f"material m = linear_elastic(young = {self.young:.9g} Pa, poisson = {self.poisson:.9g}, "
-                f"density = {self.density:.9g} kg/m^3)",
-                f"body b = solid({shape}, m)",
-                f"support w = fixed(b, where = {self.support.text})",
-                f"load l = {load}",
-                f"analysis a = {analysis}",
-                *(f"model {m}_ = fem({m}, strain = small{size})" for m in self.models),
-                f"probe axis = line(b, from = ({px:.9g}, {py:.9g}, {pz:.9g}) mm, "
-                f"to = ({qx:.9g}, {qy:.9g}, {qz:.9g}) mm, points = 5)",
-            ]
-        ) + "\n"
+        return (
+            "\n".join(
+                [
+                    f'scene "random {self.seed}"',
+                    f"material m = linear_elastic(young = {self.young:.9g} Pa, poisson = {self.poisson:.9g}, "
+                    f"density = {self.density:.9g} kg/m^3)",
+                    f"body b = solid({shape}, m)",
+                    f"support w = fixed(b, where = {self.support.text})",
+                    f"load l = {load}",
+                    f"analysis a = {analysis}",
+                    *(f"model {m}_ = fem({m}, strain = small{size})" for m in self.models),
+                    f"probe axis = line(b, from = ({px:.9g}, {py:.9g}, {pz:.9g}) mm, "
+                    f"to = ({qx:.9g}, {qy:.9g}, {qz:.9g}) mm, points = 5)",
+                ]
+            )
+            + "\n"
+        )
 
 
 def support(chance: random.Random, size: Point) -> Region:

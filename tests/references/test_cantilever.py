@@ -67,9 +67,7 @@ def test_down_is_the_direction_of_gravity(silicone_beam: Cantilever) -> None:
         ({"poisson": -1.0}, "Poisson's ratio is -1"),
     ],
 )
-def test_refuses_what_gravity_does_not_bend(
-    silicone_beam: Cantilever, changes: dict[str, Any], word: str
-) -> None:
+def test_refuses_what_gravity_does_not_bend(silicone_beam: Cantilever, changes: dict[str, Any], word: str) -> None:
     with pytest.raises(Refused) as refused:
         replace(silicone_beam, **changes)
     assert word in refused.value.reason
@@ -77,9 +75,7 @@ def test_refuses_what_gravity_does_not_bend(
     assert str(refused.value) == f"{refused.value.reason}; {refused.value.remedy}"
 
 
-@pytest.mark.parametrize(
-    "section", [lambda: Disc(0.0), lambda: Rectangle(1.0, -1.0), lambda: Rectangle(0.0, 1.0)]
-)
+@pytest.mark.parametrize("section", [lambda: Disc(0.0), lambda: Rectangle(1.0, -1.0), lambda: Rectangle(0.0, 1.0)])
 def test_refuses_sections_without_area(section: Callable[[], object]) -> None:
     with pytest.raises(Refused, match="above zero"):
         section()

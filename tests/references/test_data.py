@@ -84,9 +84,7 @@ def left(cache: Path) -> list[Path]:
     return [p for p in cache.rglob("*") if p.is_file()]
 
 
-def test_a_data_set_is_fetched_once(
-    entry: DataSet, address: str, cache: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_data_set_is_fetched_once(entry: DataSet, address: str, cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     serve(monkeypatch, entry, f"{address}/right")
     seen: list[tuple[int, int]] = []
     file = find(f"data:{NAME}", progress=lambda done, whole: seen.append((done, whole)))
@@ -141,9 +139,7 @@ def test_what_cannot_be_fetched_leaves_nothing_and_says_what_to_do(
     assert left(cache) == []
 
 
-def test_a_download_that_never_ends_is_given_up(
-    entry: DataSet, address: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_download_that_never_ends_is_given_up(entry: DataSet, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(data, "LIMIT", -1.0)
     serve(monkeypatch, entry, f"{address}/right")
     with pytest.raises(Unavailable, match="not finished after"):

@@ -122,7 +122,8 @@ def test_a_field_of_view_of_ones_own() -> None:
     [
         ("sphere", trimesh.creation.icosphere(5, 0.019)),
         pytest.param(
-            "cylinder", trimesh.creation.cylinder(0.019, 0.05, sections=96).subdivide().subdivide(),
+            "cylinder",
+            trimesh.creation.cylinder(0.019, 0.05, sections=96).subdivide().subdivide(),
             marks=pytest.mark.slow,
         ),
     ],

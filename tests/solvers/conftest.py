@@ -140,9 +140,7 @@ class Spring:
         across = (self.k * e + self.cubic * e**3) / (e + self.length)
         if projected:
             across = np.maximum(across, 0.0)
-        H = along * (self.k + 3 * self.cubic * e**2)[:, None, None] + across[:, None, None] * (
-            np.eye(3) - along
-        )
+        H = along * (self.k + 3 * self.cubic * e**2)[:, None, None] + across[:, None, None] * (np.eye(3) - along)
         block = scale * np.block([[H, -H], [-H, H]]) if len(H) == 1 else scale * np.concatenate(
             [np.concatenate([H, -H], axis=2), np.concatenate([-H, H], axis=2)], axis=1
         )  # fmt: skip
@@ -151,7 +149,6 @@ class Spring:
 
     def rounding(self, x: np.ndarray) -> float:
         return 1e-16 * self.k * self.length
-
 
 
 @dataclass(frozen=True)

@@ -67,9 +67,7 @@ def test_a_pressure_all_around_shrinks_evenly(kind: str) -> None:
     s = brentq(lambda s: mu * (s - 1 / s) + lam * math.log(s**3) / s + p * s**2, 0.5, 1.0, xtol=1e-14)
     for strain, stretch in (("small", 1.0 - p * (1 - 2 * POISSON) / YOUNG), ("finite", s)):
         body = solid(strain, kind)
-        rest = sm.equilibrium(
-            body, rollers(body), [sm.pressure(body, p, body.facets(lambda X: np.full(len(X), True)))]
-        )
+        rest = sm.equilibrium(body, rollers(body), [sm.pressure(body, p, body.facets(lambda X: np.full(len(X), True)))])
         np.testing.assert_allclose(rest.displacement, (stretch - 1.0) * body.points, atol=1e-10)
 
 
@@ -108,9 +106,7 @@ def test_what_nothing_holds_falls(integrator: str) -> None:
     body, g = solid(), np.array([0.0, 0.0, -9.81])
     motion = sm.march(body, [], [sm.gravity(body, (0.0, 0.0, -9.81))], 2e-3, 1e-4, integrator)
     assert motion.times[-1] == pytest.approx(2e-3)
-    np.testing.assert_allclose(
-        motion.at((0.01, 0.005, 0.005))[:, 0], 0.5 * motion.times[:, None] ** 2 * g, atol=1e-12
-    )
+    np.testing.assert_allclose(motion.at((0.01, 0.005, 0.005))[:, 0], 0.5 * motion.times[:, None] ** 2 * g, atol=1e-12)
 
 
 def test_what_has_no_equilibrium_says_so_with_its_history() -> None:

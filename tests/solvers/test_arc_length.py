@@ -53,9 +53,7 @@ def truss(load: float, **options: Any) -> Statics:
     forces, fixed = np.zeros(9), np.array([0, 1, 2, 3, 4, 5, 6, 7])
     forces[8] = -load
     assembly = Assembly(9, fixed, [bars], [DeadForces(forces)])
-    return Statics(
-        assembly, VectorSpace(9), np.zeros(9), fixed, np.zeros(8), extent=2 * SPAN, bold=False, **options
-    )
+    return Statics(assembly, VectorSpace(9), np.zeros(9), fixed, np.zeros(8), extent=2 * SPAN, bold=False, **options)
 
 
 def test_a_truss_that_snaps_through_comes_to_full_load_on_its_other_side() -> None:
@@ -222,9 +220,7 @@ def column(load: float, segments: int, **options: Any) -> Statics:
     held = np.zeros((segments + 1, 3), dtype=bool)
     held[0] = True
     assembly = Assembly(6 * (segments + 1), fixed, [elastic], [push])
-    return Statics(
-        assembly, RodChain(rest, held), rest, fixed, np.zeros(6), bold=False, extent=1.0, **options
-    )
+    return Statics(assembly, RodChain(rest, held), rest, fixed, np.zeros(6), bold=False, extent=1.0, **options)
 
 
 EULER = np.pi**2 / 4 * 1e6 * np.pi * 1e-8 / 4  # N: pi^2 E I / (4 L^2)

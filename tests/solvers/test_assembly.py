@@ -40,9 +40,7 @@ def dense(assembly: Assembly, x: np.ndarray, load: float) -> np.ndarray:
     return np.array([assembly.gradient(x + d, load) - assembly.gradient(x - d, load) for d in steps]).T / 2e-5
 
 
-@pytest.mark.parametrize(
-    "fixed", [NONE, FIXED, FIXED[:1], np.arange(X.size - 1)], ids=["none", "face", "one", "most"]
-)
+@pytest.mark.parametrize("fixed", [NONE, FIXED, FIXED[:1], np.arange(X.size - 1)], ids=["none", "face", "one", "most"])
 def test_tangent_is_the_free_part_of_the_derivative(fixed: np.ndarray, energies: tuple) -> None:
     solid, pressure, dead = energies
     assembly = Assembly(X.size, fixed, [solid], [pressure, dead])
@@ -141,9 +139,7 @@ def test_what_cannot_be_factorised_is_singular(bad: float) -> None:
 # ------------------------------------------------------------------ patterns
 
 
-def by_hand(
-    size: int, number: np.ndarray, stencils: list[np.ndarray], values: list[np.ndarray]
-) -> sparse.csr_matrix:
+def by_hand(size: int, number: np.ndarray, stencils: list[np.ndarray], values: list[np.ndarray]) -> sparse.csr_matrix:
     """Local matrices as triplets, which scipy sums."""
     rows, columns, entries = [], [], []
     for stencil, local in zip(stencils, values, strict=True):
@@ -156,9 +152,7 @@ def by_hand(
 
 @pytest.mark.parametrize("blocks", [False, True], ids=["single", "threes"])
 @pytest.mark.parametrize("held", [0, 1, 25, 88])
-def test_a_pattern_takes_every_entry_to_its_place(
-    held: int, blocks: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_pattern_takes_every_entry_to_its_place(held: int, blocks: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """Random stencils of two kinds, with unknowns held here and there, against scipy's own sums: the same triplets."""
     monkeypatch.setattr(patterns, "PAIRS", 50)  # in several goes
     rng = np.random.default_rng(held)

@@ -115,9 +115,7 @@ def test_a_short_pulse_is_its_impulse(name: str, quadratic: type[Any]) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("ratio", [0.3, 2.7])
-def test_sine_below_and_above_the_frequency_of_an_oscillator(
-    name: str, ratio: float, quadratic: type[Any]
-) -> None:
+def test_sine_below_and_above_the_frequency_of_an_oscillator(name: str, ratio: float, quadratic: type[Any]) -> None:
     """x = (sin(r t) - r sin t)/(1 - r^2), from rest; 40 steps to the shorter period."""
     h = 2 * np.pi / 40 / max(ratio, 1.0)
     path = march(oscillator(name, Sine(frequency=ratio / (2 * np.pi)), quadratic), 6.0, h)

@@ -54,9 +54,7 @@ IDENTITY = {
 IDENTITY["newmark"] = IDENTITY["midpoint"] = IDENTITY["trapezoidal"]  # the same in linear problems
 
 
-@pytest.mark.parametrize(
-    ("name", "row"), [(name, row) for name in sorted(IDENTITY) for row in IDENTITY[name]]
-)
+@pytest.mark.parametrize(("name", "row"), [(name, row) for name in sorted(IDENTITY) for row in IDENTITY[name]])
 def test_amplification_and_period(
     name: str, row: tuple[float, float, float], oscillators: Oscillators, states: States
 ) -> None:
@@ -121,9 +119,7 @@ def test_energy_of_a_linear_vibration(oscillators: Oscillators) -> None:
 def test_work_of_a_step_load(states: States, quadratic: type[Any]) -> None:
     """A constant force f on a spring k at rest: x = f/k (1 - cos wt), load work f x, in balance at each time."""
     load = DeadForces(np.array([3.0]))
-    problem = Dynamics(
-        Assembly(1, NONE, [quadratic(np.array([[4.0]]))], [load]), np.ones(1), np.zeros(1), np.zeros(1)
-    )
+    problem = Dynamics(Assembly(1, NONE, [quadratic(np.array([[4.0]]))], [load]), np.ones(1), np.zeros(1), np.zeros(1))
     path = march(problem, 2.0, 1e-3)
     x = states(path)[:, 0]
     np.testing.assert_allclose(x, 0.75 * (1 - np.cos(2 * path.times)), atol=2e-6)  # period error (wh)^2/12
@@ -185,14 +181,10 @@ def test_backward_euler_brakes_a_spin_by_its_closed_form(dumbbell: Callable[[Int
         change = h**2 * np.cross(motion.v.reshape(-1, 3), g.reshape(-1, 3)).sum(axis=0)
         np.testing.assert_allclose(after - before, change, atol=1e-12)
     spin = angular[:, 2] / angular[0, 2]
-    assert spin[-1] == pytest.approx(
-        (1 + (SPIN * h) ** 2) ** -20, rel=2e-3
-    )  # the spring sags as the spin slows
+    assert spin[-1] == pytest.approx((1 + (SPIN * h) ** 2) ** -20, rel=2e-3)  # the spring sags as the spin slows
 
 
-def test_trapezoidal_rule_keeps_angular_momentum_to_second_order(
-    dumbbell: Callable[[Integrator], Dynamics]
-) -> None:
+def test_trapezoidal_rule_keeps_angular_momentum_to_second_order(dumbbell: Callable[[Integrator], Dynamics]) -> None:
     """Conjugate to midpoint: an error without drift that falls with h^2 (ratio 4 within 10 %)."""
     errors = []
     for h in (0.04, 0.02):
@@ -207,9 +199,7 @@ def test_trapezoidal_rule_keeps_angular_momentum_to_second_order(
 # ------------------------------------------------------------------ damping, supports, loads in time
 
 
-@pytest.mark.parametrize(
-    "name", ["trapezoidal", "midpoint", "bdf2", "generalized_alpha", "central_differences"]
-)
+@pytest.mark.parametrize("name", ["trapezoidal", "midpoint", "bdf2", "generalized_alpha", "central_differences"])
 def test_rayleigh_damping_ratio(name: str, oscillators: Oscillators, states: States) -> None:
     """x = e^(-z w t) (cos wd t + z w/wd sin wd t), z = alpha/(2w) + beta w/2.
 
@@ -221,17 +211,13 @@ def test_rayleigh_damping_ratio(name: str, oscillators: Oscillators, states: Sta
     path = march(oscillators(INTEGRATORS[name](), damping=Rayleigh(alpha, beta)), 5.0, h)
     wd = w * np.sqrt(1 - z**2)
     expected = np.exp(-z * w * path.times) * (np.cos(wd * path.times) + z * w / wd * np.sin(wd * path.times))
-    np.testing.assert_allclose(
-        states(path)[:, 0], expected, atol=3e-4 if name == "central_differences" else 5e-5
-    )
+    np.testing.assert_allclose(states(path)[:, 0], expected, atol=3e-4 if name == "central_differences" else 5e-5)
     total = path.energies["kinetic"] + path.energies["strain"]
     assert path.energies["damping"][-1] == pytest.approx(total[0] - total[-1], rel=1e-3)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_support_that_moves(
-    name: str, states: States, quadratic: type[Any], sampled: Callable[..., Course]
-) -> None:
+def test_a_support_that_moves(name: str, states: States, quadratic: type[Any], sampled: Callable[..., Course]) -> None:
     """Base x_s = s sin(w t) under an oscillator of frequency w0 at rest:
 
     x = s w0/(w0^2 - w^2) (w0 sin wt - w sin w0 t). Errors O(h^2), O(h) for backward Euler.
@@ -283,9 +269,7 @@ def test_damping_between_a_moving_support_and_the_body(
     path = march(problem, 4.0, h)
     exact = solve_ivp(rate, (0.0, 4.0), [0.0, 0.0], method="DOP853", rtol=1e-11, atol=1e-13).y[0, -1]
     assert states(path)[-1, 1] == pytest.approx(exact, abs=2e-4 if name == "central_differences" else 5e-6)
-    np.testing.assert_allclose(
-        path.energies["drift"], 0.0, atol=2e-4 if name == "central_differences" else 1e-5
-    )
+    np.testing.assert_allclose(path.energies["drift"], 0.0, atol=2e-4 if name == "central_differences" else 1e-5)
     assert path.energies["damping"][-1] > 0.01
 
 
@@ -297,9 +281,7 @@ def test_each_load_has_its_own_course(states: States, sampled: Callable[..., Cou
         courses=(sampled(lambda t: t), sampled(lambda t: float(np.cos(t)))),
     )  # fmt: skip
     path = march(problem, 1.0, 1e-3)
-    np.testing.assert_allclose(
-        states(path)[:, 0], path.times**3 / 3 + 3 * (1 - np.cos(path.times)), atol=1e-6
-    )
+    np.testing.assert_allclose(states(path)[:, 0], path.times**3 / 3 + 3 * (1 - np.cos(path.times)), atol=1e-6)
 
 
 def test_a_mass_without_stiffness_beside_one_with(states: States, quadratic: type[Any]) -> None:

@@ -81,9 +81,7 @@ def test_linear_vibrations_gain_nothing_at_any_step(name: str, step: float, osci
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_support_that_moves_and_comes_back(
-    name: str, spring: type[Any], sampled: Callable[..., Course]
-) -> None:
+def test_a_support_that_moves_and_comes_back(name: str, spring: type[Any], sampled: Callable[..., Course]) -> None:
     """A mass on a spring whose other end is moved by one length over a second, smoothly."""
     points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     bond = spring(points, np.array([[0, 1]]), 40.0, 1.0)

@@ -92,9 +92,7 @@ def test_parts_that_do_not_fit_are_refused(oscillators: Oscillators, quadratic: 
     with pytest.raises(ValueError, match="mass of shape"):
         Dynamics(assembly, np.ones(3), np.zeros(2), np.zeros(2))
     with pytest.raises(ValueError, match="lumped mass"):
-        Dynamics(
-            assembly, identity(2, format="csr"), np.zeros(2), np.zeros(2), integrator=CentralDifferences()
-        )
+        Dynamics(assembly, identity(2, format="csr"), np.zeros(2), np.zeros(2), integrator=CentralDifferences())
     with pytest.raises(ValueError, match="positive"):
         march(oscillators(Trapezoidal()), 1.0, 0.0)
 

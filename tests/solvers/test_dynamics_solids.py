@@ -72,9 +72,7 @@ def test_mass_of_one_tetrahedron() -> None:
     points = np.array([[0.0, 0, 0], [2, 0, 0], [0, 1, 0], [0, 0, 3]])
     mesh = Mesh(points, np.array([[0, 1, 2, 3]]))  # of volume 1
     consistent, lumped = masses(mesh, 20.0)
-    np.testing.assert_allclose(
-        consistent.toarray(), np.kron(np.ones((4, 4)) + np.eye(4), np.eye(3)), atol=1e-13
-    )
+    np.testing.assert_allclose(consistent.toarray(), np.kron(np.ones((4, 4)) + np.eye(4), np.eye(3)), atol=1e-13)
     np.testing.assert_allclose(lumped, 5.0, rtol=1e-13)
 
 
@@ -241,9 +239,7 @@ def test_momentum_of_a_free_spinning_block(name: str, law: Maker, elastic: Energ
     linear = np.array([linear_momentum(problem.mass, m.v) for m in path.observed])
     np.testing.assert_allclose(linear, np.broadcast_to(linear[0], linear.shape), atol=1e-11)
     y = [mesh.points + m.x.reshape(-1, 3) for m in path.observed]
-    angular = np.array(
-        [angular_momentum(problem.mass, p, m.v) for p, m in zip(y, path.observed, strict=True)]
-    )
+    angular = np.array([angular_momentum(problem.mass, p, m.v) for p, m in zip(y, path.observed, strict=True)])
     off = np.abs(angular - angular[0]).max() / np.linalg.norm(angular[0])
     assert (off < 1e-10) == (name in ("midpoint", "central_differences"))
     assert off < (0.05 if name == "implicit_euler" else 2e-3)
@@ -291,9 +287,7 @@ def test_a_support_that_tears_through_the_body_halves_steps(
     assert np.linalg.det(energy.F(path.observed[-1].x)).min() > 0
 
 
-def test_follower_pressure_has_its_own_tangent(
-    law: Maker, elastic: Energies, sampled: Callable[..., Course]
-) -> None:
+def test_follower_pressure_has_its_own_tangent(law: Maker, elastic: Energies, sampled: Callable[..., Course]) -> None:
     """A rising pressure on one side of a beam that bends by it: quadratic convergence, no potential needed."""
     mesh = Box((1.0, 0.2, 0.2)).mesh("tet4", 0.1)
     top = np.all(mesh.points[mesh.faces][:, :, 2] > mesh.points[:, 2].max() - 1e-9, axis=1)

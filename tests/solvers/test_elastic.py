@@ -158,9 +158,7 @@ def test_patch_of_large_strain(name: str, law: Maker, elastic: Energies, problem
     ("degrees", "strain"),
     [(1, -1.523e-4), (5, -3.805e-3), (10, -0.01519), (30, -0.13397), (45, -0.29289), (90, -1.0)],
 )
-def test_small_strain_shrinks_what_turns(
-    degrees: float, strain: float, law: Maker, elastic: Energies
-) -> None:
+def test_small_strain_shrinks_what_turns(degrees: float, strain: float, law: Maker, elastic: Energies) -> None:
     """eps_xx = eps_yy = cos(theta) - 1: the table holds four digits. With nu = 0, P_xx = E eps_xx."""
     mesh = UNIT.mesh("tet4", 0.5)
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
@@ -175,9 +173,7 @@ def test_small_strain_shrinks_what_turns(
 # ------------------------------------------------------------------ from inside out back to rest
 
 
-def released(
-    mesh: Mesh, u: np.ndarray, poisson: float, law: Maker, elastic: Energies, problem: Problems
-) -> Statics:
+def released(mesh: Mesh, u: np.ndarray, poisson: float, law: Maker, elastic: Energies, problem: Problems) -> Statics:
     """A corotational cube without load, held at z = 0, that starts with its other points moved by u."""
     energy = elastic(mesh, law("corotational", 1.0, poisson))
     held = mesh.points[:, 2] < 1e-9
@@ -191,9 +187,7 @@ def released(
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45, 0.49])
 @pytest.mark.parametrize("size", [1.0, 0.5, 0.3])
-def test_a_mirrored_cube_returns(
-    size: float, poisson: float, law: Maker, elastic: Energies, problem: Problems
-) -> None:
+def test_a_mirrored_cube_returns(size: float, poisson: float, law: Maker, elastic: Energies, problem: Problems) -> None:
     """Every cell inside out, with s2 + s3 = 0 exactly, where the rotation of a cell is not unique."""
     mesh = UNIT.mesh("tet4", size)
     start = released(mesh, mesh.points * [0, 0, -2], poisson, law, elastic, problem)
@@ -265,9 +259,7 @@ def test_numbers_of_invariants_do_what_tensors_do(
 
 
 @pytest.mark.parametrize("name", ["neo_hookean", "neo_hookean_isochoric"])
-def test_cells_inside_out_have_infinite_energy_without_tensors(
-    name: str, law: Maker, elastic: Energies
-) -> None:
+def test_cells_inside_out_have_infinite_energy_without_tensors(name: str, law: Maker, elastic: Energies) -> None:
     """J = -0.2, and J = 0, without a warning."""
     mesh = UNIT.mesh("tet4", 1.0)
     for squeezed in (-0.2, 0.0):

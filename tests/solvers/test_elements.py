@@ -63,9 +63,7 @@ def test_shape_functions_are_a_partition_of_unity(element: type[Element]) -> Non
 def test_gradient_is_the_derivative_of_the_shape_functions(element: type[Element]) -> None:
     """Central differences are exact for polynomials up to degree two; round-off is 1e-16/1e-5."""
     xi, step = points_within(element), 1e-5
-    differences = [
-        (element.shape(xi + step * e) - element.shape(xi - step * e)) / (2 * step) for e in np.eye(3)
-    ]
+    differences = [(element.shape(xi + step * e) - element.shape(xi - step * e)) / (2 * step) for e in np.eye(3)]
     np.testing.assert_allclose(element.gradient(xi), np.stack(differences, axis=2), atol=1e-10)
 
 
@@ -192,9 +190,7 @@ def test_a_point_beyond_a_face_is_outside_by_about_its_distance(kind: str, dista
     X = np.array([[0.1, 0.02, 0.06 + distance], [0.1, -distance, 0.03], [0.2 + distance, 0.02, 0.03]])
     bar = BARS[kind]
     place = locate(bar, X)
-    assert np.all(
-        (place.outside > 0.3 * distance) & (place.outside < (1.3 if kind == "tet10" else 1.001) * distance)
-    )
+    assert np.all((place.outside > 0.3 * distance) & (place.outside < (1.3 if kind == "tet10" else 1.001) * distance))
     np.testing.assert_allclose(place.interpolate(linear(bar.points)), linear(X), atol=1e-12)
 
 

@@ -167,8 +167,11 @@ def test_types_that_are_compiled_at_once_do_not_take_each_others_place(package: 
     for _ in range(2):  # compiled, then from disk
         running = [
             subprocess.Popen(
-                [sys.executable, "-c", text.format(a)], cwd=package.parent, env=environment,
-                stdout=subprocess.PIPE, text=True,
+                [sys.executable, "-c", text.format(a)],
+                cwd=package.parent,
+                env=environment,
+                stdout=subprocess.PIPE,
+                text=True,
             )
             for a in arguments * 2
         ]

@@ -138,9 +138,7 @@ def large(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("large")
-def test_multigrid_takes_over_where_a_factor_takes_longer(
-    monkeypatch: pytest.MonkeyPatch, law: Maker
-) -> None:
+def test_multigrid_takes_over_where_a_factor_takes_longer(monkeypatch: pytest.MonkeyPatch, law: Maker) -> None:
     needs("multigrid")
     assembly = block(law("small", 6e4, 0.3))
     K = tangent(assembly)
@@ -225,9 +223,7 @@ class PyPardisoSolver:
 
 @pytest.mark.usefixtures("unfound")
 @pytest.mark.parametrize("symmetric", [True, False])
-def test_pardiso_without_its_library_gives_way(
-    symmetric: bool, law: Maker, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_pardiso_without_its_library_gives_way(symmetric: bool, law: Maker, monkeypatch: pytest.MonkeyPatch) -> None:
     """Asked for or not: K x = b is solved to 1e-12 by a factor that has its own name."""
     monkeypatch.setattr(factorisations, "LARGE", 0)
     K = tangent(block(law("small", 6e4, 0.3)))
@@ -241,14 +237,14 @@ def test_pardiso_without_its_library_gives_way(
 @pytest.mark.usefixtures("unfound")
 def test_a_model_without_pardisos_library_says_what_solved_it() -> None:
     """It ended in an ImportError."""
-    report = softmark.loads('''
+    report = softmark.loads("""
         material gel = linear_elastic(young = 6 MPa, poisson = 0.3, density = 1000 kg/m^3)
         body bar = solid(box(size = (20, 10, 10) mm), gel)
         support wall = fixed(bar, where = x <= 0 mm)
         load weight = gravity(9.81 m/s^2)
         model cells = fem(hex8, strain = small, size = 5 mm, linear = pardiso)
         probe tip = point(bar, at = (20, 10, 10) mm)
-    ''').run()
+    """).run()
     found = report.models["cells"]
     assert found.status == "converged"
     assert found.message is not None

@@ -34,9 +34,7 @@ CYLINDER = "cylinder(length = L, radius = 20 mm)"
 
 
 def prepared(shape: str, load: str, kind: str = "tet4", more: str = "") -> PreparedSolid:
-    text = SCENE.format(shape=shape, load=load).replace(
-        "fem(tet4, strain = small", f"fem({kind}, strain = small{more}"
-    )
+    text = SCENE.format(shape=shape, load=load).replace("fem(tet4, strain = small", f"fem({kind}, strain = small{more}")
     scene = softmark.loads(text).scene
     return build(scene.declared["solid"], case_of(scene, "beam"), Workshop())
 
@@ -95,9 +93,7 @@ def test_traction_is_a_force_at_the_middle_of_its_face(kind: str) -> None:
         ("z <= -30 mm", (0, 0, -1), 0.2 * 0.04, (0.1, 0, -0.03)),
     ],
 )
-def test_pressure_pushes_inward(
-    where: str, normal: tuple[int, ...], area: float, middle: tuple[float, ...]
-) -> None:
+def test_pressure_pushes_inward(where: str, normal: tuple[int, ...], area: float, middle: tuple[float, ...]) -> None:
     """-p A n at the middle of the face. Round-off."""
     model = prepared(BOX, f"pressure(beam, where = {where}, magnitude = 250 Pa)")
     forces, total = nodal_forces(model), -250 * area * np.array(normal)
@@ -202,14 +198,10 @@ def held_at_three_points(mesh: Mesh) -> np.ndarray:
     return held
 
 
-def shrunk(
-    law: Law, mesh: Mesh, p: float, elastic: Callable[..., Elastic], problem: Callable[..., Statics]
-) -> float:
+def shrunk(law: Law, mesh: Mesh, p: float, elastic: Callable[..., Elastic], problem: Callable[..., Statics]) -> float:
     """The stretch of a body under pressure p all around, which must be the same everywhere."""
     load = FollowerPressure(mesh.points, mesh.faces, p)
-    found = equilibrium(
-        problem(mesh, elastic(mesh, law), held_at_three_points(mesh), [load], tolerance=1e-11)
-    )
+    found = equilibrium(problem(mesh, elastic(mesh, law), held_at_three_points(mesh), [load], tolerance=1e-11))
     F = elastic(mesh, law).F(found.x)
     stretch = float(F[:, 0, 0].mean())
     np.testing.assert_allclose(F, np.broadcast_to(stretch * np.eye(3), F.shape), atol=1e-10)

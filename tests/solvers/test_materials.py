@@ -231,10 +231,7 @@ def test_a_gradient_that_is_not_a_number_spoils_only_its_own_row(name: str) -> N
 
 
 SINGULAR = np.array(
-    [
-        np.diag(s)
-        for s in ([1.0, 0.5, -0.5], [1.0, 1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [-1.0, -1.0, -1.0])
-    ]
+    [np.diag(s) for s in ([1.0, 0.5, -0.5], [1.0, 1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [-1.0, -1.0, -1.0])]
 )
 
 
@@ -244,9 +241,7 @@ def test_corotational_stays_bounded_where_the_rotation_is_not_unique() -> None:
     law = Corotational(mu, lam)
     s = np.array([[1.0, 0.5, -0.5], [1.0, 1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 1.0, -1.0]])
     t = s.sum(1) - 3.0
-    np.testing.assert_allclose(
-        law.psi(SINGULAR), mu * ((s - 1.0) ** 2).sum(1) + 0.5 * lam * t * t, rtol=1e-14
-    )
+    np.testing.assert_allclose(law.psi(SINGULAR), mu * ((s - 1.0) ** 2).sum(1) + 0.5 * lam * t * t, rtol=1e-14)
     assert np.isfinite(law.P(SINGULAR)).all()
     bound = 2.0 * mu + lam + 4.0 * np.abs(lam * t - 2.0 * mu).max() / FLOOR
     for H in (law.dPdF(SINGULAR), law.dPdF_projected(SINGULAR)):
@@ -261,9 +256,7 @@ def test_corotational_stiffness_close_to_the_singular_set(gap: float) -> None:
     s = np.array([1.2, 0.9, -0.9 + gap])
     H = law.dPdF((Q[:1] * s) @ Q[1:]).reshape(9, 9)
     c = lam * (s.sum() - 3.0) - 2.0 * mu
-    np.testing.assert_allclose(
-        np.linalg.eigvalsh(H)[0], 2.0 * mu + 2.0 * c / max(gap, FLOOR), rtol=1e-14 / gap
-    )
+    np.testing.assert_allclose(np.linalg.eigvalsh(H)[0], 2.0 * mu + 2.0 * c / max(gap, FLOOR), rtol=1e-14 / gap)
 
 
 COMPRESSED = gradients((0.3, 0.3, 0.3), (0.9, 0.9, 0.9), m=60)

@@ -53,9 +53,7 @@ NEO_HOOKEAN = [
 
 
 @pytest.mark.parametrize(("nu", "stretch", "log", "t_log", "iso", "t_iso"), NEO_HOOKEAN)
-def test_neo_hookean_bars(
-    nu: float, stretch: float, log: float, t_log: float, iso: float, t_iso: float
-) -> None:
+def test_neo_hookean_bars(nu: float, stretch: float, log: float, t_log: float, iso: float, t_iso: float) -> None:
     """The table, to half a unit of its last digit."""
     for material, P, t in ((NeoHookean, log, t_log), (NeoHookeanIsochoric, iso, t_iso)):
         stress, lateral = uniaxial(law_for(material(60e3, nu, 1.0), "finite"), stretch)
@@ -63,9 +61,7 @@ def test_neo_hookean_bars(
         assert lateral == pytest.approx(t, abs=6e-7)
 
 
-@pytest.mark.parametrize(
-    ("stretch", "P"), [(0.8, -0.144), (0.9, -0.0855), (1.1, 0.1155), (1.3, 0.4485), (1.5, 0.9375)]
-)
+@pytest.mark.parametrize(("stretch", "P"), [(0.8, -0.144), (0.9, -0.0855), (1.1, 0.1155), (1.3, 0.4485), (1.5, 0.9375)])
 def test_st_venant_kirchhoff_bar(stretch: float, P: float) -> None:
     """P/E = l (l^2 - 1)/2, for any Poisson's ratio; exact numbers, so round-off of the root only."""
     for nu in (0.0, 0.3, 0.45):
@@ -103,14 +99,10 @@ def sheared(law: Law, shear: float) -> Array:
         (1.0, 1.057692, 1.730769, 0.673077, 0.288462),
     ],
 )
-def test_st_venant_kirchhoff_simple_shear(
-    shear: float, s12: float, s11: float, s22: float, s33: float
-) -> None:
+def test_st_venant_kirchhoff_simple_shear(shear: float, s12: float, s11: float, s22: float, s33: float) -> None:
     """Cauchy stresses for E = 1, nu = 0.3, tabulated to six decimals."""
     sigma = sheared(StVenantKirchhoff(1.0, 0.3, 1.0), shear)
-    np.testing.assert_allclose(
-        sigma, [[s11, s12, 0.0], [s12, s22, 0.0], [0.0, 0.0, s33]], rtol=0.0, atol=6e-7
-    )
+    np.testing.assert_allclose(sigma, [[s11, s12, 0.0], [s12, s22, 0.0], [0.0, 0.0, s33]], rtol=0.0, atol=6e-7)
 
 
 @pytest.mark.parametrize("shear", [0.1, 0.5, 1.0])
@@ -186,9 +178,7 @@ FELUPE: list[tuple[str, type[Isotropic], Callable[[Isotropic], Any]]] = [
 
 @pytest.mark.parametrize("nu", [0.3, 0.499])
 @pytest.mark.parametrize(("strain", "material", "other"), FELUPE, ids=["small", "log", "isochoric"])
-def test_against_felupe(
-    strain: str, material: type[Isotropic], other: Callable[[Isotropic], Any], nu: float
-) -> None:
+def test_against_felupe(strain: str, material: type[Isotropic], other: Callable[[Isotropic], Any], nu: float) -> None:
     """Stress and stiffness of FElupe's law with the same formula: round-off."""
     constants = material(1.0, nu, 1.0)
     law, theirs, F = law_for(constants, strain), other(constants), gradients()

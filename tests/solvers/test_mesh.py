@@ -392,9 +392,7 @@ def test_the_alternating_split_is_that_of_sofa() -> None:
     listed = [(0, 5, 1, 6), (0, 1, 3, 6), (1, 3, 6, 2), (6, 3, 0, 7), (6, 7, 0, 5), (7, 5, 4, 0)]
     from softmark.solvers.mesh.splits import alternating
 
-    assert {frozenset(t) for t in alternating(one).cells.tolist()} == {
-        frozenset(c[list(t)].tolist()) for t in listed
-    }
+    assert {frozenset(t) for t in alternating(one).cells.tolist()} == {frozenset(c[list(t)].tolist()) for t in listed}
 
 
 def test_hexahedra_around_an_odd_ring_cannot_be_split_in_five(tmp_path: Path) -> None:

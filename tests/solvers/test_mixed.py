@@ -147,9 +147,7 @@ def test_patch_of_uniform_strain(kind: str, form: str, strain: str) -> None:
     assert np.abs(u - exact).max() <= 1e-9 * np.abs(exact).max()
 
 
-@pytest.mark.parametrize(
-    ("strain", "across"), [("small", -0.05), ("corotational", -0.05), ("finite", 1.1**-0.5 - 1)]
-)
+@pytest.mark.parametrize(("strain", "across"), [("small", -0.05), ("corotational", -0.05), ("finite", 1.1**-0.5 - 1)])
 @pytest.mark.parametrize("kind", [kind for kind, form in FORMS if form == "mixed"])
 def test_patch_of_an_incompressible_bar(kind: str, strain: str, across: float) -> None:
     """A bar between rollers, pulled to 1.1: it thins by half of that, in finite strain by a root; p is uniform."""

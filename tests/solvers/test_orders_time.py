@@ -82,9 +82,7 @@ SOME = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) fo
 
 
 @pytest.mark.parametrize("name", SOME)
-def test_order_of_a_nonlinear_problem(
-    name: str, swinging: Oscillators, exact: np.ndarray, states: States
-) -> None:
+def test_order_of_a_nonlinear_problem(name: str, swinging: Oscillators, exact: np.ndarray, states: States) -> None:
     coarse = 1 / 1000 if THEORY[name] == 1.0 else 1 / 400
     errors = [
         np.linalg.norm(states(march(swinging(INTEGRATORS[name]()), END, h))[-1] - exact) for h in (coarse, coarse / 2)
@@ -98,8 +96,7 @@ def test_damping_keeps_the_second_order(swinging: Oscillators, states: States) -
     orders = []
     for damping in (Rayleigh(beta=0.05), Rayleigh(alpha=1.0)):
         ends = [
-            states(march(swinging(Trapezoidal(), damping=damping), END, h))[-1]
-            for h in (1 / 200, 1 / 400, 1 / 800)
+            states(march(swinging(Trapezoidal(), damping=damping), END, h))[-1] for h in (1 / 200, 1 / 400, 1 / 800)
         ]
         orders.append(np.log2(np.linalg.norm(ends[1] - ends[0]) / np.linalg.norm(ends[2] - ends[1])))
     assert orders == pytest.approx([2.0, 2.0], abs=TOLERANCE)

@@ -78,8 +78,7 @@ def derivative(f: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.ndarr
     h, dofs = 2e-3, x.size // 7 * 6
     move = RodSpace(x.size // 7).move
     columns = [
-        (8 * (f(move(x, h * e)) - f(move(x, -h * e))) - (f(move(x, 2 * h * e)) - f(move(x, -2 * h * e))))
-        / (12 * h)
+        (8 * (f(move(x, h * e)) - f(move(x, -h * e))) - (f(move(x, 2 * h * e)) - f(move(x, -2 * h * e)))) / (12 * h)
         for e in np.eye(dofs)
     ]
     return np.stack(columns, axis=-1)
@@ -206,12 +205,8 @@ def test_hessian_skips_constrained_slots_and_scales() -> None:
     number[free] = np.arange(len(free))
     rows, columns = number[elastic.stencils][:, :, None], number[elastic.stencils][:, None, :]
     data = np.zeros(len(free) ** 2)
-    elastic.add_hessian(
-        x, data, np.where((rows < 0) | (columns < 0), -1, rows * len(free) + columns), scale=-2.0
-    )
-    np.testing.assert_allclose(
-        data.reshape(len(free), -1), -2 * tangent(elastic, x)[np.ix_(free, free)], atol=1e-13
-    )
+    elastic.add_hessian(x, data, np.where((rows < 0) | (columns < 0), -1, rows * len(free) + columns), scale=-2.0)
+    np.testing.assert_allclose(data.reshape(len(free), -1), -2 * tangent(elastic, x)[np.ix_(free, free)], atol=1e-13)
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -161,9 +161,7 @@ def test_moment_rolls_the_rod_up(degrees: float, x_L: float, y_L: float) -> None
 def bend(P: float, segments: int, *, plain: bool = False) -> Cantilever:
     """Bathe & Bolourchi 1979: radius 100, 45 degrees, unit square, E = 1e7, nu = 0, GJ = EI, kappa = 5/6."""
     a = np.linspace(0.0, np.pi / 4, segments + 1)
-    rest = rod_at_rest(
-        100 * np.stack([np.sin(a), 1 - np.cos(a), 0 * a], axis=1), up=np.array([0.0, 0.0, 1.0])
-    )
+    rest = rod_at_rest(100 * np.stack([np.sin(a), 1 - np.cos(a), 0 * a], axis=1), up=np.array([0.0, 0.0, 1.0]))
     stiffness = RodStiffness(1e7, 5e6 * 5 / 6, 5e6 * 5 / 6, 1e7 / 12, 1e7 / 12, 1e7 / 12)
     return clamped(rest, stiffness, concentrated(rest, -1, np.array([0.0, 0.0, P])), plain=plain)
 

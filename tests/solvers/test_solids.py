@@ -172,9 +172,7 @@ def test_rotation_strains_the_linear_model() -> None:
     # mu = lambda = 0.4 for E = 1, nu = 0.25
     mesh = cube(2)
     energy = elastic(mesh, ("linear_elastic", "small"))
-    assert energy.value(moved(mesh, turn(np.pi / 2, (0, 0, 1)))) == pytest.approx(
-        2 * 0.4 + 2 * 0.4, rel=1e-12
-    )
+    assert energy.value(moved(mesh, turn(np.pi / 2, (0, 0, 1)))) == pytest.approx(2 * 0.4 + 2 * 0.4, rel=1e-12)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -239,9 +237,7 @@ def bent(selective: bool, poisson: float) -> float:
     f[:, 2] = (mesh.points[:, 0] > 1 - 1e-9) / np.sum(mesh.points[:, 0] > 1 - 1e-9)
     fixed = (3 * np.nonzero(mesh.points[:, 0] < 1e-9)[0][:, None] + np.arange(3)).ravel()
     assembly = Assembly(f.size, fixed, [energy], [DeadForces(f.ravel())])
-    problem = Statics(
-        assembly, VectorSpace(f.size), np.zeros(f.size), fixed, np.zeros(len(fixed)), convex=True
-    )
+    problem = Statics(assembly, VectorSpace(f.size), np.zeros(f.size), fixed, np.zeros(len(fixed)), convex=True)
     u = equilibrium(problem).x.reshape(-1, 3)
     return float(u[mesh.points[:, 0] > 1 - 1e-9, 2].mean())
 

@@ -90,9 +90,7 @@ def test_uniaxial_stretch_of_neo_hookean(
 
 
 @pytest.mark.parametrize("stretch", [0.7, 1.5, 3.0])
-def test_uniaxial_stretch_of_corotational(
-    stretch: float, law: Maker, elastic: Energies, problem: Problems
-) -> None:
+def test_uniaxial_stretch_of_corotational(stretch: float, law: Maker, elastic: Energies, problem: Problems) -> None:
     """Stress linear in stretch: P/E = l - 1, lateral stretch 1 - nu (l - 1). Round-off."""
     energy = elastic(CUBE, law("corotational", 60e3, 0.3))
     found = stretched(energy, stretch, problem)
@@ -114,9 +112,7 @@ def test_uniaxial_stretch_of_st_venant_kirchhoff(
 # ------------------------------------------------------------------ what converged means
 
 
-def sagging(
-    name: str, gravity: float, law: Maker, elastic: Energies, problem: Problems, weight: Weights
-) -> Statics:
+def sagging(name: str, gravity: float, law: Maker, elastic: Energies, problem: Problems, weight: Weights) -> Statics:
     """The silicone beam under a part of its weight."""
     energy = elastic(BEAM, law(name, 60e3, 0.49))
     load = weight(BEAM, (0.0, 0.0, -1070 * gravity))
@@ -145,9 +141,7 @@ def test_the_residual_is_what_it_says(
     assert found.criterion == "residual"
     assert found.residual == pytest.approx(relative, rel=0.1, abs=1e-13)
     # reactions carry the weight
-    np.testing.assert_allclose(
-        balance.reshape(-1, 3)[WALL].sum(axis=0), -load.reshape(-1, 3).sum(axis=0), atol=1e-7
-    )
+    np.testing.assert_allclose(balance.reshape(-1, 3)[WALL].sum(axis=0), -load.reshape(-1, 3).sum(axis=0), atol=1e-7)
 
 
 @pytest.mark.parametrize("bold", [True, False])
@@ -169,9 +163,7 @@ def test_no_load_leaves_the_body_at_rest(name: str, law: Maker, elastic: Energie
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_a_support_that_moves_takes_the_body_along(
-    name: str, law: Maker, elastic: Energies, problem: Problems
-) -> None:
+def test_a_support_that_moves_takes_the_body_along(name: str, law: Maker, elastic: Energies, problem: Problems) -> None:
     """No force at all: the one that the support would exert on a body that stays behind is the scale."""
     by = np.array([0.01, 0.02, -0.003])
     found = equilibrium(problem(BEAM, elastic(BEAM, law(name, 60e3, 0.49)), WALL, to=by))
@@ -193,9 +185,7 @@ def test_a_tiny_load_gives_the_linear_answer(
 
 
 @pytest.mark.parametrize("young", [1e-6, 1.0, 1e12])
-def test_units_do_not_matter(
-    young: float, law: Maker, elastic: Energies, problem: Problems, weight: Weights
-) -> None:
+def test_units_do_not_matter(young: float, law: Maker, elastic: Energies, problem: Problems, weight: Weights) -> None:
     """The same ratio of weight to stiffness is the same shape, to the tolerance, in as many iterations."""
     found = []
     for E in (60e3, young):
@@ -219,9 +209,7 @@ def squeezed(part: float, law: Maker, elastic: Energies, problem: Problems) -> S
     return with_twin(pressed, law("corotational", 1.0, 0.0))
 
 
-def test_st_venant_kirchhoff_holds_up_to_its_limit_point(
-    law: Maker, elastic: Energies, problem: Problems
-) -> None:
+def test_st_venant_kirchhoff_holds_up_to_its_limit_point(law: Maker, elastic: Energies, problem: Problems) -> None:
     """P/E = l (l^2 - 1)/2 is least, -0.19245, at l = 1/sqrt(3): -0.19 is carried at the root above it."""
     stretch = float(max(np.roots([1, 0, -1, 2 * 0.19]).real))
     hold = squeezed(0.19, law, elastic, problem)
@@ -243,9 +231,7 @@ def test_a_hopeless_problem_is_refused_with_its_history(
     assert all(np.isfinite(step.residual) and step.length > 0 for step in history)
 
 
-def test_too_few_iterations_are_said(
-    law: Maker, elastic: Energies, problem: Problems, weight: Weights
-) -> None:
+def test_too_few_iterations_are_said(law: Maker, elastic: Energies, problem: Problems, weight: Weights) -> None:
     sag = sagging("corotational", 9.81, law, elastic, problem, weight)
     with pytest.raises(NotConverged) as caught:
         equilibrium(replace(sag, bold=False, max_iterations=1))
@@ -254,9 +240,7 @@ def test_too_few_iterations_are_said(
     assert {step.phase for step in caught.value.history} == {"careful"}
 
 
-def test_the_load_comes_in_steps_where_whole_ones_fail(
-    law: Maker, elastic: Energies, problem: Problems
-) -> None:
+def test_the_load_comes_in_steps_where_whole_ones_fail(law: Maker, elastic: Energies, problem: Problems) -> None:
     """A clamped cube pulled to ten times its length; each phase is told to the watcher as it happens."""
     held = (CUBE.points[:, 0] < 1e-9) | (CUBE.points[:, 0] > 1 - 1e-9)
     energy, told = elastic(CUBE, law("neo_hookean")), []
@@ -323,9 +307,7 @@ def test_what_is_not_a_number_is_never_returned(
 # ------------------------------------------------------------------ stability
 
 
-def column(
-    gravity: float, name: str, law: Maker, elastic: Energies, problem: Problems, weight: Weights
-) -> Statics:
+def column(gravity: float, name: str, law: Maker, elastic: Energies, problem: Problems, weight: Weights) -> Statics:
     """The beam standing on its wall: its weight presses along -x, and nothing pushes it sideways."""
     energy = elastic(BEAM, law(name, 60e3, 0.3))
     stand = problem(BEAM, energy, WALL, [weight(BEAM, (-1070 * gravity, 0.0, 0.0))], sound=upright(energy))
@@ -341,9 +323,7 @@ def test_a_column_stands_below_its_buckling_load_and_leans_above(
     greenhill = 7.837 * 60e3 * 0.019**2 / 4 / (1070 * 0.178**3)
     assert greenhill == pytest.approx(7.03, abs=0.01)
     for part, leans in ((0.5, False), (1.5, True)):
-        stand = replace(
-            column(part * greenhill, name, law, elastic, problem, weight), bold=bold, max_iterations=100
-        )
+        stand = replace(column(part * greenhill, name, law, elastic, problem, weight), bold=bold, max_iterations=100)
         found = equilibrium(stand)
         sideways = np.abs(found.x.reshape(-1, 3)[:, 1:]).max()
         assert sideways > 0.05 if leans else sideways < 1e-3

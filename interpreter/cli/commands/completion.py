@@ -21,9 +21,7 @@ OPTIONS = {
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """SHELL"""
-    parser.add_argument(
-        "shell", choices=("bash", "zsh", "fish"), help='for example: eval "$(dsl completion bash)"'
-    )
+    parser.add_argument("shell", choices=("bash", "zsh", "fish"), help='for example: eval "$(dsl completion bash)"')
 
 
 def run(parsed: argparse.Namespace) -> int:

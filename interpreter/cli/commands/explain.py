@@ -19,8 +19,9 @@ CODE = re.compile(r"[EW]\d{3}$", re.IGNORECASE)
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """NAME|CODE"""
-    parser.add_argument("name", metavar="NAME|CODE",
-                        help="a word of the language, such as `cylinder`, or a code, such as E204")
+    parser.add_argument(
+        "name", metavar="NAME|CODE", help="a word of the language, such as `cylinder`, or a code, such as E204"
+    )
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -71,10 +72,10 @@ def _names() -> list[str]:
 # what is not a constructor: reserved words, functions, and names with a meaning of their own
 RESERVED = {
     "softmark": "`softmark 1` as the first line gives the version of the language. It may be left out.",
-    "scene": "`scene \"silicone beam\"` gives the scene a title, once. Without it the title is the name of the file.",
-    "use": "`use \"tissues.scene\" as tissue` makes the names of another scene known as `tissue.NAME`. Paths are\n"
+    "scene": '`scene "silicone beam"` gives the scene a title, once. Without it the title is the name of the file.',
+    "use": '`use "tissues.scene" as tissue` makes the names of another scene known as `tissue.NAME`. Paths are\n'
     "relative to the scene's own folder; `std/...` is the standard library.",
-    "as": "Part of `use \"tissues.scene\" as tissue`: the name under which the other scene is known.",
+    "as": 'Part of `use "tissues.scene" as tissue`: the name under which the other scene is known.',
     "param": "`param L = 178 mm` names a quantity, and `param L = 178 mm in 10 mm .. 1 m` gives it a range too.\n"
     "A parameter can be replaced for one run: `dsl run FILE -p L=120mm`.",
     "in": "Part of `param L = 178 mm in 10 mm .. 1 m`: the range of a parameter, both ends included.",

@@ -15,8 +15,9 @@ from softmark.interpreter.cli.commands.scenes import Unread, has_errors, read_sc
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """FILE... [--check]"""
-    parser.add_argument("files", nargs="+", metavar="FILE",
-                        help="scene files; - formats standard input to standard output")
+    parser.add_argument(
+        "files", nargs="+", metavar="FILE", help="scene files; - formats standard input to standard output"
+    )
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a file is not in canonical form")
 
 

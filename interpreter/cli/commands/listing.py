@@ -12,8 +12,9 @@ from softmark.grammar.suggest import nearest
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """[WHAT]"""
-    parser.add_argument("what", nargs="?",
-                        help="models, materials, references, metrics, shapes, scenes, data, codes, units, ...")
+    parser.add_argument(
+        "what", nargs="?", help="models, materials, references, metrics, shapes, scenes, data, codes, units, ..."
+    )
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -42,14 +43,18 @@ Rows = list[tuple[str, str]]
 def _topics() -> dict[str, Callable[[], Rows]]:
     from softmark.interpreter.front.catalogue import CATALOGUE
 
-    plural = {"body": "bodies", "analysis": "analyses", "published": "published", "study": "studies",
-              "stiffness": "stiffnesses"}
+    plural = {
+        "body": "bodies",
+        "analysis": "analyses",
+        "published": "published",
+        "study": "studies",
+        "stiffness": "stiffnesses",
+    }
     found: dict[str, Callable[[], Rows]] = {
         plural.get(kind, kind + "s"): (lambda kind=kind: _constructors(kind))  # type: ignore[misc]
         for kind in CATALOGUE
     }
-    own: dict[str, Callable[[], Rows]] = {"elements": _elements, "scenes": _scenes, "codes": _codes,
-                                       "data": _data}
+    own: dict[str, Callable[[], Rows]] = {"elements": _elements, "scenes": _scenes, "codes": _codes, "data": _data}
     return found | own | {"units": _units, "functions": _functions}
 
 
@@ -94,8 +99,11 @@ def _codes() -> Rows:
 def _units() -> Rows:
     from softmark.interpreter.language import units
 
-    rows = [(name, units.named(d) + (", takes prefixes" if prefixed else ""))
-            for name, (_, d, prefixed) in units.UNITS.items() if name != "1"]
+    rows = [
+        (name, units.named(d) + (", takes prefixes" if prefixed else ""))
+        for name, (_, d, prefixed) in units.UNITS.items()
+        if name != "1"
+    ]
     return [*rows, ("prefixes", " ".join(units.PREFIXES))]
 
 

@@ -33,9 +33,7 @@ class Shelf:
         default = None if parsed.json is not None and not parsed.vtu else f"{name}-report"
         out = default if parsed.out is None else parsed.out
         self.folder = None if out is None else Path(out)
-        self.files = {
-            o: f for o, f in (("--json", parsed.json), ("--junit", parsed.junit)) if f not in (None, "-")
-        }
+        self.files = {o: f for o, f in (("--json", parsed.json), ("--junit", parsed.junit)) if f not in (None, "-")}
         self.scene = scene
         self.printed = parsed.json == "-"
         self.vtu = parsed.vtu
@@ -58,9 +56,7 @@ class Shelf:
     def kept(self) -> str:
         """What an interrupted run leaves."""
         places = (
-            [str(self.folder / "report.json")]
-            if self.folder
-            else [f for o, f in self.files.items() if o == "--json"]
+            [str(self.folder / "report.json")] if self.folder else [f for o, f in self.files.items() if o == "--json"]
         )
         if self.count == 0 or self.failed or not places:
             return "nothing was finished"

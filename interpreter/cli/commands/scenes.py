@@ -37,9 +37,7 @@ def read_scene(name: str) -> tuple[Source, Path, Path | None]:
         raise Unread(Diagnostic("E401", missing.reason, None, None, help=missing.remedy)) from missing
 
 
-def load(
-    name: str, overrides: Sequence[str] = (), only: Sequence[str] = ()
-) -> tuple[Scene | None, list[Diagnostic]]:
+def load(name: str, overrides: Sequence[str] = (), only: Sequence[str] = ()) -> tuple[Scene | None, list[Diagnostic]]:
     """The checked scene, None if it has errors, and all diagnostics; `only` are the models that are asked for."""
     from softmark.interpreter.front.load import checked
 
@@ -76,9 +74,7 @@ def _with_others(group: list[Diagnostic]) -> Diagnostic:
     if not lines:
         return group[0]
     word = "line" if len(lines) == 1 else "lines"
-    return replace(
-        group[0], notes=(*group[0].notes, f"the same holds for {word} {', '.join(map(str, lines))}")
-    )
+    return replace(group[0], notes=(*group[0].notes, f"the same holds for {word} {', '.join(map(str, lines))}"))
 
 
 def errors(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:

@@ -55,7 +55,11 @@ def warn(warnings: Sequence[Diagnostic]) -> None:
 
 
 def carried_out(
-    work: Callable[[], Found], folder: Path, parsed: argparse.Namespace, progress: Progress, name: str,
+    work: Callable[[], Found],
+    folder: Path,
+    parsed: argparse.Namespace,
+    progress: Progress,
+    name: str,
     scenes: Sequence[Scene],
 ) -> Found | int:
     """What `work` finds, or the exit status where it cannot, after the reason is told; `name` is that of its files."""

@@ -75,9 +75,7 @@ class Solids(Sized):
 
     def _finer(self, answer: Answer) -> Field:
         own = (answer.scene, answer.solid, answer.own)
-        field: Field = answer.once(
-            "finer", lambda: finer.found(*own, answer.on_nodes(), answer.tangent, answer.budget)
-        )
+        field: Field = answer.once("finer", lambda: finer.found(*own, answer.on_nodes(), answer.tangent, answer.budget))
         return field
 
     def _from_coarser(self, answer: Answer, seen: Seen) -> float:

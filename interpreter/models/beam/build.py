@@ -60,9 +60,7 @@ class PreparedBeam(Meshless):
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest."""
         problem = replace(self.problem, watch=watch)
-        return outcome.solution(
-            lambda: self._equilibrium(problem), "try more segments or a smaller load", self._finish
-        )
+        return outcome.solution(lambda: self._equilibrium(problem), "try more segments or a smaller load", self._finish)
 
     def _equilibrium(self, problem: Statics) -> Equilibrium:
         """The equilibrium; modes that are switched off lose their last strain in a second solution from the first."""
@@ -133,9 +131,7 @@ def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
     # `moments` are about the first and the second transverse axis: about e2 the distance is X3
     I2, I3 = section.moments
     kappa = section.shear_factor(material.poisson)
-    whole = Section(
-        section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus
-    )
+    whole = Section(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
     return whole.stiffness.without(case.shape.length, shear=model.shear, axial=model.axial)
 
 

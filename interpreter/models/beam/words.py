@@ -147,9 +147,7 @@ class Beam6Dof(Model):
         """Nodes along the axis, m from the root: equally spaced, the nearest moved to each end of a support."""
         found = [case.shape.length * i / self.segments for i in range(self.segments + 1)]
         inner = set(range(1, self.segments))  # that may move
-        for border in sorted(
-            {b for support in case.supports for b in borders(support.thing.where, case.shape)}
-        ):
+        for border in sorted({b for support in case.supports for b in borders(support.thing.where, case.shape)}):
             if inner and not any(abs(s - border) <= 1e-6 * case.shape.length for s in found):
                 nearest = min(inner, key=lambda i: abs(found[i] - border))
                 found[nearest] = border
@@ -189,9 +187,7 @@ def _unfit(load: Declared, case: Case) -> str:
             length = case.shape.length
             ends = [coverage(where, case.shape, s) for s in (0.0, length)]
             between = {cover for _, cover in inside(where, case.shape)}
-            return (
-                "" if sorted(ends) == ["all", "none"] and between == {"none"} else "not on one whole end face"
-            )
+            return "" if sorted(ends) == ["all", "none"] and between == {"none"} else "not on one whole end face"
     return "not a load of beam theory"
 
 

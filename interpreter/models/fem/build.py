@@ -280,9 +280,7 @@ def at_rest(
     return PreparedSolid(model, declared, shape, mesh, elastic, problem, size, notes, applied=(*applied,)), parts
 
 
-def levered(
-    static: PreparedSolid, workshop: Workshop, disturbance: Disturbance | None = None
-) -> PreparedSolid:
+def levered(static: PreparedSolid, workshop: Workshop, disturbance: Disturbance | None = None) -> PreparedSolid:
     """With what the model trades for speed: precision, caps, linear solver, start. Raises Fault."""
     model, problem = static.model, static.problem
     reuse, modes = model.factorisation == "reused", problem.assembly.modes

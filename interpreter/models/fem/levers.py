@@ -167,11 +167,7 @@ def _of_forces(model: Fem, case: Case) -> Iterator[Clash]:
     """Linear solvers for symmetric matrices, and forces that have none."""
     reused, capped = model.factorisation == "reused", model.linear in SYMMETRIC
     follows = any(isinstance(load.thing.action, Follower) for load in case.loads) and model.strain != "small"
-    if (
-        isinstance(case.analysis, Dynamic)
-        or not (reused or capped)
-        or not (follows or model.rotation == "element")
-    ):
+    if isinstance(case.analysis, Dynamic) or not (reused or capped) or not (follows or model.rotation == "element"):
         return
     why = "one rotation for each cell" if model.rotation == "element" else "pressure that follows the surface"
     field = "linear" if capped else "factorisation"

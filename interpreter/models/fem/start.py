@@ -46,11 +46,7 @@ class Begun:
         if self._used(found):
             return ()
         at, failed = declared.at("start"), self.x is None
-        why = (
-            f"`{self.model}` has no solution"
-            if failed
-            else "Newton's method does not come from there to a solution"
-        )
+        why = f"`{self.model}` has no solution" if failed else "Newton's method does not come from there to a solution"
         return (
             Diagnostic(
                 "W341",

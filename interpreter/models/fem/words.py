@@ -87,9 +87,7 @@ class Fem(Model):
         "1 in [1, 1000]",
         "Newton iterations after which a state, or a time step, is accepted, solved or not; none: all are solved",
     ] = None
-    material: Annotated[
-        Any | None, "material", "another material than the body's, to see what it changes"
-    ] = None
+    material: Annotated[Any | None, "material", "another material than the body's, to see what it changes"] = None
     precision: Annotated[Literal["double", "single"], "of all numbers, 64 or 32 bits"] = "double"
     linear: Annotated[
         Literal["auto", "cholesky", "superlu", "pardiso", "multigrid", "conjugate_gradients"],
@@ -100,9 +98,7 @@ class Fem(Model):
         "1 in [1, 100000]",
         "iterations of conjugate gradients in a Newton step; none: until it is solved",
     ] = None
-    factorisation: Annotated[
-        Literal["fresh", "reused"], "whether a factor serves one Newton step or several"
-    ] = "fresh"
+    factorisation: Annotated[Literal["fresh", "reused"], "whether a factor serves one Newton step or several"] = "fresh"
     start: Annotated[str | None, "model", "the model whose solution is started from; rest without"] = None
     quality: Annotated[
         float | None,

@@ -181,9 +181,7 @@ class _Scaled:
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         self.load.add_gradient(x, g, scale * self.factor)
 
-    def add_hessian(
-        self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False
-    ) -> None:
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         self.load.add_hessian(x, data, slots, scale * self.factor, projected)
 
 

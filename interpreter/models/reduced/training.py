@@ -69,9 +69,7 @@ def scene_of(workshop: Workshop, declared: Declared) -> Scene:
     return workshop.scene
 
 
-def _computed(
-    model: Pod, declared: Declared, case: Case, mesh: Mesh, scene: Scene, workshop: Workshop
-) -> Training:
+def _computed(model: Pod, declared: Declared, case: Case, mesh: Mesh, scene: Scene, workshop: Workshop) -> Training:
     wall, cpu = time.perf_counter(), time.process_time()
     states, settings, failed = [], [], []
     ranges: dict[str, list[Any]] = {"load": sorted(set(model.parts))}

@@ -59,12 +59,8 @@ class Modal(Reduced):
     of: Annotated[str, "model", "the finite element model that is reduced"]
     modes: Annotated[int, "1 in [1, 2000]", "how many vibration modes"] = 20
     derivatives: Annotated[bool, "whether modal derivatives are added, as many as modes"] = True
-    cells: Annotated[
-        Literal["all", "sampled"], "which cells are evaluated: all, or a few with weights"
-    ] = "all"
-    sampling: Annotated[
-        float, "1 in (0, 1)", "relative error of the forces that the sampled cells give"
-    ] = 0.01
+    cells: Annotated[Literal["all", "sampled"], "which cells are evaluated: all, or a few with weights"] = "all"
+    sampling: Annotated[float, "1 in (0, 1)", "relative error of the forces that the sampled cells give"] = 0.01
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -100,23 +96,17 @@ class Pod(Reduced):
     """
 
     of: Annotated[str, "model", "the finite element model that is reduced"]
-    training: Annotated[
-        Any | None, "values", "parts of all loads that are solved, such as `[0.25, 0.5, 0.75, 1]`"
-    ] = None
+    training: Annotated[Any | None, "values", "parts of all loads that are solved, such as `[0.25, 0.5, 0.75, 1]`"] = (
+        None
+    )
     over: Annotated[
         str | None, "study", "a sweep: training goes through all its values; the scene as it is without"
     ] = None
-    modes: Annotated[
-        int | None, "1 in [1, 2000]", "how many fields; as many as `tolerance` needs without"
-    ] = None
+    modes: Annotated[int | None, "1 in [1, 2000]", "how many fields; as many as `tolerance` needs without"] = None
     tolerance: Annotated[float, "1 in (0, 1)", "part of the training states that may be left out"] = 1e-4
     norm: Annotated[Literal["mass", "energy"], "what lengths of fields are measured by"] = "mass"
-    cells: Annotated[
-        Literal["all", "sampled"], "which cells are evaluated: all, or a few with weights"
-    ] = "all"
-    sampling: Annotated[
-        float, "1 in (0, 1)", "relative error of the forces that the sampled cells give"
-    ] = 0.01
+    cells: Annotated[Literal["all", "sampled"], "which cells are evaluated: all, or a few with weights"] = "all"
+    sampling: Annotated[float, "1 in (0, 1)", "relative error of the forces that the sampled cells give"] = 0.01
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 
     @property
@@ -182,9 +172,7 @@ class Pod(Reduced):
             return None
         word = study.constructor.name
         problem = f"`{declared.name}` is trained over `{self.over}`, which is no sweep"
-        return _refused(
-            declared, "over", problem, f"a {word}", "name a `sweep(...)`, or leave `over` out"
-        )
+        return _refused(declared, "over", problem, f"a {word}", "name a `sweep(...)`, or leave `over` out")
 
     def outline(self, case: Case) -> str:
         """One line for the plan and the report."""

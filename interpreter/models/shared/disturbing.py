@@ -79,9 +79,7 @@ def of_solid(known: Disturbance, problem: Statics, points: Floats, elastic: Elas
     displacements = points.size  # the first unknowns
     return recovered(
         problem,
-        Tangled(
-            state, elastic, lambda x: inside_out(elastic, x[:displacements]), len(elastic.cells), known.seed
-        ),
+        Tangled(state, elastic, lambda x: inside_out(elastic, x[:displacements]), len(elastic.cells), known.seed),
     )
 
 

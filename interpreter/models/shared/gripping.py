@@ -109,9 +109,7 @@ def _found(condition: Condition, shape: Any, mesh: Mesh) -> Grip:
         looked = [(edges, _fractions(condition, edges, mesh))]
     for kind, f in looked:
         wide[np.unique(kind.nodes[f > SMALL])] = True
-    shares = [
-        _share(kind, f, nodes) for kind, f in looked if float(f @ kind.sizes) > SMALL * kind.sizes.sum()
-    ]
+    shares = [_share(kind, f, nodes) for kind, f in looked if float(f @ kind.sizes) > SMALL * kind.sizes.sum()]
     held = min((held for held, _ in shares), default=1.0)
     return Grip(nodes, wide | nodes, held, max((beyond for _, beyond in shares), default=0.0))
 
@@ -134,9 +132,7 @@ def _cells(mesh: Mesh) -> _Kind:
 
 def _facets(mesh: Mesh, shape: Any) -> _Kind:
     triangles = mesh.facets[:, np.array(mesh.element.facet.triangles)]  # (f, s, 3)
-    whole = Pieces(
-        mesh.points[triangles.reshape(-1, 3)], np.repeat(np.arange(len(triangles)), triangles.shape[1])
-    )
+    whole = Pieces(mesh.points[triangles.reshape(-1, 3)], np.repeat(np.arange(len(triangles)), triangles.shape[1]))
     areas: Floats = np.bincount(whole.of, whole.sizes, minlength=len(triangles)).astype(np.float64)
     return _Kind(mesh.facets, areas, triangles, getattr(shape, "on_side", None))
 

@@ -67,7 +67,6 @@ class Held:
         fixed = sorted(self.values)
         return np.array(fixed, dtype=np.int64), np.array([self.values[dof][0] for dof in fixed])
 
-
     def _rigid(self) -> Fault:
         """Nothing is left to deform."""
         last = self.case.supports[-1]

@@ -38,14 +38,11 @@ def at_nodes(load: Energy, points: Floats) -> Floats:
 def single_loads(
     case: Case, mesh: Mesh, parts: Integration, small: bool, mass: Distribution = "consistent"
 ) -> list[tuple[Declared, Energy]]:
-    """Each load of a case with its energy at full size. `small`: pressure acts on the undeformed surface. Raises Fault.
-    """
+    """Each load of a case with its energy at full size. `small`: pressure acts on the undeformed surface. Raises Fault."""
     return [(load, _load(case, load, mesh, parts, small, mass)) for load in case.loads]
 
 
-def _load(
-    case: Case, load: Declared, mesh: Mesh, parts: Integration, small: bool, mass: Distribution
-) -> Energy:
+def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: bool, mass: Distribution) -> Energy:
     dead = np.zeros((len(mesh.points), 3))
     match load.thing.action:
         case PerMass(acceleration=g):
@@ -76,9 +73,7 @@ def nodal_mass(mesh: Mesh, parts: Integration, density: float, mass: Distributio
     if mass == "lumped":
         lumped: Floats = mass_matrix(mesh, parts, density, mass)[::3]
         return lumped
-    N, w = mass_points(
-        mesh.points, mesh.cells, mesh.element
-    )  # as the mass matrix has them: g is g at every node
+    N, w = mass_points(mesh.points, mesh.cells, mesh.element)  # as the mass matrix has them: g is g at every node
     carried = np.zeros(len(mesh.points))
     np.add.at(carried, mesh.cells, density * w @ N)
     return carried

@@ -93,8 +93,7 @@ def unresisted(X: Floats, d: Floats) -> str:
 def facts(history: tuple[Iteration, ...], residual: float | None, steps: int) -> dict[str, object]:
     """The `solve` part of a report."""
     shown = [
-        {"phase": i.phase, "load": i.load, "residual": _number(i.residual), "length": i.length}
-        for i in history[-200:]
+        {"phase": i.phase, "load": i.load, "residual": _number(i.residual), "length": i.length} for i in history[-200:]
     ]
     return {
         "iterations": len(history),

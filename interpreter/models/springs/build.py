@@ -211,9 +211,7 @@ def springs_of(model: MassSpring, case: Case, mesh: Mesh, net: Network) -> Sprin
     return Springs(net.edges, D, k)
 
 
-def statics_of(
-    case: Case, mesh: Mesh, parts: Integration, springs: Springs, measured: Mapping[str, Any]
-) -> Statics:
+def statics_of(case: Case, mesh: Mesh, parts: Integration, springs: Springs, measured: Mapping[str, Any]) -> Statics:
     """The static problem: loads and supports are those of a solid on the same mesh. Raises Fault."""
     fixed, target = solid_supports(case, mesh, measured)
     dofs = mesh.points.size
@@ -237,9 +235,7 @@ def statics_of(
 def _fitted(built: PreparedSprings, case: Case, workshop: Workshop) -> PreparedSprings:
     """The network with its stiffness times the best factor. Raises Fault."""
     if workshop.scene is None:
-        raise fault(
-            "E521", built.declared.at("stiffness"), f"`{built.declared.name}` has no scene to be fitted to"
-        )
+        raise fault("E521", built.declared.at("stiffness"), f"`{built.declared.name}` has no scene to be fitted to")
     target = target_of(workshop.scene, built.declared, case, workshop.measured)
     trial = statics_of(target.case, built.mesh, built.parts, built.springs, workshop.measured)
     fit = least(lambda factor: _error(factor, built, trial, target))

@@ -1,8 +1,8 @@
 """Fitting the one factor of a calibrated network on a part of the load, and what that needs of a scene.
 
-    doubts     what of a scene cannot be fitted to, known before anything is built
-    target_of  the metric, the reference and the points as they are at a part of the load
-    least      the factor that makes an error least
+doubts     what of a scene cannot be fitted to, known before anything is built
+target_of  the metric, the reference and the points as they are at a part of the load
+least      the factor that makes an error least
 """
 
 from __future__ import annotations

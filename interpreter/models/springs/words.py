@@ -80,9 +80,7 @@ class MassSpring(Model):
     recovers = True
     finely = ("size",)
 
-    stiffness: Annotated[
-        Any, "stiffness", "how stiff its springs are, such as `uniform(120 N/m)` or `from_material()`"
-    ]
+    stiffness: Annotated[Any, "stiffness", "how stiff its springs are, such as `uniform(120 N/m)` or `from_material()`"]
     size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
     network: Annotated[Literal["tet4", "hex8"], "cells whose edges are springs"] = "tet4"
     diagonals: Annotated[

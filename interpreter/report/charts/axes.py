@@ -38,9 +38,7 @@ def linear(low: float, high: float, name: str, unit: str, about: int = 6) -> Axi
     step = nice_step((high - low) / scale.factor, about)
     decimals = max(0, (1 if _mantissa(step) == 2.5 else 0) - math.floor(math.log10(step) + 1e-9))
     first, last = math.ceil(low / scale.factor / step - 1e-9), math.floor(high / scale.factor / step + 1e-9)
-    ticks = tuple(
-        (i * step * scale.factor, signed(f"{i * step:.{decimals}f}")) for i in range(first, last + 1)
-    )
+    ticks = tuple((i * step * scale.factor, signed(f"{i * step:.{decimals}f}")) for i in range(first, last + 1))
     return Axis(low, high, scale.heading(name), ticks)
 
 

@@ -96,11 +96,7 @@ def _markers(curve: Curve, path: Path, index: int) -> str:
     every = curve.every or max(1, round((len(path) - 1) / 7))
     start = 0 if every == 1 else (1 + 2 * index) % every
     last = max((i for i, p in enumerate(path) if p), default=-1)
-    chosen = [
-        p
-        for i, p in enumerate(path)
-        if p and (i == last or (i % every == start and i + 2 < last) or every == 1)
-    ]
+    chosen = [p for i, p in enumerate(path) if p and (i == last or (i % every == start and i + 2 < last) or every == 1)]
     return tag("path", class_="mark", d="".join(MARKERS[curve.look.marker](*p) for p in chosen))
 
 
@@ -118,9 +114,7 @@ def _axes(chart: Chart) -> str:
     left, top, right, bottom = chart.left, chart.top, chart.left + chart.width, chart.top + chart.height
     across = [(left + chart.x.at(value) * chart.width, label) for value, label in chart.x.ticks]
     up = [(bottom - chart.y.at(value) * chart.height, label) for value, label in chart.y.ticks]
-    grid = [f"M{x:.1f} {top:.1f}V{bottom:.1f}" for x, _ in across] + [
-        f"M{left:.1f} {y:.1f}H{right:.1f}" for y, _ in up
-    ]
+    grid = [f"M{x:.1f} {top:.1f}V{bottom:.1f}" for x, _ in across] + [f"M{left:.1f} {y:.1f}H{right:.1f}" for y, _ in up]
     ticks = [_text(label, x, bottom + 19, "middle") for x, label in across]
     ticks += [_text(label, left - 8, y + 4, "end") for y, label in up]
     frame = tag("path", class_="frame", d=f"M{left:.1f} {top:.1f}V{bottom:.1f}H{right:.1f}")

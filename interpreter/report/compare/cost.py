@@ -57,9 +57,7 @@ def _chosen(view: View, split: Sequence[Point]) -> list[Point]:
     front = {k for own in view.metrics.values() for k in own["front"]}
     ends = {line["keys"][-1] for line in view.lines}
     ranked = sorted(split, key=lambda p: (p["key"] not in front, p["key"] not in ends))[:SHOWN]
-    return [p for p in split if p in ranked and (p["key"] in front or p["key"] in ends)] or list(
-        split[:SHOWN]
-    )
+    return [p for p in split if p in ranked and (p["key"] in front or p["key"] in ends)] or list(split[:SHOWN])
 
 
 def _bar(point: Point, named: Sequence[str]) -> str:
@@ -102,8 +100,7 @@ def _seconds(value: float | None) -> str:
 
 def _save(view: View, split: Sequence[Point], named: Sequence[str]) -> str:
     rows: list[list[Cell]] = [
-        [point_label(p), *(_phases(p).get(n) for n in named), (p.get("cost") or {}).get("memory_bytes")]
-        for p in split
+        [point_label(p), *(_phases(p).get(n) for n in named), (p.get("cost") or {}).get("memory_bytes")] for p in split
     ]
     header = ["configuration", *(f"{n} [s]" for n in named), "memory [B]"]
     return csv_link(f"{view.scene}-costs", header, rows)
@@ -113,9 +110,7 @@ def quality(view: View, allowed: bool = False) -> str:
     """How far the timings can be trusted, in words."""
     known: Mapping[str, Any] = view.analysis["timing"]
     if not known["timed"]:
-        return _callout(
-            "quiet", "No times were measured: configurations are compared by their numbers of unknowns."
-        )
+        return _callout("quiet", "No times were measured: configurations are compared by their numbers of unknowns.")
     least, most = known["least_runs"], known["most_runs"]
     runs = f"{least} to {most}" if least != most else f"{least}"
     said = f"{known['timed']} of {count(known['of'], 'configuration')} timed, {runs} runs each."

@@ -95,9 +95,7 @@ class Diagram:
             WIDTH, HEIGHT, tuple(self._curves()), left=LEFT, top=TOP, right=24.0, bottom=60.0,
         )  # fmt: skip
         chart = replace(chart, under=Overlay(self, chart).markup())
-        shown = (
-            [str(line["label"]) for line in self.view.lines][:SHOWN] if len(self.view.lines) > SHOWN else None
-        )
+        shown = [str(line["label"]) for line in self.view.lines][:SHOWN] if len(self.view.lines) > SHOWN else None
         return plate(chart, prose(self._caption(shown)), self._columns(), self._save(), open_=shown)
 
     @property
@@ -144,9 +142,7 @@ class Diagram:
         named = len(self.view.lines) <= NAMED
         for i, line in enumerate(self.view.lines):
             points = tuple(self.place(row) if row.line == i else None for row in self.rows)
-            yield Curve(
-                str(line["label"]), self.view.looks[i], points, 1, len(self._symbols), every=1, named=named
-            )
+            yield Curve(str(line["label"]), self.view.looks[i], points, 1, len(self._symbols), every=1, named=named)
 
     # -------------------------------------------------------------- words
 
@@ -168,11 +164,7 @@ class Diagram:
             said += f" The reference is known to ± {self.view.amount(self.uncertainty, self.metric)}."
         low = [row for row in self.drawn if row.error is not None and row.error < self.up.low]
         said += f" {count(len(low), 'point')} with a smaller error at the lower edge." if low else ""
-        said += (
-            f" {SHOWN} of {len(self.view.lines)} lines drawn at first: tick others in the legend."
-            if shown
-            else ""
-        )
+        said += f" {SHOWN} of {len(self.view.lines)} lines drawn at first: tick others in the legend." if shown else ""
         lost = [(e["label"], e["reason"]) for e in self.known["left_out"]]
         return said + (f" Not counted: {_grouped(lost)}." if lost else "")
 
@@ -182,9 +174,7 @@ class Diagram:
     def _scales(self) -> tuple[Any, Any]:
         efforts = [row.effort.median for row in self.drawn if row.effort is not None]
         unit = "1" if self.clock == UNKNOWNS else "s"
-        return scale_of([row.error for row in self.drawn], str(self.known["unit"]), True), scale_of(
-            efforts, unit
-        )
+        return scale_of([row.error for row in self.drawn], str(self.known["unit"]), True), scale_of(efforts, unit)
 
     @property
     def _symbols(self) -> tuple[str, ...]:
@@ -246,9 +236,7 @@ def _grouped(pairs: Any) -> str:
         reasons.setdefault(reason, []).append(f"`{label}`")
     parts = []
     for reason, labels in reasons.items():
-        names = (
-            ", ".join(labels) if len(labels) <= 6 else f"{', '.join(labels[:5])} and {len(labels) - 5} more"
-        )
+        names = ", ".join(labels) if len(labels) <= 6 else f"{', '.join(labels[:5])} and {len(labels) - 5} more"
         parts.append(f"{names} ({reason})")
     return "; ".join(parts)
 
@@ -267,9 +255,7 @@ def _decades(low: float, high: float, name: str, said: Any) -> Axis:
 
 def _inside(axis: Axis) -> Axis:
     """The axis without a long label at its very end."""
-    return replace(
-        axis, ticks=tuple((v, said) for v, said in axis.ticks if axis.at(v) < END or len(said) <= 4)
-    )
+    return replace(axis, ticks=tuple((v, said) for v, said in axis.ticks if axis.at(v) < END or len(said) <= 4))
 
 
 # ------------------------------------------------------------------ what lies under the lines
@@ -286,9 +272,7 @@ class Overlay:
         """All of it, from back to front."""
         parts = [self._band(), self._rates(), "" if self.diagram.frames else self._front()]
         rows = [(i, row) for i, row in enumerate(self.diagram.rows) if row.drawn]
-        return "".join(
-            [*parts, *(self._spread(row) for _, row in rows), *(self._marks(row) for _, row in rows)]
-        )
+        return "".join([*parts, *(self._spread(row) for _, row in rows), *(self._marks(row) for _, row in rows)])
 
     @property
     def _edges(self) -> tuple[float, float, float, float]:
@@ -304,9 +288,7 @@ class Overlay:
         band = tag("rect", x=f"{left:.1f}", y=f"{top:.1f}", width=f"{right - left:.1f}", height=f"{bottom - top:.1f}",
                    class_="uncertain")  # fmt: skip
         edge = tag("path", d=f"M{left:.1f} {top:.1f}H{right:.1f}", class_="uncertain-edge")
-        words = tag(
-            "text", "uncertainty of the reference", x=f"{left + 7:.1f}", y=f"{top + 15:.1f}", class_="aside"
-        )
+        words = tag("text", "uncertainty of the reference", x=f"{left + 7:.1f}", y=f"{top + 15:.1f}", class_="aside")
         return band + edge + (words if bottom - top > 16 else "")
 
     def _y(self, error: float) -> float:
@@ -337,11 +319,7 @@ class Overlay:
             return ""
         _, top, right, _ = self._edges
         pixels = [self.chart.pixel((t, max(e, self.chart.y.low))) for t, e in corners]
-        path = (
-            f"M{pixels[0][0]:.1f} {top:.1f}"
-            + "".join(f"H{x:.1f}V{y:.1f}" for x, y in pixels)
-            + f"H{right:.1f}"
-        )
+        path = f"M{pixels[0][0]:.1f} {top:.1f}" + "".join(f"H{x:.1f}V{y:.1f}" for x, y in pixels) + f"H{right:.1f}"
         return tag("path", d=path, class_="front")
 
     def _spread(self, row: _Row) -> str:

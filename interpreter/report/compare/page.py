@@ -34,13 +34,7 @@ def page(comparison: Mapping[str, Any]) -> str:
 
 def _title(own: Sequence[View]) -> str:
     titles = list(dict.fromkeys(view.title for view in own))
-    return (
-        listed(titles)
-        if 0 < len(titles) <= 3
-        else count(len(titles), "scene")
-        if titles
-        else "Nothing to compare"
-    )
+    return listed(titles) if 0 < len(titles) <= 3 else count(len(titles), "scene") if titles else "Nothing to compare"
 
 
 def _conclusion(own: Sequence[View]) -> str:
@@ -50,13 +44,7 @@ def _conclusion(own: Sequence[View]) -> str:
         return "There are no configurations."
     models = len({(p["scene"], p["model"]) for p in points})
     solved = sum(p["status"] in SOLVED for p in points)
-    rest = (
-        "all of them solved"
-        if solved == len(points)
-        else f"{solved} of them solved"
-        if solved
-        else "none solved"
-    )
+    rest = "all of them solved" if solved == len(points) else f"{solved} of them solved" if solved else "none solved"
     return f"{count(len(points), 'configuration')} of {count(models, 'model')}, {rest}."
 
 
@@ -99,9 +87,7 @@ def _sentence(advice: Mapping[str, Any]) -> str:
 def _why_no_advice(view: View) -> str:
     if not view.points:
         return "No configuration was computed."
-    return (
-        "No error was measured, as there is no reference to measure it from: there are only times to compare."
-    )
+    return "No error was measured, as there is no reference to measure it from: there are only times to compare."
 
 
 def _under(view: View, own: Sequence[View], markup: str) -> str:
@@ -144,9 +130,7 @@ def _failures(view: View) -> str:
     return tag("div", title, tag("ul", *items, class_="failures"), class_="callout bad")
 
 
-def _tables(
-    make: Callable[[View], str], name: str, title: str
-) -> Callable[[Sequence[View], Mapping[str, Any]], str]:
+def _tables(make: Callable[[View], str], name: str, title: str) -> Callable[[Sequence[View], Mapping[str, Any]], str]:
     """A section that has the same table for every scene."""
 
     def made(own: Sequence[View], comparison: Mapping[str, Any]) -> str:
@@ -171,11 +155,7 @@ def _points(view: View) -> str:
 
 def _levers(view: View) -> str:
     own = tables.levers(view)
-    return (
-        own
-        if len(view.analysis["levers"]) <= OPEN
-        else details(f"{len(view.analysis['levers'])} changes", own)
-    )
+    return own if len(view.analysis["levers"]) <= OPEN else details(f"{len(view.analysis['levers'])} changes", own)
 
 
 def _provenance(own: Sequence[View], comparison: Mapping[str, Any]) -> str:

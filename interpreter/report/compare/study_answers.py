@@ -78,10 +78,7 @@ def spoken(answer: Mapping[str, Any]) -> list[str]:
     if answer["kind"] == "pareto":
         names = ", ".join(f"{m['label']} ({_cost(answer, m)})" for m in answer["front"]) or "nobody"
         return [f"{answer['study']}: on the front of {answer['error']} and {answer['cost_name']}: {names}"]
-    return [
-        f"{answer['study']}: {answer['metric']} of {entry['line']}: {_said(entry)}"
-        for entry in answer["lines"]
-    ]
+    return [f"{answer['study']}: {answer['metric']} of {entry['line']}: {_said(entry)}" for entry in answer["lines"]]
 
 
 def _said(entry: Mapping[str, Any]) -> str:

@@ -18,9 +18,7 @@ DASH = "–"
 def table(caption: str, head: Sequence[str], rows: Sequence[str], kind: str = "") -> str:
     """A table in its scrolling box; `head` and `rows` are markup."""
     label = tag("caption", tag("span", prose(caption)))
-    own = tag(
-        "table", label, tag("thead", tag("tr", *head)), tag("tbody", *rows), class_=f"compared {kind}".strip()
-    )
+    own = tag("table", label, tag("thead", tag("tr", *head)), tag("tbody", *rows), class_=f"compared {kind}".strip())
     return tag("div", own, class_="scroll", tabindex=0, role="region", aria_label=caption.replace("`", ""))
 
 
@@ -180,9 +178,7 @@ def _levels(view: View, metric: str) -> str:
     rows = []
     for i, line in enumerate(view.lines):
         entries = [v["lines"][i] for v in levels]
-        cells = [
-            _level(view, e, e["line"] == v["best"], metric) for v, e in zip(levels, entries, strict=True)
-        ]
+        cells = [_level(view, e, e["line"] == v["best"], metric) for v, e in zip(levels, entries, strict=True)]
         rows.append(row(row_head(str(line["label"])), *cells))
     words = (
         f"{view.effort_name} to an error of `{metric}`, against `{view.metrics[metric]['against']}`. Interpolated: "
@@ -196,9 +192,7 @@ def _level(view: View, entry: Mapping[str, Any], best: bool, metric: str) -> str
     if entry["effort"] is None:
         least = entry.get("least_error")
         why = str(entry["reason"])
-        return cell(
-            DASH, f"not below {view.amount(least, metric)}" if why == "it stays above" and least else why
-        )
+        return cell(DASH, f"not below {view.amount(least, metric)}" if why == "it stays above" and least else why)
     names = [point_label(view.by_key[key]) for key in entry["keys"]]
     below = "interpolated" if entry["interpolated"] else f"`{names[0]}`" if names[0] != entry["line"] else ""
     spread = "" if view.clock == UNKNOWNS else spread_range(entry["effort"])
@@ -295,9 +289,7 @@ def _limit(limit: Mapping[str, Any]) -> list[str]:
 
 
 def _marked(value: float | None, unit: str, mark: str) -> str:
-    return cell(
-        DASH if value is None else (quantity(value, unit, 6) if unit else signed(f"{value:.2f}")) + mark
-    )
+    return cell(DASH if value is None else (quantity(value, unit, 6) if unit else signed(f"{value:.2f}")) + mark)
 
 
 def _error_order(entry: Mapping[str, Any], metric: str) -> str:
@@ -363,9 +355,7 @@ def levers(view: View) -> str:
         cells = [_ratio(e["effort_ratio"], "within the noise" if e["noise"] else "")]
         for m in view.metrics:
             own = e["errors"].get(m) or {}
-            cells.append(
-                _ratio(own.get("ratio"), "within the uncertainty" if own.get("within_uncertainty") else "")
-            )
+            cells.append(_ratio(own.get("ratio"), "within the uncertainty" if own.get("within_uncertainty") else ""))
         rows.append(row(row_head(str(e["model"])), change, tag("td", text(others or DASH)), *cells))
     return table("What a single change does: each number is the new value over the old one.", head, rows)
 

@@ -28,9 +28,7 @@ TOLD = 4  # problems of a scene, and lines of an answer, that the terminal speak
 CODES = {"bold": "1", "good": "32", "bad": "31", "quiet": "2"}
 
 
-def table(
-    comparison: Mapping[str, Any], colour: bool, path: str | None = None, width: int | None = None
-) -> str:
+def table(comparison: Mapping[str, Any], colour: bool, path: str | None = None, width: int | None = None) -> str:
     """Every configuration of every scene, what failed, and what to take; the path of the page after it."""
     comparison = {n: v if n == "scenes" else all_visible(v) for n, v in comparison.items()}
     scenes_ = [{**s, "title": all_visible(s.get("title"))} for s in comparison.get("scenes") or ()]
@@ -64,9 +62,7 @@ def _scene(own: Sequence[View], paint: bool, room: int) -> list[str]:
         _at(view, words) for view in told
         for words in (*(a["text"] for a in view.advice), *(d["text"] for d in view.analysis["disagreements"]))
     ]  # fmt: skip
-    advice = [
-        textwrap.fill(_spoken(words), room, initial_indent="-> ", subsequent_indent="   ") for words in said
-    ]
+    advice = [textwrap.fill(_spoken(words), room, initial_indent="-> ", subsequent_indent="   ") for words in said]
     advice += [f"-> and so on for {len(own) - TOLD} more: see the page"] if len(own) > TOLD else []
     return [*blocks, *(["\n".join(advice)] if advice else [])]
 

@@ -110,9 +110,7 @@ class View:
         for line in self.lines:
             place = seen.setdefault(line["model"], 0)
             seen[line["model"]] += 1
-            found.append(
-                replace(model_look(models[line["model"]]), dash=MODEL_DASHES[place % len(MODEL_DASHES)])
-            )
+            found.append(replace(model_look(models[line["model"]]), dash=MODEL_DASHES[place % len(MODEL_DASHES)]))
         return found
 
     def effort(self, point: Point) -> Spread | None:
@@ -170,9 +168,7 @@ def views(comparison: Mapping[str, Any]) -> list[View]:
     for number, (scene, own) in enumerate(analysis["scenes"].items()):
         advice = [a for a in analysis["advice"] if a["scene"] == scene]
         title = titles[own["scene"]]
-        found.append(
-            View(number, scene, title, members.get(scene, []), references.get(scene) or {}, own, advice)
-        )
+        found.append(View(number, scene, title, members.get(scene, []), references.get(scene) or {}, own, advice))
     return found
 
 

@@ -20,9 +20,7 @@ def legible(value: object) -> str:
 
 # what HTML or XML forbid: control characters other than tab and line feed, surrogates, noncharacters; and what turns
 # the direction of the letters after it
-_CONTROL = re.compile(
-    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufdd0-\ufdef\ufffe\uffff]"
-)
+_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufdd0-\ufdef\ufffe\uffff]")
 
 
 def _picture(character: str) -> str:

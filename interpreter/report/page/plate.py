@@ -46,17 +46,13 @@ def _legend(chart: Chart, open_: Sequence[str] | None) -> str:
     for index, curve in enumerate(chart.curves):
         checked = open_ is None or curve.name in open_ or curve.look.role != "model"
         box = tag("input", type="checkbox", value=f"k{index}", checked=checked)
-        rows.append(
-            tag("label", box, sample(curve.look), tag("span", broken(curve.name)), class_=curve.look.role)
-        )
+        rows.append(tag("label", box, sample(curve.look), tag("span", broken(curve.name)), class_=curve.look.role))
     return tag("fieldset", tag("legend", "Curves"), *rows, class_="legend")
 
 
 def toggles(curves: int) -> str:
     """The rules by which the boxes of a legend hide its curves."""
-    return "".join(
-        f'.plate:has(input[value="k{i}"]:not(:checked)) .k{i}{{display:none}}' for i in range(curves)
-    )
+    return "".join(f'.plate:has(input[value="k{i}"]:not(:checked)) .k{i}{{display:none}}' for i in range(curves))
 
 
 def details(summary: str, *content: str) -> str:
@@ -77,18 +73,10 @@ def data_table(caption: str, columns: Sequence[Column]) -> str:
 
 
 def _row(index: int, columns: Sequence[Column]) -> str:
-    cells = [
-        cell
-        for c in columns
-        for cell in (c.cells[index] if index < len(c.cells) else ("–",) * len(c.symbols))
-    ]
+    cells = [cell for c in columns for cell in (c.cells[index] if index < len(c.cells) else ("–",) * len(c.symbols))]
     return tag("tr", tag("th", text(cells[0]), scope="row"), *(tag("td", text(cell)) for cell in cells[1:]))
 
 
 def crowded(total: int, shown: int, where: str = "legend") -> str:
     """A sentence for the caption where not every model is drawn at first."""
-    return (
-        f" {count(shown, 'model')} of {total} drawn at first: tick others in the {where}."
-        if shown < total
-        else ""
-    )
+    return f" {count(shown, 'model')} of {total} drawn at first: tick others in the {where}." if shown < total else ""

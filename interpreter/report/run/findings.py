@@ -231,11 +231,7 @@ class Findings:
             return "bad", f"Finished, {count(missed, 'expectation')} not met"
         if not self.report.models:
             return "warn", "Finished, nothing was solved"
-        ran = (
-            "everything that was run"
-            if any(r.status == "skipped" for r in self.everyone.values())
-            else "everything"
-        )
+        ran = "everything that was run" if any(r.status == "skipped" for r in self.everyone.values()) else "everything"
         return "good", f"Finished, {ran} converged" + (", every expectation met" if self._all_met else "")
 
     @property

@@ -61,9 +61,7 @@ def _ordered(findings: Findings) -> Iterator[tuple[str, Result]]:
 def _drawable(shape: Shape) -> bool:
     """Whether a surface has triangles and only finite positions."""
     known = bool(np.isfinite(shape.position).all())
-    return (
-        known and len(shape.triangles) > 0 and (shape.frames is None or bool(np.isfinite(shape.frames).all()))
-    )
+    return known and len(shape.triangles) > 0 and (shape.frames is None or bool(np.isfinite(shape.frames).all()))
 
 
 @dataclass(frozen=True)
@@ -134,9 +132,7 @@ class _Shapes:
 
     def figure(self) -> str:
         """Controls, pictures, colour bar, caption, numbers."""
-        bar = (
-            colour_bar(self.most, self.clipped, f"distance from {plain(self.against)}") if self.errors else ""
-        )
+        bar = colour_bar(self.most, self.clipped, f"distance from {plain(self.against)}") if self.errors else ""
         unknown = tag(
             "p",
             "Errors are known at the end only: until then, colours tell models apart.",
@@ -257,9 +253,7 @@ class _Shapes:
         notes = " ".join(["", *self.small.notes])
         total, first = (len([n for n in known if n in models]) for known in (self.shapes, self.first))
         shown = crowded(total, first, "boxes")
-        return (
-            f"{self._ranking()} {seen}{colour}{plainly} In this page positions are rounded to {step}.{notes}{shown}"
-        )
+        return f"{self._ranking()} {seen}{colour}{plainly} In this page positions are rounded to {step}.{notes}{shown}"
 
     def _cut(self) -> str:
         """Who goes beyond the scale of usual errors."""
@@ -267,9 +261,7 @@ class _Shapes:
             return ""
         names, clip = several([f"`{n}`" for n in self.beyond]), quantity(self.clipped, "m", 3)
         verb = "goes" if len(self.beyond) == 1 else "go"
-        return (
-            f" It ends at {clip} at first, so that the usual errors can be told apart; {names} {verb} beyond."
-        )
+        return f" It ends at {clip} at first, so that the usual errors can be told apart; {names} {verb} beyond."
 
     # -------------------------------------------------------------- numbers
 

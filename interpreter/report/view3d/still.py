@@ -52,9 +52,7 @@ def seen_box(shapes: Mapping[str, Shape], view: View) -> tuple[Floats, Floats]:
     return np.min([X.min(axis=0) for X in flat], axis=0), np.max([X.max(axis=0) for X in flat], axis=0)
 
 
-def still(
-    shapes: Mapping[str, Shape], view: View, most: float, words: tuple[str, str], key: str = "shapes"
-) -> str:
+def still(shapes: Mapping[str, Shape], view: View, most: float, words: tuple[str, str], key: str = "shapes") -> str:
     """An SVG with a panel for each shape, `most` m being the top of the colours; `words`: title and description.
 
     `key` is the start of its ids.

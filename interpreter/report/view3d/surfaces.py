@@ -47,9 +47,7 @@ def fit(shapes: Mapping[str, Shape]) -> Small:
 
 def _affordable(shapes: Mapping[str, Shape]) -> int:
     """How many frames of every surface that has some fit into the room."""
-    fixed = sum(
-        8 * s.position.size / 3 + 3 * len(s.position) + 8 * s.triangles.size / 3 for s in shapes.values()
-    )
+    fixed = sum(8 * s.position.size / 3 + 3 * len(s.position) + 8 * s.triangles.size / 3 for s in shapes.values())
     each = sum(8 * s.position.size / 3 for s in shapes.values() if s.frames is not None)
     return min(FRAMES, int((ROOM - fixed) / each)) if each else FRAMES
 
@@ -73,10 +71,7 @@ def notes_of(given: Mapping[str, Shape], kept: Mapping[str, Shape]) -> list[str]
         if shape.times is not None and own.times is not None and len(own.times) < len(shape.times):
             said = f"at {len(own.times)} of {len(shape.times)} moments"
             coarse.setdefault(said, []).append(f"`{name}`")
-    return [
-        f"{several(names)} {'is' if len(names) == 1 else 'are'} drawn {said}."
-        for said, names in coarse.items()
-    ]
+    return [f"{several(names)} {'is' if len(names) == 1 else 'are'} drawn {said}." for said, names in coarse.items()]
 
 
 def thinned(shape: Shape, limit: int, triangles: bool = False) -> Shape:

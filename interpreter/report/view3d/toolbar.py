@@ -39,9 +39,7 @@ def toolbar(
 ) -> str:
     """What readers choose by; hidden where no script runs."""
     key, first = kind.key, 0 if beside else 1
-    groups = [
-        _choice("Layout", f"layout{key}", (("beside", "Side by side"), ("overlaid", "Overlaid")), first)
-    ]
+    groups = [_choice("Layout", f"layout{key}", (("beside", "Side by side"), ("overlaid", "Overlaid")), first)]
     if errors:
         groups.append(_choice("Colour", f"colour{key}", (("error", "Error"), ("own", "By model")), first))
         scales = (("full", "Largest"), ("clipped", "Usual"), ("log", "Log"))
@@ -76,12 +74,9 @@ def _view(axes: str) -> str:
     zooms = (("out", "−", "Zoom out"), ("in", "+", "Zoom in"), ("home", "Reset", None))
     planes = [(f"{axes[a]}–{axes[b]}", angles) for a, b, angles in VIEWS]
     buttons = [
-        tag("button", name, type="button", data_view=angles, aria_label=f"View of {name}")
-        for name, angles in planes
+        tag("button", name, type="button", data_view=angles, aria_label=f"View of {name}") for name, angles in planes
     ]
-    buttons += [
-        tag("button", sign, type="button", data_zoom=act, aria_label=words) for act, sign, words in zooms
-    ]
+    buttons += [tag("button", sign, type="button", data_zoom=act, aria_label=words) for act, sign, words in zooms]
     return tag("fieldset", tag("legend", "View"), tag("div", *buttons, class_="segments"))
 
 
@@ -112,9 +107,5 @@ def colour_bar(most: float, clipped: float, name: str) -> str:
 
 
 def _scale(axis: Axis, kind: str, ends: str) -> str:
-    ticks = [
-        tag("span", text(label), style=f"left:{100 * axis.at(value):.2f}%") for value, label in axis.ticks
-    ]
-    return tag(
-        "div", tag("div", *ticks, class_="marks"), tag("p", text(axis.label + ends)), class_=f"scale {kind}"
-    )
+    ticks = [tag("span", text(label), style=f"left:{100 * axis.at(value):.2f}%") for value, label in axis.ticks]
+    return tag("div", tag("div", *ticks, class_="marks"), tag("p", text(axis.label + ends)), class_=f"scale {kind}")

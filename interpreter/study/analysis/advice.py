@@ -163,13 +163,9 @@ def _caveats(question: Question, winner: Candidate) -> list[str]:
     if winner.capped:
         found.append("Its solution was stopped by a cap, so its error is that of an unfinished iteration.")
     if winner.within:
-        found.append(
-            "Its error is below the uncertainty of the reference: nothing can be told to be more accurate."
-        )
+        found.append("Its error is below the uncertainty of the reference: nothing can be told to be more accurate.")
     if doubt := question.doubts.get(winner.key):
-        found.append(
-            f"Its study is outside the asymptotic range ({doubt}): its error need not go on falling."
-        )
+        found.append(f"Its study is outside the asymptotic range ({doubt}): its error need not go on falling.")
     return [*found, *question.remarks.get(winner.key, ())]
 
 

@@ -77,9 +77,7 @@ def _scene(
     judged = {m: judge(points, m, clock, bool(options.get("allow_contaminated"))) for m in metrics}
     labels = line_labels(lines)
     orders = [orders_of(line, label, metrics, points) for line, label in zip(lines, labels, strict=True)]
-    doubts = {
-        key: o["doubt"] for line, o in zip(lines, orders, strict=True) if o["doubt"] for key in line.keys
-    }
+    doubts = {key: o["doubt"] for line, o in zip(lines, orders, strict=True) if o["doubt"] for key in line.keys}
     scale = displacement_scale(points, references)
     questions = [_question(scene, m, judged[m], points, scale, doubts) for m in metrics]
     rates = [float(hz) for hz in options.get("rates") or RATES]
@@ -138,9 +136,7 @@ def _question(
 def displacement_scale(points: Sequence[Point], references: Mapping[str, Any]) -> float | None:
     """The largest displacement of a reference's probes, m; of the points' where references have none."""
     for owners in (list(references.values()), [p for p in points if p.get("status") in SOLVED]):
-        moved = [
-            u for o in owners for probe in (o.get("probes") or {}).values() for u in probe["displacement"]
-        ]
+        moved = [u for o in owners for probe in (o.get("probes") or {}).values() for u in probe["displacement"]]
         largest = max((sum(c * c for c in u) ** 0.5 for u in moved), default=0.0)
         if largest > 0:
             return float(largest)
@@ -154,9 +150,7 @@ def _line(line: Line, label: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _metric(
-    question: Question, lines: Sequence[Line], labels: Sequence[str], rates: Sequence[float]
-) -> dict[str, Any]:
+def _metric(question: Question, lines: Sequence[Line], labels: Sequence[str], rates: Sequence[float]) -> dict[str, Any]:
     judged = question.judged
     named = list(zip(lines, labels, strict=True))
     levels = [_level(level, named, judged) for level in question.levels]
@@ -166,9 +160,7 @@ def _metric(
         "uncertainty": judged.uncertainty or None,
         "effort": UNKNOWNS if judged.clock == UNKNOWNS else "s",
         "front": [c.key for c in pareto(judged.candidates.values())],
-        "left_out": [
-            {"key": k, "label": label, "reason": why} for k, (label, why) in judged.left_out.items()
-        ],
+        "left_out": [{"key": k, "label": label, "reason": why} for k, (label, why) in judged.left_out.items()],
         "levels": levels,
         "rates": [within_json(best_within(hz, judged)) for hz in rates],
     }
@@ -218,9 +210,7 @@ def timing(points: Sequence[Point]) -> dict[str, Any]:
     for cost in costs:
         for flag in cost.get("flags") or ():
             flags[str(flag)] = flags.get(str(flag), 0) + 1
-    runs = [
-        int(s["runs"]) for cost in costs if (s := cost.get("cpu_s") or cost.get("wall_s")) and s.get("runs")
-    ]
+    runs = [int(s["runs"]) for cost in costs if (s := cost.get("cpu_s") or cost.get("wall_s")) and s.get("runs")]
     return {
         "timed": len(costs),
         "of": len(points),

@@ -55,15 +55,11 @@ def kind_of(found: Any, name: str) -> str:
     return str(schema)
 
 
-def changes(
-    old: Json, new: Json, names: tuple[str, str] = ("the old file", "the new file")
-) -> dict[str, Any]:
+def changes(old: Json, new: Json, names: tuple[str, str] = ("the old file", "the new file")) -> dict[str, Any]:
     """All changes from one result to another of the same kind, as JSON. Raises Foreign."""
     kinds = kind_of(old, names[0]), kind_of(new, names[1])
     if kinds[0] != kinds[1]:
-        raise Foreign(
-            f"`{names[0]}` is a {kinds[0]} and `{names[1]}` a {kinds[1]}: give two files of one kind"
-        )
+        raise Foreign(f"`{names[0]}` is a {kinds[0]} and `{names[1]}` a {kinds[1]}: give two files of one kind")
     before, after = _subjects(old), _subjects(new)
     shared = [name for name in before if name in after]
     return {
@@ -106,9 +102,7 @@ def _of_report(result: Json) -> Iterable[tuple[str, dict[str, Any]]]:
 def _of_comparison(result: Json) -> Iterable[tuple[str, dict[str, Any]]]:
     scenes = {str(p.get("scene")) for p in result["points"]} or set(result["references"])
     for point in result["points"]:
-        name = ", ".join(
-            [str(point["model"]), *(f"{k} = {v}" for k, v in (point.get("variation") or {}).items())]
-        )
+        name = ", ".join([str(point["model"]), *(f"{k} = {v}" for k, v in (point.get("variation") or {}).items())])
         name += f" ({point['study']})" if point.get("study") else ""
         name = f"{point['scene']}: {name}" if len(scenes) > 1 else name
         yield name, {**point, "times": point.get("cost") or {}}
@@ -121,9 +115,7 @@ def _of_comparison(result: Json) -> Iterable[tuple[str, dict[str, Any]]]:
 def _texts(result: Json) -> dict[str, Any]:
     """What scenes are: digests of their texts, and the parameters of a report."""
     if result["schema"] == COMPARISON:
-        return {
-            f"text of {s.get('file') or s.get('title')}": s.get("sha256") for s in result.get("scenes") or ()
-        }
+        return {f"text of {s.get('file') or s.get('title')}": s.get("sha256") for s in result.get("scenes") or ()}
     scene = result.get("scene") or {}
     given = scene.get("parameters") or {}
     parameters = {f"parameter {n}": p.get("text", p.get("value")) for n, p in given.items()}

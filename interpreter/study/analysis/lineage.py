@@ -45,9 +45,7 @@ def orders_of(line: Line, label: str, metrics: Sequence[str], points: Sequence[P
     members = found.members
     errors = {m: _errors(members, m, points) for m in metrics}
     limits = [_limit(found, probe) for probe in _shared([p for _, p in members])]
-    doubts = [
-        str(limit.get("doubt") or limit.get("reason")) for limit in limits if not limit.get("asymptotic")
-    ]
+    doubts = [str(limit.get("doubt") or limit.get("reason")) for limit in limits if not limit.get("asymptotic")]
     doubt = doubts[0] if doubts else None if limits else "no probe that all of its members have"
     return {
         **own, "refines": found.target, "formal": found.formal, "asymptotic": doubt is None, "doubt": doubt,
@@ -96,9 +94,7 @@ def _errors(members: Sequence[tuple[float, Point]], metric: str, points: Sequenc
     found = order_of_errors(above, floor).to_json()
     cut = len(above) < len(family)
     if cut and "reason" in found:
-        found["reason"] = (
-            "its errors are within the uncertainty of the reference" if floor else "it has no error left"
-        )
+        found["reason"] = "its errors are within the uncertainty of the reference" if floor else "it has no error left"
     return {"unit": stated(points, metric, "unit"), "cut": cut, **found}
 
 

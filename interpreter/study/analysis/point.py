@@ -77,11 +77,7 @@ def frame_of(point: Point) -> Spread | None:
     frame = cost.get("frame_s")
     if not frame:
         return None
-    known = [
-        s
-        for name in ("step_s", "step_cpu_s", "wall_s", "cpu_s")
-        if (s := spread_of(cost.get(name))) is not None
-    ]
+    known = [s for name in ("step_s", "step_cpu_s", "wall_s", "cpu_s") if (s := spread_of(cost.get(name))) is not None]
     own = next((s for s in known if abs(s.median - frame) <= 1e-6 * frame), None)
     if own is None and known and known[0].median > 0:  # the spread of its likest clock, in proportion
         k = frame / known[0].median

@@ -105,7 +105,6 @@ class Ground:
         word = "unjudged" if worst.code in ABOUT_REFERENCES else word
         return Classified(word, message=message, code=worst.code)
 
-
     def _is_of_truth(self, scene: Scene, error: Diagnostic) -> bool:
         """Whether an error is about the model that is taken as right."""
         if self._truth() is None:

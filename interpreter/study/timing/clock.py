@@ -86,9 +86,7 @@ class _Book:
         """Jobs of which it is not known where their time goes."""
         if not self.phases:
             return []
-        return [
-            j for j in self.jobs if self.timed(j) and not any(r.get("kind") == "phases" for r in self.of(j))
-        ]
+        return [j for j in self.jobs if self.timed(j) and not any(r.get("kind") == "phases" for r in self.of(j))]
 
 
 def timings(

@@ -173,9 +173,7 @@ def _scene(job: TimingJob) -> tuple[Scene, Declared, Case]:
     return scene, declared, case_for(scene, declared)
 
 
-def _prepared(
-    job: TimingJob, scene: Scene, declared: Declared, case: Case
-) -> tuple[Prepared, Record, int | None]:
+def _prepared(job: TimingJob, scene: Scene, declared: Declared, case: Case) -> tuple[Prepared, Record, int | None]:
     """The model, what building it took, and the bytes held before. Raises Fault.
 
     Where kernels or libraries were loaded meanwhile, it is built once more, unless that takes too long.
@@ -339,9 +337,7 @@ def _written(job: TimingJob, solution: Solution) -> float | None:
 
     if solution.mesh is None:
         return None
-    outcomes: Any = SimpleNamespace(
-        outcomes=[SimpleNamespace(name=job.model, mesh=solution.mesh, shape=None)]
-    )
+    outcomes: Any = SimpleNamespace(outcomes=[SimpleNamespace(name=job.model, mesh=solution.mesh, shape=None)])
     with tempfile.TemporaryDirectory() as folder:
         write_vtu(outcomes, folder)  # loads what writing needs
         begin = time.process_time()

@@ -204,7 +204,6 @@ class _Pool:
             elif not worker.ready and spent > START:
                 yield from self._died(descriptor)
 
-
     def _over(self, worker: _Worker, wall: float) -> bool:
         """Whether a task has had its time."""
         given = (worker.task or {}).get("limit_s")  # of a task that may have to compile what others then find

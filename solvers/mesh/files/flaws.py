@@ -371,5 +371,3 @@ def _first_inside(mesh: Mesh, queries: Floats, which: Ints, of: Ints, outer: Int
         if not nodes & set(mesh.cells[of[i]].tolist()):
             return queries[q], int(of[i])
     return None
-
-

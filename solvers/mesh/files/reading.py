@@ -47,9 +47,7 @@ def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
         )
     others = (there & OTHERS) | set(solids[1:])
     if others:
-        raise Unreadable(
-            f"it has other solid cells beside its {solids[0]} cells ({', '.join(sorted(others))})"
-        )
+        raise Unreadable(f"it has other solid cells beside its {solids[0]} cells ({', '.join(sorted(others))})")
     cells = [block.data for block in data.cells if block.type == solids[0]]
     whole = np.concatenate(cells).astype(np.int64)
     return checked(_points(data, unit), whole, KINDS[solids[0]], coincident)
@@ -156,9 +154,7 @@ def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
             with redirect_stdout(said), redirect_stderr(said), rationed(path):
                 return meshio.read(path, kind)
         except SystemExit:
-            reasons.append(
-                " ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file"
-            )
+            reasons.append(" ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file")
         except Exception as error:  # its readers raise what they like
             reasons.append(_reason(error))
     why = "; ".join(dict.fromkeys(reasons)) or "in this format it may never finish"

@@ -50,9 +50,7 @@ def solve(problem: Problem, steps: int) -> Found:
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "job.inp").write_text(deck(problem, 1 / steps))
         before, wall = spent(), time.perf_counter()
-        done = subprocess.run(
-            ["ccx", "-i", "job"], cwd=folder, capture_output=True, text=True, env=dict(os.environ)
-        )
+        done = subprocess.run(["ccx", "-i", "job"], cwd=folder, capture_output=True, text=True, env=dict(os.environ))
         wall, after = time.perf_counter() - wall, spent()
         if "Job finished" not in done.stdout:
             raise NotConverged(done.stdout[-200:])

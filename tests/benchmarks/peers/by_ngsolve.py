@@ -17,9 +17,7 @@ import ngsolve as ng
 import numpy as np
 from protocol import CAP, Found, NotConverged, Problem, balanced, main, tolerance_at
 
-os.environ["PATH"] = (
-    os.path.dirname(sys.executable) + os.pathsep + os.environ["PATH"]
-)  # its wrapper of the compiler
+os.environ["PATH"] = os.path.dirname(sys.executable) + os.pathsep + os.environ["PATH"]  # its wrapper of the compiler
 COMPILED = shutil.which("g++") is not None and shutil.which("ngscxx") is not None
 
 
@@ -111,9 +109,7 @@ def solve(problem: Problem, steps: int) -> Found:
         else:
             raise NotConverged
     note = "sparsecholesky" + (", forms in C++" if COMPILED else "")
-    return Found(
-        nodal(problem, mesh, state), ready, iterations, steps, f"NGSolve {ng.__version__}", note, aside
-    )
+    return Found(nodal(problem, mesh, state), ready, iterations, steps, f"NGSolve {ng.__version__}", note, aside)
 
 
 if __name__ == "__main__":

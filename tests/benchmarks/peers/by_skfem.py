@@ -30,9 +30,7 @@ def middles(problem: Problem, basis: Any, x: Any) -> Any:
     u = np.zeros_like(problem.points)
     u[: problem.corners] = x[basis.nodal_dofs].T
     if problem.quadratic:
-        ours = np.sort(problem.cells[:, [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]]], axis=2).reshape(
-            -1, 2
-        )
+        ours = np.sort(problem.cells[:, [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]]], axis=2).reshape(-1, 2)
         place = ours[:, 0] * problem.corners + ours[:, 1]
         ends = np.sort(basis.mesh.edges, axis=0)
         theirs = ends[0] * problem.corners + ends[1]

@@ -41,9 +41,7 @@ def solve(problem: Problem, steps: int) -> Found:
         raise NotConverged(solution.message)
     facts = solution.facts
     number = f"softmark {version('softmark')}"
-    return Found(
-        solution.mesh.displacement, ready, facts["iterations"], facts["steps"], number, facts["linear_solver"]
-    )
+    return Found(solution.mesh.displacement, ready, facts["iterations"], facts["steps"], number, facts["linear_solver"])
 
 
 if __name__ == "__main__":

@@ -97,9 +97,7 @@ class Found:
     version: str
     note: str = ""
     aside: float = 0.0  # wall seconds of a compiler, to leave out
-    outside: dict[str, float] = field(
-        default_factory=dict
-    )  # costs of a program that was run: cpu, wall, peak_mb
+    outside: dict[str, float] = field(default_factory=dict)  # costs of a program that was run: cpu, wall, peak_mb
 
 
 def read(path: str) -> Problem:

@@ -103,18 +103,14 @@ class _Lines:
     def plate(self) -> str:
         """Chart, legend, caption, table, CSV."""
         open_ = drawn_first(self.findings)
-        return plate(
-            self._chart(open_), prose(self._caption(open_)), self._columns(), self._save(), open_=open_
-        )
+        return plate(self._chart(open_), prose(self._caption(open_)), self._columns(), self._save(), open_=open_)
 
     def _chart(self, open_: Sequence[str]) -> Chart:
         across, up, width, height = _frame(self.all_points[:, self.plane])
         x = linear(*across, self.axes[0], "m", round(width / 75))
         y = linear(*up, self.axes[1], "m", max(3, round(height / 60)))
         title = f"Centre lines at probe {self.probe} in the {'–'.join(self.axes)} plane"
-        return Chart(
-            f"lines-{self.number}", title, self._desc(), x, y, width, height, tuple(self._curves(open_))
-        )
+        return Chart(f"lines-{self.number}", title, self._desc(), x, y, width, height, tuple(self._curves(open_)))
 
     def _curves(self, open_: Sequence[str]) -> Iterator[Curve]:
         known, models = looks(self.findings.report), self.findings.report.models
@@ -161,9 +157,7 @@ class _Lines:
         scale = scale_of((self.size,), "m")
         decimals = decimals_of((self.size,), scale, 6)
         heading = scale.heading("s")
-        found = [
-            Column(heading, (heading,), [(scale.fixed(float(s), decimals),) for s in arc(self.undeformed)])
-        ]
+        found = [Column(heading, (heading,), [(scale.fixed(float(s), decimals),) for s in arc(self.undeformed)])]
         symbols = tuple(scale.heading(axis) for axis in self.axes)
         for name, X in self.lines.items():
             cells = [tuple(scale.fixed(float(v), decimals) for v in row) for row in X[:, self.plane]]

@@ -28,9 +28,7 @@ PARTS = ("median [s]", "min [s]", "max [s]", "runs")
 def section_of(findings: Findings) -> str:
     """Everything about the table."""
     if not findings.everyone:
-        return section(
-            "table", "Comparison", tag("p", "Neither a model nor a reference was run.", class_="quiet")
-        )
+        return section("table", "Comparison", tag("p", "Neither a model nor a reference was run.", class_="quiet"))
     notes, columns = Notes(), ordered(findings.metrics)
     own = bodies(findings)
     tables = "".join(_table(findings, body, notes) for body in own)  # before the notes, which gather in it

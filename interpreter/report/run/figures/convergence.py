@@ -50,9 +50,7 @@ class _Course:
     def steps(self) -> list[_Step]:
         """What the report has of the history."""
         entries = self.model.solve.get("history") or ()
-        return [
-            _Step(str(e.get("phase", "")), e.get("load"), e.get("residual"), e.get("length")) for e in entries
-        ]
+        return [_Step(str(e.get("phase", "")), e.get("load"), e.get("residual"), e.get("length")) for e in entries]
 
     @property
     def rows(self) -> list[_Step]:
@@ -97,9 +95,7 @@ def section_of(findings: Findings) -> str:
 
 
 def _missing(names: list[str]) -> str:
-    return (
-        tag("p", prose(f"No iterations were recorded for {listed(names)}."), class_="quiet") if names else ""
-    )
+    return tag("p", prose(f"No iterations were recorded for {listed(names)}."), class_="quiet") if names else ""
 
 
 def _residuals(values: Sequence[float | None]) -> Axis:

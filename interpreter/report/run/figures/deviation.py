@@ -124,9 +124,7 @@ class _Pair:
         s = arc(self.known.points)
         along, across = scale_of((float(s[-1]),), "m"), scale_of((self.largest,), "m")
         decimals, heading = decimals_of((float(s[-1]),), along, 6), across.heading("distance")
-        found = [
-            Column(along.heading("s"), (along.heading("s"),), [(along.fixed(float(v), decimals),) for v in s])
-        ]
+        found = [Column(along.heading("s"), (along.heading("s"),), [(along.fixed(float(v), decimals),) for v in s])]
         for name, distance in self.distances.items():
             cells = [(signed(f"{float(d) / across.factor:.4g}"),) for d in distance]
             found.append(Column(name, (heading,), cells))

@@ -34,9 +34,7 @@ def energy_plates(findings: Findings) -> str:
         return ""
     names = list(dict.fromkeys(name for e in found for name in e.values))
     phases = {name: phase_look(i) for i, name in enumerate(names)}
-    key = tag(
-        "ul", *(tag("li", sample(look), tag("span", text(n))) for n, look in phases.items()), class_="key"
-    )
+    key = tag("ul", *(tag("li", sample(look), tag("span", text(n))) for n, look in phases.items()), class_="key")
     charts = tag("div", *(e.plate(i, phases) for i, e in enumerate(found)), class_="small-plates")
     return tag("h3", "Energies") + key + charts
 
@@ -87,9 +85,7 @@ class _Energies:
             tuple(self._curve(i, n, phases[n]) for i, n in enumerate(self.values)), labels=False,
             left=LEFT, top=TOP, right=14.0,
         )  # fmt: skip
-        return plate(
-            chart, prose(f"`{self.name}`: {self.words}."), self._columns(), self._save(), legend=False
-        )
+        return plate(chart, prose(f"`{self.name}`: {self.words}."), self._columns(), self._save(), legend=False)
 
     def _curve(self, index: int, name: str, phase: Look) -> Curve:
         points = tuple((float(self.times[i]), float(self.values[name][i])) for i in self.chosen)
@@ -106,7 +102,6 @@ class _Energies:
     def _save(self) -> str:
         header = ["t [s]", *(f"{n} [J]" for n in self.values)]
         rows: list[list[Cell]] = [
-            [short(float(t)), *(short(float(v[i])) for v in self.values.values())]
-            for i, t in enumerate(self.times)
+            [short(float(t)), *(short(float(v[i])) for v in self.values.values())] for i, t in enumerate(self.times)
         ]
         return csv_link(f"{self.name}-energies", header, rows)

@@ -110,9 +110,7 @@ class _Distribution:
             x, y, WIDTH, HEIGHT, (self._curve(name, look),), under=self._under(name, look, x, y), labels=False,
             left=LEFT, top=TOP, right=14.0,
         )  # fmt: skip
-        return plate(
-            chart, prose(f"`{name}`: {self._words(name)}"), self._columns(name), self._csv(name), legend=False
-        )
+        return plate(chart, prose(f"`{name}`: {self._words(name)}"), self._columns(name), self._csv(name), legend=False)
 
     def _curve(self, name: str, look: Look) -> Curve:
         width = self.top / BINS
@@ -123,11 +121,7 @@ class _Distribution:
         s = self.samples[name]
         median, high, most = (quantity(float(np.percentile(s, q)), self.unit, 3) for q in (50, 95, 100))
         beyond = float((s > self.top).mean())
-        cut = (
-            f"; {signed(f'{100 * beyond:.0f} %')} lie beyond the axis and are in the last bar"
-            if beyond > 0
-            else ""
-        )
+        cut = f"; {signed(f'{100 * beyond:.0f} %')} lie beyond the axis and are in the last bar" if beyond > 0 else ""
         tall = float(self.counts[name].max()) > self.axes[1].high / 100.0
         tip = f"; its highest bar, of {100 * float(self.counts[name].max()):.0f} %, is cut" if tall else ""
         mean = quantity(float(s.mean()), self.unit, 3)
@@ -167,8 +161,7 @@ class _Distribution:
     def _csv(self, name: str) -> str:
         width = self.top / BINS
         rows: list[list[Cell]] = [
-            [short(width * i), short(width * (i + 1)), short(float(c))]
-            for i, c in enumerate(self.counts[name])
+            [short(width * i), short(width * (i + 1)), short(float(c))] for i, c in enumerate(self.counts[name])
         ]
         header = [f"from [{self.unit}]", f"to [{self.unit}]", "share of points"]
         return csv_link(f"{name}-{self.metric.name}-histogram", header, rows)
@@ -178,8 +171,7 @@ class _Distribution:
         most = SAVED // len(self.samples)
         columns = [_chosen(np.sort(s), most) for s in self.samples.values()]
         rows: list[list[Cell]] = [
-            [float(f"{c[i]:.5g}") if i < len(c) else None for c in columns]
-            for i in range(max(map(len, columns)))
+            [float(f"{c[i]:.5g}") if i < len(c) else None for c in columns] for i in range(max(map(len, columns)))
         ]
         header = [f"{n} [{self.unit}]" for n in self.samples]
         every = all(len(s) <= most for s in self.samples.values())

@@ -29,9 +29,7 @@ def section_of(findings: Findings) -> str:
     """Charts over time; empty where nothing has a history."""
     courses = [(n, seen) for n in findings.probes if (seen := _courses(findings, n))]
     every = [_Course(findings, i, name, seen) for i, (name, seen) in enumerate(courses)]
-    charts = [course.plate() for course in {course.about: course for course in reversed(every)}.values()][
-        ::-1
-    ]
+    charts = [course.plate() for course in {course.about: course for course in reversed(every)}.values()][::-1]
     energies, events = energy_plates(findings), _events(findings)
     if not charts and not energies and not events:
         return ""
@@ -135,9 +133,7 @@ class _Course:
             if len(next(iter(self.seen.values())).points) == 1
             else "the point of the probe that moves furthest"
         )
-        return (
-            f"Probe `{self.probe}`: displacement along {AXES[axis]} of {whole}, which was at {place}.{thin}"
-        )
+        return f"Probe `{self.probe}`: displacement along {AXES[axis]} of {whole}, which was at {place}.{thin}"
 
     def _columns(self) -> list[Column]:
         time, own = (
@@ -160,10 +156,7 @@ class _Course:
         point, _ = self.followed
         every = max(
             1,
-            -(
-                -sum(len(p.points) and len(p.course) for p in self.seen.values() if p.course is not None)
-                // SAVED
-            ),
+            -(-sum(len(p.points) and len(p.course) for p in self.seen.values() if p.course is not None) // SAVED),
         )
         rows: list[list[Cell]] = []
         for name, p in self.seen.items():
@@ -190,8 +183,7 @@ def _events(findings: Findings) -> str:
     if not rows:
         return ""
     items = [
-        tag("tr", tag("th", tag("code", text(n)), scope="row"), _when(t), tag("td", prose(str(w))))
-        for n, t, w in rows
+        tag("tr", tag("th", tag("code", text(n)), scope="row"), _when(t), tag("td", prose(str(w)))) for n, t, w in rows
     ]
     head = tag("tr", *(tag("th", w, scope="col") for w in ("Model", "Time", "Event")))
     table = tag("table", tag("caption", "Events"), tag("thead", head), tag("tbody", *items))
@@ -200,6 +192,4 @@ def _events(findings: Findings) -> str:
 
 
 def _when(time: object) -> str:
-    return tag(
-        "td", text(quantity(float(time), "s", 4)) if isinstance(time, (int, float)) else "–", class_="n"
-    )
+    return tag("td", text(quantity(float(time), "s", 4)) if isinstance(time, (int, float)) else "–", class_="n")

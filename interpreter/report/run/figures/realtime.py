@@ -37,9 +37,7 @@ def section_of(findings: Findings) -> str:
 
 def _judged(findings: Findings, metric: Metric) -> Judged:
     found = {n: m.metrics.get(metric.name) for n, m in findings.report.models.items()}
-    return {
-        n: m for n, m in found.items() if m is not None and "verdict" in m.details and "limit_s" in m.details
-    }
+    return {n: m for n, m in found.items() if m is not None and "verdict" in m.details and "limit_s" in m.details}
 
 
 def _clock_of(judged: Judged) -> tuple[Any, ...]:
@@ -67,9 +65,7 @@ class _Clock:
         several = any((m.details.get("frames") or 0) > 1 for m in self.first[1].values())
         caption = tag("caption", tag("span", prose(self._words())))
         body = [self._row(name, several) for name in self.first[1]]
-        table = tag(
-            "table", caption, tag("thead", self._head(several)), tag("tbody", *body), class_="verdicts"
-        )
+        table = tag("table", caption, tag("thead", self._head(several)), tag("tbody", *body), class_="verdicts")
         label = f"Real time, {', '.join(m.name for m in self.judged)}"
         box = tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=label)
         return box + self._save() + (strips.figure() if sampled else "")
@@ -114,9 +110,7 @@ class _Clock:
         links = []
         for metric, judged in self.judged.items():
             keys = list(dict.fromkeys(k for m in judged.values() for k in m.details))
-            rows: list[list[Cell]] = [
-                [n, *(_cell(m.details.get(k)) for k in keys)] for n, m in judged.items()
-            ]
+            rows: list[list[Cell]] = [[n, *(_cell(m.details.get(k)) for k in keys)] for n, m in judged.items()]
             label = f"CSV of {metric.name}" if len(self.judged) > 1 else "CSV"
             links.append(csv_link(metric.name, ["name", *keys], rows, label))
         return tag("p", " ".join(links), class_="save-line")
@@ -148,11 +142,7 @@ def _margin(known: Mapping[str, Any]) -> str:
     limit, margin = quantity(known["limit_s"], "s", 3), known.get("margin")
     if margin is None or (not known["verdict"] and margin >= 0):
         return str(known.get("verdict_reason") or "")
-    return (
-        f"{100 * margin:.3g} % of {limit} to spare"
-        if margin >= 0
-        else f"takes {1 - margin:.3g} times {limit}"
-    )
+    return f"{100 * margin:.3g} % of {limit} to spare" if margin >= 0 else f"takes {1 - margin:.3g} times {limit}"
 
 
 def _seconds(value: float | None) -> str:
@@ -172,9 +162,7 @@ class _Strips:
     @cached_property
     def times(self) -> dict[str, list[float]]:
         """Seconds of frames, in ascending order, by model."""
-        return {
-            n: sorted(t * float(m.details["limit_s"]) for t in m.samples) for n, m in self.sampled.items()
-        }
+        return {n: sorted(t * float(m.details["limit_s"]) for t in m.samples) for n, m in self.sampled.items()}
 
     @cached_property
     def axis(self) -> Axis:
@@ -192,9 +180,7 @@ class _Strips:
 
     def figure(self) -> str:
         """The picture, its caption and its numbers."""
-        numbers = details(
-            "Data of this figure", data_table("Data: times of frames", self._columns()), self._save()
-        )
+        numbers = details("Data of this figure", data_table("Data: times of frames", self._columns()), self._save())
         caption = (
             "Each dot is a frame; boxes reach from the first to the third quartile, with the median in them. The heavy "
             "upright stroke is the time that there is: frames to the right of it are late. Dashed lines are the frames "
@@ -215,23 +201,17 @@ class _Strips:
         )  # fmt: skip
 
     def _desc(self) -> str:
-        said = (
-            f"{n}: median {_seconds(_quantile(t, 0.5))}, worst {_seconds(t[-1])}"
-            for n, t in self.times.items()
-        )
+        said = (f"{n}: median {_seconds(_quantile(t, 0.5))}, worst {_seconds(t[-1])}" for n, t in self.times.items())
         return "; ".join(said) + "."
 
     def _axes(self, bottom: float) -> str:
         ticks = [(self.x(value), label) for value, label in self.axis.ticks]
         grid = tag("path", class_="grid", d="".join(f"M{x:.1f} {TOP:.1f}V{bottom:.1f}" for x, _ in ticks))
         labels = [
-            tag("text", text(label), x=f"{x:.1f}", y=f"{bottom + 19:.1f}", text_anchor="middle")
-            for x, label in ticks
+            tag("text", text(label), x=f"{x:.1f}", y=f"{bottom + 19:.1f}", text_anchor="middle") for x, label in ticks
         ]
         middle, name = self.left + WIDTH / 2, text(self.axis.label)
-        words = tag(
-            "text", name, x=f"{middle:.1f}", y=f"{bottom + 42:.1f}", text_anchor="middle", class_="axis"
-        )
+        words = tag("text", name, x=f"{middle:.1f}", y=f"{bottom + 42:.1f}", text_anchor="middle", class_="axis")
         asked = [(self.x(1 / rate), f"{rate:g} Hz") for rate in self.rates]
         lines = "".join(f"M{x:.1f} {TOP - 6:.1f}V{bottom:.1f}" for x, _ in asked)
         rates = [tag("text", w, x=f"{x:.1f}", y=f"{TOP - 12:.1f}", text_anchor="middle") for x, w in asked]
@@ -268,10 +248,7 @@ class _Strips:
         scale = scale_of([t[-1] for t in self.times.values()], "s")
         heads = tuple(scale.heading(w) for w in ("least", "25 %", "median", "75 %", "95 %", "99 %", "worst"))
         shares = (0.0, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
-        cells = [
-            tuple(signed(f"{_quantile(t, q) / scale.factor:.4g}") for q in shares)
-            for t in self.times.values()
-        ]
+        cells = [tuple(signed(f"{_quantile(t, q) / scale.factor:.4g}") for q in shares) for t in self.times.values()]
         names = [(n,) for n in self.times]
         return [Column("model", ("model",), names), Column("time of a frame", heads, cells)]
 

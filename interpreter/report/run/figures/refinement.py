@@ -23,9 +23,7 @@ LEAD = (
     "Models of one kind with meshes of several sizes. A line that falls comes closer to what it is compared with; one "
     "that rises came close by what it gets wrong."
 )
-LEAD_NU = (
-    "Models of one kind and size with several Poisson's ratios. What locks departs as the ratio nears 0.5."
-)
+LEAD_NU = "Models of one kind and size with several Poisson's ratios. What locks departs as the ratio nears 0.5."
 NOTABLE = 1.1  # an error that changes by less than this factor does not go anywhere
 WIDTH, HEIGHT = 600.0, 330.0
 Families = Mapping[str, Mapping[str, float]]
@@ -52,8 +50,7 @@ def _against_whom(findings: Findings) -> str:
         if closer and further and not set(closer) & set(further):
             said.setdefault((listed(closer), listed(further)), []).append(family)
     found = [
-        f"Refined, {_these(families)} closer to {to} and further from {away}."
-        for (to, away), families in said.items()
+        f"Refined, {_these(families)} closer to {to} and further from {away}." for (to, away), families in said.items()
     ]
     return tag("p", prose(" ".join(found)), class_="callout warn") if found else ""
 

@@ -61,9 +61,7 @@ def _table(findings: Findings, metric: Metric) -> str:
     rows = [_row(name, own, keys) for name, own in known.items()]
     caption = tag("caption", tag("span", prose(f"Details of `{metric.name}`. {metric.summary}")))
     table = tag("table", caption, tag("thead", head), tag("tbody", *rows))
-    box = tag(
-        "div", table, class_="scroll", tabindex=0, role="region", aria_label=f"Details of {metric.name}"
-    )
+    box = tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=f"Details of {metric.name}")
     return details(f"Details of {metric.name}", box)
 
 

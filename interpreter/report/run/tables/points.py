@@ -47,7 +47,5 @@ def _row(name: str, cells: list[str]) -> str:
 
 def _save(probe: str, seen: Mapping[str, ProbeResult]) -> str:
     header = ["name", *(f"{symbol} [m]" for symbol in ("X", "Y", "Z", "ux", "uy", "uz"))]
-    rows: list[list[Cell]] = [
-        [n, *(float(v) for v in (*p.points[0], *p.displacement[0]))] for n, p in seen.items()
-    ]
+    rows: list[list[Cell]] = [[n, *(float(v) for v in (*p.points[0], *p.displacement[0]))] for n, p in seen.items()]
     return csv_link(f"{probe}-point", header, rows)

@@ -62,10 +62,7 @@ def _by_kind(report: Report) -> dict[str, Look]:
         kinds.setdefault(f"kind {kind.words}" if kind else f"model {name}", []).append(name)
     colours = {n: i for i, names in enumerate(kinds.values()) for n in names}
     places = {n: i for names in kinds.values() for i, n in enumerate(names)} if len(kinds) <= COLOURS else {}
-    return {
-        n: replace(model_look(places.get(n, i)), colour=colours[n] % COLOURS)
-        for i, n in enumerate(report.models)
-    }
+    return {n: replace(model_look(places.get(n, i)), colour=colours[n] % COLOURS) for i, n in enumerate(report.models)}
 
 
 def drawn_first(findings: Findings) -> list[str]:

@@ -37,17 +37,11 @@ def table_of(environment: Mapping[str, Any]) -> str:
 
 def listing(scene: Mapping[str, Any]) -> str:
     """The text of a scene with its digest, folded."""
-    lines = [
-        tag("span", coloured(line), "\n", class_="line") for line in str(scene.get("text") or "").splitlines()
-    ]
-    whole = tag(
-        "pre", tag("code", *lines), class_="scene", tabindex=0, role="region", aria_label="Text of the scene"
-    )
+    lines = [tag("span", coloured(line), "\n", class_="line") for line in str(scene.get("text") or "").splitlines()]
+    whole = tag("pre", tag("code", *lines), class_="scene", tabindex=0, role="region", aria_label="Text of the scene")
     digest = tag("p", f"SHA-256 {text(scene.get('sha256') or '–')}", class_="quiet digest")
     title = scene_name(scene, str(scene.get("title") or "scene"))
-    return details(
-        f"Scene: {title}", digest, whole if lines else tag("p", "Its text is not known.", class_="quiet")
-    )
+    return details(f"Scene: {title}", digest, whole if lines else tag("p", "Its text is not known.", class_="quiet"))
 
 
 def scene_name(scene: Mapping[str, Any], otherwise: str) -> str:

@@ -100,11 +100,7 @@ class _Pairs:
         return scale, decimals_of(values, scale, 4)
 
     def _head(self, metric: Metric, scale: Scale) -> str:
-        name = (
-            tag("a", tag("code", text(metric.name)), href=f"#L{metric.line}")
-            if metric.line
-            else text(metric.name)
-        )
+        name = tag("a", tag("code", text(metric.name)), href=f"#L{metric.line}") if metric.line else text(metric.name)
         unit = tag("span", text(f" / {scale.unit}"), class_="unit") if scale.unit else ""
         return tag("th", name, unit, colspan=len(HEADS), scope="colgroup")
 

@@ -191,9 +191,7 @@ class ResultsTable:
         if metric.clock and "verdict" in found.details:
             return _verdict(bool(found.details["verdict"])) + shown
         if not found.meaningful:
-            shown += self.notes.dagger(
-                metric.name, quantity(found.uncertainty or 0.0, metric.unit, 3, percent=True)
-            )
+            shown += self.notes.dagger(metric.name, quantity(found.uncertainty or 0.0, metric.unit, 3, percent=True))
         if isinstance(result, ModelResult) and name in self.findings.best(metric):
             word = "tied" if self.findings.tied(metric) else "best"
             return tag("strong", shown) + tag("small", word, class_="best")
@@ -273,13 +271,7 @@ def _range(low: float, high: float) -> str:
     first, last = quantity(low, "s", 3), quantity(high, "s", 3)
     if first.split("\u00a0")[1:] == last.split("\u00a0")[1:]:
         first = first.split("\u00a0")[0]
-    return (
-        "["
-        + tag("data", text(first), value=repr(low))
-        + "–"
-        + tag("data", text(last), value=repr(high))
-        + "]"
-    )
+    return "[" + tag("data", text(first), value=repr(low)) + "–" + tag("data", text(last), value=repr(high)) + "]"
 
 
 def status_of(result: Result) -> str:

@@ -16,17 +16,13 @@ def expectations(findings: Findings) -> str:
     judged = findings.report.expectations
     if not judged:
         later = " yet: the report is unfinished" if findings.report.partial else ""
-        return section(
-            "expectations", "Expectations", tag("p", f"No expectation was judged{later}.", class_="quiet")
-        )
+        return section("expectations", "Expectations", tag("p", f"No expectation was judged{later}.", class_="quiet"))
     head = tag(
         "tr",
         *(tag("th", word, scope="col", class_="n" if word in ("Value", "Line") else None) for word in HEADS),
     )
     met = sum(e.passed is True for e in judged)
-    caption = tag(
-        "caption", f"{met} of {count(len(judged), 'expectation')} met. The value is that of the left side."
-    )
+    caption = tag("caption", f"{met} of {count(len(judged), 'expectation')} met. The value is that of the left side.")
     table = tag(
         "table",
         caption,
