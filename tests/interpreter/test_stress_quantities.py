@@ -73,7 +73,7 @@ def test_kinds_and_limits(scene: Scene, name: str, kind: str, limits: tuple[floa
 
 def test_choices_are_all_there(scene: Scene) -> None:
     assert quantity_of(scene, "tet.precision").options == ("double", "single")
-    assert set(quantity_of(scene, "tet.element").options) == {"tet4", "tet10", "hex8"}
+    assert set(quantity_of(scene, "tet.element").options) == {"tet4", "tet10", "hex8", "hex20", "hex27"}
     assert quantity_of(scene, "rod.shear").options == ("yes", "no")
 
 

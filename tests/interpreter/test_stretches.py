@@ -10,6 +10,7 @@ import pytest
 import softmark
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.parse import parse_expression
+from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language.condition_syntax import selection
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.expressions import Evaluator, Place, Quantity
@@ -27,7 +28,7 @@ def condition(text: str) -> Condition:
     """A condition from its text."""
     node, problems = parse_expression(Source("text", text))
     assert node is not None, problems
-    return selection(node, Evaluator(Place(Source("text", text), []), lambda name: Quantity(0.2, LENGTH)))
+    return selection(node, Evaluator(Place(Source("text", text), []), lambda name: Quantity(0.2, LENGTH), CATALOGUE))
 
 
 SHARES = [

@@ -38,7 +38,7 @@ def at_nodes(load: Energy, points: Floats) -> Floats:
 def single_loads(
     case: Case, mesh: Mesh, parts: Integration, small: bool, mass: Distribution = "consistent"
 ) -> list[tuple[Declared, Energy]]:
-    """Each load of a case with its energy at full size. `small`: pressure acts on the undeformed surface. Raises Fault."""
+    """Each load with its energy at full size. `small`: pressure acts on the undeformed surface. Raises Fault."""
     return [(load, _load(case, load, mesh, parts, small, mass)) for load in case.loads]
 
 

@@ -30,7 +30,7 @@ FUNCTIONS: dict[str, str] = {
     "softmark.solvers.dynamics.forces.Forces.strain": "assembly",
     "softmark.solvers.dynamics.forces.Forces.at": "assembly",
     "softmark.solvers.dynamics.forces.Forces.rounding": "assembly",
-    "softmark.solvers.dynamics.forces.Forces.stiffness": "assembly",
+    "softmark.solvers.dynamics.forces.Forces.drag": "assembly",
     "softmark.solvers.dynamics.forces.Forces.tangent": "assembly",
     "softmark.solvers.dynamics.forces.Forces.add_mass": "assembly",
     "softmark.solvers.linear.factorisations.factor": "factorisation",
@@ -66,9 +66,10 @@ class Phases:
 
     def around(self, solve: Callable[[], Result]) -> Result:
         """Run `solve` with clocks in all modules that are loaded; afterwards everything is as it was."""
-        undo = list(_replaced(self._clocked))
         self._spent, self._open, self._since = {}, [OTHER], time.process_time()
+        undo: list[tuple[Any, str, Any]] = []
         try:
+            undo.extend(_replaced(self._clocked))
             return solve()
         finally:
             self._turn()
