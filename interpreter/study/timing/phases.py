@@ -66,10 +66,11 @@ class Phases:
 
     def around(self, solve: Callable[[], Result]) -> Result:
         """Run `solve` with clocks in all modules that are loaded; afterwards everything is as it was."""
-        self._spent, self._open, self._since = {}, [OTHER], time.process_time()
+        self._spent, self._open = {}, [OTHER]
         undo: list[tuple[Any, str, Any]] = []
         try:
             undo.extend(_replaced(self._clocked))
+            self._since = time.process_time()
             return solve()
         finally:
             self._turn()
