@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from softmark.grammar.diagnostic import Diagnostic, Source
@@ -175,6 +175,8 @@ SHAPES = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow  # sections that a circle nearly touches take seconds
+@settings(max_examples=20)
 @given(CONDITION, st.sampled_from(SHAPES), st.integers(1, 12))
 def test_many_sections_together_as_one_by_one(text: str, shape: Cylinder | Box, count: int) -> None:
     """Slabs of a beam say what its sections say one by one, up to the first section that is cut."""
