@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from softmark.solvers.elements import quadratic
 from softmark.solvers.elements.cells import Hexahedron, joined, mirrored
 from softmark.solvers.elements.facets import Quad8
+from softmark.solvers.elements.quadratic_hexahedron import QuadraticHexahedron
 
 if TYPE_CHECKING:
     import numpy as np
@@ -15,13 +16,11 @@ if TYPE_CHECKING:
     from softmark.solvers.elements.element import Facet, Rows
 
     Floats = NDArray[np.float64]
-else:
-    from softmark.solvers.base.deferred import np
 
 EDGES = Hexahedron.edges  # corners of the nodes 8 to 19
 
 
-class Hex20(Hexahedron):
+class Hex20(QuadraticHexahedron):
     """Twenty-node hexahedron of serendipity, quadratic displacement: bends well with few unknowns, follows curves.
 
     Corners and middles of edges; 27 Gauss points. Displacements converge with h^3 and strains with h^2 where cells are
@@ -37,16 +36,9 @@ class Hex20(Hexahedron):
     briefly: ClassVar[str] = "hex20"
     meshio: ClassVar[str] = "hexahedron20"
     nodes: ClassVar[int] = 20
-    order: ClassVar[int] = 2
-    constant: ClassVar[bool] = False
     locks: ClassVar[float] = 0.49
     finer: ClassVar[str] = "hex20"
-    leaves: ClassVar[float] = 2.5
     most: ClassVar[float] = 1e6
-    pressures: ClassVar[str | None] = "corners"
-    formulations: ClassVar[tuple[str, ...]] = ("displacement", "mixed")
-    integrations: ClassVar[tuple[str, ...]] = ("full",)
-    springs: ClassVar[bool] = False
     between: ClassVar[Rows] = EDGES
     turned: ClassVar[tuple[int, ...]] = mirrored(Hexahedron.mirror, EDGES)
     facets: ClassVar[Rows] = joined(Hexahedron.sides, 8, EDGES, Quad8)
@@ -55,23 +47,6 @@ class Hex20(Hexahedron):
         (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (2, 0, 0), (0, 2, 0), (0, 0, 2), (1, 1, 0), (0, 1, 1), (1, 0, 1),
         (2, 1, 0), (2, 0, 1), (1, 2, 0), (0, 2, 1), (1, 0, 2), (0, 1, 2), (1, 1, 1), (2, 1, 1), (1, 2, 1), (1, 1, 2),
     )  # fmt: skip
-    warp: ClassVar[int] = 5
-
-    @staticmethod
-    def places() -> Floats:
-        """Local points of the nodes (20, 3)."""
-        corners = Hexahedron.rim()
-        return np.array([*corners, *(corners[list(ends)].mean(axis=0) for ends in EDGES)])
-
-    @staticmethod
-    def quadrature() -> tuple[Floats, Floats]:
-        """Points (27, 3) and weights (27,) on the cube [-1, 1]^3."""
-        return quadratic.gauss(3)
-
-    @staticmethod
-    def mass_quadrature() -> tuple[Floats, Floats]:
-        """The same points, exact for products of shape functions in cells that are boxes."""
-        return quadratic.gauss(3)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:

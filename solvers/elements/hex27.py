@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from softmark.solvers.elements import quadratic
 from softmark.solvers.elements.cells import Hexahedron, joined, mirrored
 from softmark.solvers.elements.facets import Quad9
+from softmark.solvers.elements.quadratic_hexahedron import QuadraticHexahedron
 
 if TYPE_CHECKING:
     import numpy as np
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
     from softmark.solvers.elements.element import Facet, Rows
 
     Floats = NDArray[np.float64]
-else:
-    from softmark.solvers.base.deferred import np
 
 # Corners of the nodes 8 to 26: of edges, of the faces xi, eta, zeta = -1, 1 in turn, and of the cell. The order of
 # faces is that of VTK's code (vtkTriQuadraticHexahedron.cxx); its documentation has another.
@@ -28,7 +27,7 @@ BETWEEN = (
 )
 
 
-class Hex27(Hexahedron):
+class Hex27(QuadraticHexahedron):
     """27-node hexahedron, triquadratic displacement: as `hex20`, and good in distorted cells too.
 
     Nodes in the middles of edges and faces and of the cell; 27 Gauss points. Displacements converge with h^3 and
@@ -43,38 +42,14 @@ class Hex27(Hexahedron):
     briefly: ClassVar[str] = "hex27"
     meshio: ClassVar[str] = "hexahedron27"
     nodes: ClassVar[int] = 27
-    order: ClassVar[int] = 2
-    constant: ClassVar[bool] = False
     locks: ClassVar[float] = 0.499
     finer: ClassVar[str] = "hex27"
-    leaves: ClassVar[float] = 2.5
     most: ClassVar[float] = 5e5
-    pressures: ClassVar[str | None] = "corners"
-    formulations: ClassVar[tuple[str, ...]] = ("displacement", "mixed")
-    integrations: ClassVar[tuple[str, ...]] = ("full",)
-    springs: ClassVar[bool] = False
     between: ClassVar[Rows] = BETWEEN
     turned: ClassVar[tuple[int, ...]] = mirrored(Hexahedron.mirror, BETWEEN)
     facets: ClassVar[Rows] = joined(Hexahedron.sides, 8, BETWEEN, Quad9)
     facet: ClassVar[type[Facet]] = Quad9
     monomials: ClassVar[Rows] = tuple(product(range(3), repeat=3))
-    warp: ClassVar[int] = 5
-
-    @staticmethod
-    def places() -> Floats:
-        """Local points of the nodes (27, 3)."""
-        corners = Hexahedron.rim()
-        return np.array([*corners, *(corners[list(ends)].mean(axis=0) for ends in BETWEEN)])
-
-    @staticmethod
-    def quadrature() -> tuple[Floats, Floats]:
-        """Points (27, 3) and weights (27,) on the cube [-1, 1]^3."""
-        return quadratic.gauss(3)
-
-    @staticmethod
-    def mass_quadrature() -> tuple[Floats, Floats]:
-        """The same points, exact for products of shape functions in cells that are boxes."""
-        return quadratic.gauss(3)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:

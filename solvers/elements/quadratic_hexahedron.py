@@ -1,0 +1,48 @@
+"""What quadratic hexahedra share, whatever lies between their corners."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from softmark.solvers.elements import quadratic
+from softmark.solvers.elements.cells import Hexahedron
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.solvers.elements.element import Rows
+
+    Floats = NDArray[np.float64]
+else:
+    from softmark.solvers.base.deferred import np
+
+
+class QuadraticHexahedron(Hexahedron):
+    """Nodes in corners and, `between` them, in middles; 27 Gauss points, and pressures that are linear in `mixed`."""
+
+    order: ClassVar[int] = 2
+    constant: ClassVar[bool] = False
+    leaves: ClassVar[float] = 2.5
+    pressures: ClassVar[str | None] = "corners"
+    formulations: ClassVar[tuple[str, ...]] = ("displacement", "mixed")
+    integrations: ClassVar[tuple[str, ...]] = ("full",)
+    springs: ClassVar[bool] = False
+    warp: ClassVar[int] = 5
+    between: ClassVar[Rows]
+
+    @classmethod
+    def places(cls) -> Floats:
+        """Local points of the nodes (a, 3)."""
+        corners = Hexahedron.rim()
+        return np.array([*corners, *(corners[list(ends)].mean(axis=0) for ends in cls.between)])
+
+    @staticmethod
+    def quadrature() -> tuple[Floats, Floats]:
+        """Points (27, 3) and weights (27,) on the cube [-1, 1]^3."""
+        return quadratic.gauss(3)
+
+    @staticmethod
+    def mass_quadrature() -> tuple[Floats, Floats]:
+        """The same points, exact for products of shape functions in cells that are boxes."""
+        return quadratic.gauss(3)
