@@ -21,8 +21,9 @@ from softmark.interpreter.models.shared.deformed import Deformed, displacement_o
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_solid
 from softmark.interpreter.models.shared.gripping import held_notes
 from softmark.interpreter.models.shared.holding import solid_supports
-from softmark.interpreter.models.shared.loading import at_nodes, mass_matrix, single_loads, together
+from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
 from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note, with_quality
+from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.conforming import cuts_of
@@ -42,7 +43,7 @@ from softmark.solvers.materials import law_for
 from softmark.solvers.materials.polar import least_stretch, rotations
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.mesh.files.reading import Unreadable
-from softmark.solvers.mesh.interpolation import Integration, integration, locate
+from softmark.solvers.mesh.interpolation import Integration, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.reduced.cells import BY_CELL
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
@@ -56,7 +57,7 @@ LOST_VOLUME = 0.05  # share of the body's volume that a mesh may miss without a 
 
 
 @dataclass(frozen=True)
-class PreparedSolid:
+class PreparedSolid(OnMesh):
     """A mesh, its elastic energy, and the static problem.
 
     `elastic` has the law at all points of the element's quadrature: what strains are measured with, whatever energy the
@@ -99,19 +100,6 @@ class PreparedSolid:
     def assembly(self) -> Assembly:
         """In double precision."""
         return self.problem.exact or self.problem.assembly
-
-    @property
-    def points(self) -> Floats:
-        """Nodes (n, 3), m."""
-        return self.mesh.points
-
-    def forces(self) -> list[tuple[Declared, Floats]]:
-        """Of every load by itself at the nodes (n, 3), N, at rest."""
-        return [(load, at_nodes(energy, self.points)) for load, energy in self.applied]
-
-    def outside(self, X: Floats) -> float:
-        """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
-        return outside(self.shape, self.mesh, X)
 
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest, or from another model's solution, which is solved first."""
@@ -198,11 +186,6 @@ class PreparedSolid:
                 "its numbers are those of a model that does not apply",
             ),
         )
-
-
-def outside(shape: Any, mesh: Mesh, X: Floats) -> float:
-    """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
-    return float(locate(mesh, X).outside.max(initial=0.0)) if getattr(shape, "prebuilt", False) else 0.0
 
 
 AnyEnergy = TypeVar("AnyEnergy")

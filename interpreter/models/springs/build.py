@@ -10,15 +10,16 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.fem.build import mesh_of, outside, volume_note
+from softmark.interpreter.models.fem.build import mesh_of, volume_note
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_springs
 from softmark.interpreter.models.shared.gripping import held_notes
 from softmark.interpreter.models.shared.holding import solid_supports
-from softmark.interpreter.models.shared.loading import at_nodes, mass_matrix, single_loads, together
+from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
 from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note
 from softmark.interpreter.models.shared.motion import PreparedMotion, in_motion
+from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.models.springs.calibration import Fit, NoFit, Target, least, target_of
 from softmark.interpreter.models.springs.words import Calibrated, MassSpring, Uniform
@@ -43,7 +44,7 @@ PATIENCE = 60  # Newton iterations of a trial; a network that does not collapse 
 
 
 @dataclass(frozen=True)
-class PreparedSprings:
+class PreparedSprings(OnMesh):
     """A mesh, the springs along it, the static problem, and what came of fitting their stiffness."""
 
     model: MassSpring
@@ -69,19 +70,6 @@ class PreparedSprings:
     def assembly(self) -> Assembly:
         """Springs and loads over all nodes."""
         return self.problem.assembly
-
-    @property
-    def points(self) -> Floats:
-        """Nodes (n, 3), m."""
-        return self.mesh.points
-
-    def forces(self) -> list[tuple[Declared, Floats]]:
-        """Of every load by itself at the nodes (n, 3), N, at rest."""
-        return [(load, at_nodes(energy, self.points)) for load, energy in self.applied]
-
-    def outside(self, X: Floats) -> float:
-        """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
-        return outside(self.shape, self.mesh, X)
 
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest."""
