@@ -12,7 +12,7 @@ import numpy as np
 
 from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Condition
 from softmark.interpreter.problem.parts.patches import Floats, Ints, Mask
-from softmark.solvers.mesh.clip import Pieces, joined
+from softmark.solvers.mesh.clip import Pieces
 
 ONE = 1e-9  # of the extent: points that are nearer are one
 
@@ -43,13 +43,8 @@ def clipped(condition: Condition, X: Floats, triangles: Ints) -> tuple[Floats, I
 def _cut(condition: Condition, b: int, pieces: Pieces, extent: float) -> Pieces:
     """The pieces with those that a border crosses, as their corners tell, cut along it."""
     border = condition.borders[b]
-    level, slack = _levels(condition, b, pieces.corners), RELATIVE_TOLERANCE * extent**border.power
-    crossed = (level.min(axis=1) < -slack) & (level.max(axis=1) > slack)
-    if not crossed.any():
-        return pieces
-    own = pieces.chosen(np.flatnonzero(crossed))
-    cut = own.cut(lambda x: _levels(condition, b, x), slack, border.plane is None)
-    return joined(pieces.chosen(np.flatnonzero(~crossed)), cut)
+    slack = RELATIVE_TOLERANCE * extent**border.power
+    return pieces.cut(lambda x: _levels(condition, b, x), slack, border.plane is None)
 
 
 def _levels(condition: Condition, b: int, X: Floats) -> Floats:
