@@ -18,11 +18,6 @@ class Reference:
     how: ClassVar[How] = "solved"
 
     @property
-    def scans(self) -> str | None:
-        """The model whose shape it is made from."""
-        return vars(self).get("of")
-
-    @property
     def registered(self) -> str:
         """How what was measured is moved onto the body: `none`, `clamp` or `icp`."""
         found: str = vars(self).get("register", "none")

@@ -14,7 +14,6 @@ Ints = NDArray[np.int64]
 Places = NDArray[np.uint64]
 Shorts = NDArray[np.int32]
 Bytes = NDArray[np.uint8]
-Flags = NDArray[np.bool_]
 Values = NDArray[Any]  # of float32 or float64
 Floats = NDArray[np.float64]
 BLOCK = 48  # columns that are factorised without the help of BLAS
