@@ -33,7 +33,9 @@ from softmark.solvers.energies.loads import FollowerPressure
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
-KINDS = pytest.mark.parametrize("kind", ELEMENTS)
+# facets of quadratic hexahedra are integrated in every run, selections on their meshes with the slow tests
+BROAD = ("hex20", "hex27")
+KINDS = pytest.mark.parametrize("kind", [pytest.param(k, marks=[pytest.mark.slow] * (k in BROAD)) for k in ELEMENTS])
 BAR = Box((0.1, 0.02, 0.02), (0.0, -0.01, -0.01))
 ROD = Cylinder(0.1, 0.01)
 R, D = 0.012, 0.01  # a circle that is cut off by four sides, and how far these are
