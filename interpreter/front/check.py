@@ -332,5 +332,7 @@ WHOLE: tuple[Check, ...] = (
 def varied(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
     """A sound scene with further overrides, and all diagnostics about it; its studies are left out of account."""
     other, diagnostics = recompiled(scene, more)
-    complete = not any(d.severity == "error" for d in diagnostics)
-    return other, diagnostics + check(other, complete)
+    if check not in other.known:
+        complete = not any(d.severity == "error" for d in diagnostics)
+        other.known[check] = check(other, complete)
+    return other, diagnostics + other.known[check]

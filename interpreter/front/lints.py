@@ -13,7 +13,7 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Location, Scene
-from softmark.interpreter.plan.plan import plan_of
+from softmark.interpreter.plan.plan import asked_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import PerMass
 
@@ -112,9 +112,9 @@ def _courses(scene: Scene) -> Iterator[Diagnostic]:
 
 def idle(scene: Scene) -> Iterator[Diagnostic]:
     """Models that nothing asks about."""
-    plan = plan_of(scene)
+    asked = asked_of(scene)
     for name, model in scene.of_kind("model").items():
-        if name not in plan.models:
+        if name not in asked:
             yield _warning("W308", model.at(), f"nothing asks for `{name}`, so it is not computed",
                            "not asked for",
                            "add a probe, a metric or an expectation of its body")  # fmt: skip

@@ -88,6 +88,7 @@ class Scene:
     unused: Mapping[str, Location] = field(default_factory=dict)
     table: Table | None = field(default=None, repr=False, compare=False)  # what it was compiled from
     chosen: tuple[str, ...] = ()  # models that are asked for, with what they need; all of them without
+    varied: tuple[str, ...] = ()  # of the overrides, those that a study gave: `L=120 mm`
 
     @property
     def vocabulary(self) -> Vocabulary:
@@ -104,6 +105,11 @@ class Scene:
         """Those of a kind, without models that were not asked for."""
         own = self.of_kind(kind)
         return {n: d for n, d in own.items() if n in self.chosen} if self.chosen and kind == "model" else own
+
+    @cached_property
+    def known(self) -> dict[Any, Any]:
+        """What was worked out of it, by who asked: cases, and itself with other values. Each is found once."""
+        return {}
 
     @cached_property
     def _kinds(self) -> dict[str, dict[str, Declared]]:

@@ -57,7 +57,15 @@ class Case:
 
 
 def case_of(scene: Scene, body: str) -> Case:
-    """The case of a body."""
+    """The case of a body, made once for a scene."""
+    key = Case, body
+    if key not in scene.known:
+        scene.known[key] = _made(scene, body)
+    case: Case = scene.known[key]
+    return case
+
+
+def _made(scene: Scene, body: str) -> Case:
     analyses = list(scene.of_kind("analysis").values())
     return Case(
         body=scene.declared[body],
@@ -71,7 +79,13 @@ def case_for(scene: Scene, worker: Declared) -> Case:
     """The case of a model or reference, with the material that it takes instead of the body's. Raises Fault."""
     other = getattr(worker.thing, "material", None)
     case = case_of(scene, body_of(scene, worker))
-    return case if other is None else replace(case, other_material=other)
+    if other is None:
+        return case
+    key = Case, case.body.name, id(other)  # which lives as long as the case that is kept
+    if key not in scene.known:
+        scene.known[key] = replace(case, other_material=other)
+    found: Case = scene.known[key]
+    return found
 
 
 def body_of(scene: Scene, declared: Declared) -> str:

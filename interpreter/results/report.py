@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from softmark.grammar.tree import Tree
     from softmark.interpreter.results.loads import Resultant
 
 SCHEMA = "softmark-report/1"
@@ -254,6 +255,7 @@ class Report:
     expectations: tuple[ExpectationResult, ...]
     warnings: tuple[Warned, ...]
     partial: bool = False
+    syntax: Tree | None = field(default=None, repr=False, compare=False)  # of the scene's text, where it is known
 
     @property
     def outcomes(self) -> tuple[ModelResult | ReferenceResult, ...]:

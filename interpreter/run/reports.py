@@ -89,4 +89,5 @@ def _report(work: Work, expectations: tuple[ExpectationResult, ...], partial: bo
         expectations,
         warnings,
         partial,
+        work.scene.table.modules[0].tree if work.scene.table else None,
     )

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.evidence.kinds.voucher import Found
 from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.models.beam.words import Beam6Dof, station
-from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
@@ -83,12 +83,25 @@ class Line:
         return found
 
 
-def balance_of(model: Beam6Dof, case: Case, solution: Solution) -> Balance:
+def line_of(found: Found) -> Line:
+    """The beam of a solution."""
+    return Line(found.declared.thing, found.case, np.array(found.declared.thing.stations(found.case)))
+
+
+def rod_of(found: Found) -> tuple[Rod, float]:
+    """Its rod, deformed as the solution says, and how far beside the axis it was looked at; found once."""
+    if rod_of not in found.known:
+        found.known[rod_of] = line_of(found).rod(found.solution.displacement)
+    rod: tuple[Rod, float] = found.known[rod_of]
+    return rod
+
+
+def balance_of(found: Found) -> Balance:
     """The forces of a beam found again. Raises Unchecked."""
-    beam = Line(model, case, np.array(model.stations(case)))
-    if solution.displacement is None or (len(beam.s) > 200 and not (model.shear and model.axial)):
+    beam, model, case = line_of(found), found.declared.thing, found.case
+    if found.solution.displacement is None or (len(beam.s) > 200 and not (model.shear and model.axial)):
         raise Unchecked("constraints of so many elements are not looked at again")
-    rod, arm = beam.rod(solution.displacement)
+    rod, arm = rod_of(found)
     inside, by = rod.forces()
     outside, fixed = np.zeros_like(inside), beam.held()
     outside[:, :3] = beam.loads()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.evidence.answer import Answer
-from softmark.interpreter.evidence.kinds.beam_forces import Line, balance_of
+from softmark.interpreter.evidence.kinds.beam_forces import balance_of, rod_of
 from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
 from softmark.interpreter.evidence.orders import COARSE
 from softmark.interpreter.evidence.probe_answers import NO_ERROR, Seen, Unknown
@@ -27,11 +27,10 @@ class Beams(Voucher):
 
     def facts(self, found: Found) -> dict[str, Any]:
         """The largest strain: of the outermost fibre, with shear."""
-        model, case, solution = found.declared.thing, found.case, found.solution
-        if solution.displacement is None:
+        if found.solution.displacement is None:
             return {}
-        rod, arm = Line(model, case, np.array(model.stations(case))).rod(solution.displacement)
-        u, v = (max(abs(p[i]) for p in case.shape.section.samples()) for i in (0, 1))
+        rod, arm = rod_of(found)
+        u, v = (max(abs(p[i]) for p in found.case.shape.section.samples()) for i in (0, 1))
         bent, stretched = rod.strain(np.array([arm, v, u]))
         flat = rod.curvatures[:, 1 if v <= u else 2]  # about the axis along the wider side
         return {
@@ -41,8 +40,7 @@ class Beams(Voucher):
 
     def balance(self, found: Found) -> tuple[Balance, float | None]:
         """By the formulas of solvers/checks/rods.py. Raises Unchecked."""
-        solution = found.solution
-        return balance_of(found.declared.thing, found.case, solution), solution.facts.get("residual")
+        return balance_of(found), found.solution.facts.get("residual")
 
     def coarser(self, answer: Answer) -> list[tuple[Solution, float]]:
         """Of half and a quarter as many segments. Raises Unknown."""

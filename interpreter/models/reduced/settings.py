@@ -66,8 +66,11 @@ def remeshed(scene: Scene, declared: Declared) -> Diagnostic | None:
         owner = link.thing.target.name.rpartition(".")[0]
         if owner in scene.declared and scene.declared[owner].kind in UNMESHED:
             continue
-        for variant in link.thing.over:
-            other = _mesh(recompiled(scene, [sweeps.override_of(link.thing, variant)])[0], model.of)
+        overrides = [sweeps.override_of(link.thing, variant) for variant in link.thing.over]
+        if any(override.text in scene.varied for override in overrides):
+            continue  # one of the scenes that were compared where the sweep was looked at
+        for override in overrides:
+            other = _mesh(recompiled(scene, [override])[0], model.of)
             if None not in (own, other) and own != other:
                 at, problem = declared.at("over"), f"`{model.over}` varies the mesh of `{model.of}`"
                 help = "fields of one mesh say nothing on another: sweep a load, a displacement or a material"

@@ -49,8 +49,8 @@ class Findings:
 
     @cached_property
     def _tree(self) -> tree.Tree:
-        """The scene's text; what cannot be read is left out."""
-        return parse(Source("report", str(self.report.scene.get("text", ""))))[0]
+        """The scene's text, as the run has read it; what cannot be read is left out."""
+        return self.report.syntax or parse(Source("report", str(self.report.scene.get("text", ""))))[0]
 
     @cached_property
     def declared(self) -> dict[str, tree.Declare]:
