@@ -10,6 +10,7 @@ from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.conditions import Condition, Point
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Location, Scene
 from softmark.interpreter.problem.case import Fault, case_for, reach
 from softmark.interpreter.vocabulary.loads import Follower, PerArea
@@ -37,7 +38,7 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
         if doubt is not None and at not in said:
             said.add(at)
             problem = f"the mesh of `{case.body.name}` cannot be used: {doubt[0]}"
-            yield Diagnostic("E403", problem, at.source, at.span, "no solid mesh", doubt[1])
+            yield diagnostic("E403", at, problem, "no solid mesh", doubt[1])
 
 
 def _doubt(path: str) -> tuple[str, str] | None:
@@ -55,7 +56,7 @@ def tables(scene: Scene) -> Iterator[Diagnostic]:
         if (unfit := reference.thing.unfit()) is not None:
             at, (reason, remedy) = reference.at("path"), unfit
             problem = f"the table of `{reference.name}` cannot be used: {reason}"
-            yield Diagnostic("E395", problem, at.source, at.span, "no table of tracked points", remedy)
+            yield diagnostic("E395", at, problem, "no table of tracked points", remedy)
 
 
 # ------------------------------------------------------------------ loads on surfaces
@@ -72,7 +73,7 @@ def loads(scene: Scene) -> Iterator[Diagnostic]:
             at: Location = load.at("where")
             problem = f"`{load.name}` selects no part of the surface of `{body.name}`"
             help = f"it acts on the surface, and this lies inside; the body spans {reach(*body.thing.shape.bounds)}"
-            yield Diagnostic("E302", problem, at.source, at.span, "selects nothing", help)
+            yield diagnostic("E302", at, problem, "selects nothing", help)
 
 
 def _meets(condition: Condition, shape: Any) -> bool:

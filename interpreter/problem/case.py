@@ -8,6 +8,7 @@ from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.loads import PerMass
@@ -24,7 +25,7 @@ class Fault(Exception):
 
 def fault(code: str, at: Location, message: str, label: str = "", help: str = "") -> Fault:
     """A Fault at a place of the scene."""
-    return Fault(Diagnostic(code, message, at.source, at.span, label, help))
+    return Fault(diagnostic(code, at, message, label, help))
 
 
 @dataclass(frozen=True)

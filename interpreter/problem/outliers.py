@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, fault
 from softmark.interpreter.problem.data import located
@@ -37,7 +38,7 @@ def kept(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np.bool_], tup
         raise fault("E504", at, problem, "not in the body", help_)
     first = units.show_all(tuple(float(x) for x in X[int(np.argmax(far))]), units.LENGTH)
     problem = f"{count} of {len(X)} points of `{probe.name}` lie outside `{body}`, by up to {most}, and are left out"
-    return inside, (Diagnostic("W379", problem, at.source, at.span, f"the farthest is at {first}", help_),)
+    return inside, (diagnostic("W379", at, problem, f"the farthest is at {first}", help_),)
 
 
 def distances(case: Case, X: Floats) -> tuple[Floats, float]:

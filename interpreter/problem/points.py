@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.conditions import Condition
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.data import located
@@ -114,11 +115,10 @@ def _missed(probe: Declared, share: float) -> tuple[Diagnostic, ...]:
         return ()
     at = probe.at("where")
     return (
-        Diagnostic(
+        diagnostic(
             "W380",
+            at,
             f"`{probe.name}` looks at {100 * share:.3g} % of the surface that it selects",
-            at.source,
-            at.span,
             "its triangles do not end at a curved border",
             "give the probe a smaller `size`",
         ),

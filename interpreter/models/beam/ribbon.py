@@ -12,6 +12,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
@@ -65,11 +66,10 @@ def doubt(declared: Declared, case: Case) -> Diagnostic | None:
     if wide < FLAT * thin or most < SEEN:
         return None
     at = declared.at()
-    return Diagnostic(
+    return diagnostic(
         "W382",
+        at,
         f"a section {wide / thin:.3g} times as wide as thick bends between a beam and a plate",
-        at.source,
-        at.span,
         f"up to {100 * most:.2g} % stiffer than this model",
         "clamps and sharp bends keep it from curling across its width; compare with `fem(...)`",
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.beam import ribbon
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.case import Fault
@@ -44,11 +45,10 @@ class Beam6Dof(Model):
         at = declared.at()
         if not hasattr(case.shape, "section"):
             return [
-                Diagnostic(
+                diagnostic(
                     "E501",
+                    at,
                     f"`{declared.name}` needs a straight body with a constant section",
-                    at.source,
-                    at.span,
                     f"`{case.body.name}` is not a cylinder or a box",
                     "use `fem(...)` for this body",
                 )
@@ -68,11 +68,10 @@ class Beam6Dof(Model):
             if reason and isinstance(load.thing.action, self.loads):
                 at = load.at("at" if isinstance(load.thing.action, AtPoint) else "where")
                 found.append(
-                    Diagnostic(
+                    diagnostic(
                         "E501",
+                        at,
                         f"`{declared.name}` cannot represent the load `{load.name}`",
-                        at.source,
-                        at.span,
                         reason,
                         "beams take gravity, traction on an end face, forces on the axis; `fem(...)` takes all",
                     )
@@ -102,11 +101,10 @@ class Beam6Dof(Model):
             if reason:
                 at = support.at("where")
                 found.append(
-                    Diagnostic(
+                    diagnostic(
                         "E501",
+                        at,
                         f"`{declared.name}` cannot represent the support `{support.name}`",
-                        at.source,
-                        at.span,
                         reason,
                         "a beam is held at whole cross-sections, where the condition holds at a node of its axis",
                     )
@@ -133,11 +131,10 @@ class Beam6Dof(Model):
         at = declared.at()
         ratio = case.shape.length / depth
         return [
-            Diagnostic(
+            diagnostic(
                 "W304",
+                at,
                 f"a beam {ratio:.1f} times as long as deep is not slender",
-                at.source,
-                at.span,
                 "beam theory is crude here",
                 "below about 3 the section warps; compare with `fem(...)`",
             )

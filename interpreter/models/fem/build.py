@@ -11,6 +11,7 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.fem import formulations, levers
 from softmark.interpreter.models.fem.formulations import Unknowns
@@ -157,11 +158,10 @@ class PreparedSolid(OnMesh):
             return ()
         at = self.declared.at("strain")
         return (
-            Diagnostic(
+            diagnostic(
                 "W381",
+                at,
                 f"`{self.declared.name}` squeezes a St Venant-Kirchhoff solid to {max(0.0, least):.2g} of its size",
-                at.source,
-                at.span,
                 f"the law gives way below {GIVES_WAY:.3g}",
                 "squeezed more it resists less, and stretched by sqrt(1 + 1 / nu) it is flat; use `neo_hookean`",
             ),
@@ -177,11 +177,10 @@ class PreparedSolid(OnMesh):
             return ()
         at = self.declared.at("strain")
         return (
-            Diagnostic(
+            diagnostic(
                 "W306",
+                at,
                 f"`{self.declared.name}` took rotations of up to {units.show(angle, units.ANGLE)} for small ones",
-                at.source,
-                at.span,
                 "outside its range",
                 "its numbers are those of a model that does not apply",
             ),
@@ -360,12 +359,11 @@ def volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic,
     given = getattr(declared.thing, "mesh", None) is not None
     at = declared.at("mesh" if given else "size")
     return (
-        Diagnostic(
+        diagnostic(
             "W305",
+            at,
             f"the mesh of `{declared.name}` holds {100 * abs(lost):.1f} % {'less' if lost > 0 else 'more'} volume "
             "than the body",
-            at.source,
-            at.span,
             "not the same body" if given else "too coarse for the curved surface",
             "check the file and its unit" if given else "use a smaller size",
         ),

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.problem.case import fault
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
@@ -40,7 +41,7 @@ def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     found = []
     for code, field, problem, label, help in (*_fits(model, case), *_incompressible(model, declared, case)):
         at = declared.at(field)
-        found.append(Diagnostic(code, problem, at.source, at.span, label, help))
+        found.append(diagnostic(code, at, problem, label, help))
     return found
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.fem import formulations
 from softmark.interpreter.models.fem import levers as options
 from softmark.interpreter.models.shared.model import Model
@@ -187,17 +188,16 @@ class Fem(Model):
             else (f"the `mesh` of `{declared.name}` is a shape without cells", "not a mesh",
                   'name a file: `mesh = mesh("file.msh", unit = 1 mm)`')
         )  # fmt: skip
-        return Diagnostic("E507", problem, at.source, at.span, label, help)
+        return diagnostic("E507", at, problem, label, help)
 
     def _finite_law(self, declared: Declared, case: Case) -> Diagnostic | None:
         if self.strain != "finite" or case.material.finite_law() is not None:
             return None
         at, body = declared.at("strain"), case.body.name
-        return Diagnostic(
+        return diagnostic(
             "E502",
+            at,
             f"the material of `{body}` has no law for finite strain",
-            at.source,
-            at.span,
             "needs such a law",
             "declare a `neo_hookean(...)` or `st_venant_kirchhoff(...)`, or use `strain = corotational`",
         )
@@ -214,11 +214,10 @@ class Fem(Model):
         at = declared.at("element")
         element = element_of(self.element)
         cure = "use `formulation = mixed`" if element.pressures == "corners" else formulations.FREE
-        return Diagnostic(
+        return diagnostic(
             "W301",
+            at,
             f"{element.briefly} lock at a Poisson's ratio of {nu:g}",
-            at.source,
-            at.span,
             "too stiff here",
             f"it bends too little, the more so the coarser its mesh: {cure}",
         )
@@ -228,11 +227,10 @@ class Fem(Model):
         if angle is None or angle < LARGE_ANGLE:
             return None
         at = declared.at("strain")
-        return Diagnostic(
+        return diagnostic(
             "W302",
+            at,
             "small strains cannot follow the rotation that this load causes",
-            at.source,
-            at.span,
             f"about {math.degrees(angle):.0f} deg at the tip" if angle < 1.5 else "far beyond its range",
             "the body will seem to grow as it turns; use `strain = corotational` or `finite`",
         )
@@ -249,21 +247,19 @@ class Fem(Model):
         if cells > element.most:
             size = units.show(self.size, units.LENGTH)
             extent = units.show(max(b - a for a, b in zip(low, high, strict=True)), units.LENGTH)
-            return Diagnostic(
+            return diagnostic(
                 "E304",
+                at,
                 f"a mesh of about {cells:.0e} {element.family} does not fit in memory",
-                at.source,
-                at.span,
                 f"{size} for a body of {extent}",
                 "use a larger size",
             )
         least = min(b - a for a, b in zip(low, high, strict=True))
         if self.size > 0.5 * least * (1 + 1e-9):
-            return Diagnostic(
+            return diagnostic(
                 "W312",
+                at,
                 f"the mesh of `{declared.name}` is coarser than the body",
-                at.source,
-                at.span,
                 f"the body is {units.show(least, units.LENGTH)} across",
                 "use a size of a fraction of that; bending needs four cells or more across",
             )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compile import recompiled
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.plan import sweeps
 from softmark.interpreter.problem.case import Fault, case_for
 from softmark.records import dataclass
@@ -74,7 +75,7 @@ def remeshed(scene: Scene, declared: Declared) -> Diagnostic | None:
             if None not in (own, other) and own != other:
                 at, problem = declared.at("over"), f"`{model.over}` varies the mesh of `{model.of}`"
                 help = "fields of one mesh say nothing on another: sweep a load, a displacement or a material"
-                return Diagnostic("E532", problem, at.source, at.span, "another mesh", help)
+                return diagnostic("E532", at, problem, "another mesh", help)
     return None
 
 

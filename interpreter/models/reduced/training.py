@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.fem import build
 from softmark.interpreter.models.reduced.settings import scenes, value
@@ -131,11 +132,10 @@ def extrapolates(declared: Declared, found: list[str]) -> tuple[Diagnostic, ...]
         return ()
     at, verb = declared.at("over"), "lies" if len(targets) == 1 else "lie"
     return (
-        Diagnostic(
+        diagnostic(
             "W331",
+            at,
             f"`{declared.name}` extrapolates: {' and '.join(targets)} {verb} outside its training",
-            at.source,
-            at.span,
             "not seen in training",
             ADVICE,
         ),

@@ -13,6 +13,7 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Border, Condition
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
@@ -74,11 +75,10 @@ def _note(declared: Declared, name: str, own: Grip) -> Diagnostic:
     at = declared.at(given) if given else declared.at()
     parts = [f"{100 * own.held:.3g} % of what `{name}` selects"] if 1.0 - own.held > MISSED else []
     parts += [f"{100 * own.beyond:.3g} % more than `{name}` selects"] if own.beyond > MISSED else []
-    return Diagnostic(
+    return diagnostic(
         "W375",
+        at,
         f"the mesh of `{declared.name}` holds {' and '.join(parts)}",
-        at.source,
-        at.span,
         "its facets and cells do not end there",
         "use a finer mesh, or one with nodes along the border of the selection; `--stated` says what it makes",
     )

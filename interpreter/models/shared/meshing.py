@@ -8,6 +8,7 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.problem.case import fault
 from softmark.solvers.mesh.distort import TooPoor, distorted, qualities, worst
 
@@ -54,11 +55,10 @@ def sliver_note(declared: Declared, shape: Any, mesh: Mesh) -> tuple[Diagnostic,
     at = declared.at("mesh") if given else declared.at()
     cells = "1 cell" if count == 1 else f"{count} cells"
     return (
-        Diagnostic(
+        diagnostic(
             "W364",
+            at,
             f"the mesh of `{declared.name}` has slivers: {cells} with a quality below {SLIVER:g}",
-            at.source,
-            at.span,
             f"the worst, {found[cell]:.1e}, at ({place})",
             "nearly flat cells are stiff, cost digits and make explicit steps tiny: repair the mesh where they are",
         ),

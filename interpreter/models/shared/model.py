@@ -11,12 +11,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Self
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass
 from softmark.interpreter.vocabulary.supports import Holding
 
 if TYPE_CHECKING:
-    from softmark.interpreter.language.scene import Declared, Location, Scene
+    from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.problem.case import Case
     from softmark.interpreter.results.report import Kind
 
@@ -75,20 +76,15 @@ class Model:
     def refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
         """Errors for the analysis, the loads and the supports that it does not take."""
         if not self.moves and isinstance(case.analysis, Dynamic):
-            yield refused(
-                declared.at(), f"`{declared.name}` knows no motion, only the state of rest", "a static model",
-                "use `fem(...)` or `mass_spring(...)` in a dynamic analysis",
-            )  # fmt: skip
+            yield diagnostic("E501", declared.at(),
+                             f"`{declared.name}` knows no motion, only the state of rest", "a static model",
+                             "use `fem(...)` or `mass_spring(...)` in a dynamic analysis")  # fmt: skip
         for load in case.loads:
             if not isinstance(load.thing.action, self.loads):
-                yield refused(load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
-                              "not a load that it takes", MOST)  # fmt: skip
+                yield diagnostic("E501", load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
+                                 "not a load that it takes", MOST)  # fmt: skip
         for support in case.supports:
             if not isinstance(support.thing, self.supports):
-                yield refused(support.at(), f"`{declared.name}` cannot represent the support `{support.name}`",
-                              "not a support that it takes", MOST)  # fmt: skip
-
-
-def refused(at: Location, problem: str, label: str, help: str) -> Diagnostic:
-    """A scene has what a model does not take."""
-    return Diagnostic("E501", problem, at.source, at.span, label, help)
+                yield diagnostic("E501", support.at(),
+                                 f"`{declared.name}` cannot represent the support `{support.name}`",
+                                 "not a support that it takes", MOST)  # fmt: skip

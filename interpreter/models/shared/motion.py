@@ -11,6 +11,7 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.meshing import mesh_facts
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Status
@@ -210,11 +211,10 @@ def _unbalanced(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]
     if found.gained:
         problem = f"{100 * found.gain:.0f} % of the largest came from nowhere"
         return (
-            Diagnostic(
+            diagnostic(
                 "W318",
+                at,
                 f"the energies of `{declared.name}` do not balance: {problem}",
-                at.source,
-                at.span,
                 "the step is too long",
                 "try a smaller step, or give loads and supports that act at once a `course`",
             ),
@@ -222,11 +222,10 @@ def _unbalanced(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]
     if found.loss <= LOSS:
         return ()
     return (
-        Diagnostic(
+        diagnostic(
             "W361",
+            at,
             f"the integrator has taken {100 * found.loss:.0f} % of the energy of `{declared.name}`",
-            at.source,
-            at.span,
             "numerical damping",
             "where it comes to rest is right, how it gets there is not: try a smaller step, or `trapezoidal`",
         ),
@@ -247,11 +246,10 @@ def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None)
         else f"at the end it is off by {100 * min(found.error, 1.0):.0f} % of its swing ({of} {period})"
     )
     return (
-        Diagnostic(
+        diagnostic(
             "W362",
+            at,
             f"the {moves} of `{declared.name}` is not resolved: {problem}",
-            at.source,
-            at.span,
             f"a step of {units.show(analysis.step, units.TIME)}",
             f"what has come to rest is right, and what moves is not: try a step of {_better(found, analysis)} or less",
         ),
@@ -271,11 +269,10 @@ def _events(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
         return ()
     at, first = declared.at(), track.events[0]
     return (
-        Diagnostic(
+        diagnostic(
             "W315",
+            at,
             f"`{declared.name}` had to halve its step {len(track.events)} times",
-            at.source,
-            at.span,
             f"first at {units.show(first.time, units.TIME)}",
             first.text,
         ),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.fem.build import mesh_of, volume_note
 from softmark.interpreter.models.shared import outcome
@@ -104,11 +105,10 @@ class PreparedSprings(OnMesh):
         at = self.declared.at()
         cells = f"{count} of {len(self.mesh.cells)} cells"
         return (
-            Diagnostic(
+            diagnostic(
                 "W324",
+                at,
                 f"`{self.declared.name}` has {cells} inside out",
-                at.source,
-                at.span,
                 "folded",
                 "springs do not resist that; near those cells the displacements are those of no solid",
             ),

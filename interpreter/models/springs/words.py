@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.fem import levers
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.model import Model
@@ -128,11 +129,10 @@ class MassSpring(Model):
         if abs(nu - CAUCHY) <= FAR + 1e-12:
             return None
         at = declared.at()
-        return Diagnostic(
+        return diagnostic(
             "W321",
+            at,
             f"springs have a Poisson's ratio of 0.25, and the material of `{case.body.name}` has {nu:g}",
-            at.source,
-            at.span,
             "another material",
             "springs obey the Cauchy relation, which no stiffness mends; `fem(...)` takes any Poisson's ratio",
         )
@@ -141,11 +141,10 @@ class MassSpring(Model):
         if case.material.finite_law() is None:
             return None
         at = declared.at()
-        return Diagnostic(
+        return diagnostic(
             "W322",
+            at,
             f"`{declared.name}` does not know the law of the material of `{case.body.name}`",
-            at.source,
-            at.span,
             "linear springs",
             "of the material springs take Young's modulus at rest alone; in large strain they go their own way",
         )
@@ -154,11 +153,10 @@ class MassSpring(Model):
         if not isinstance(self.stiffness, Calibrated) or self.stiffness.load < 1.0:
             return None
         at = declared.at("stiffness")
-        return Diagnostic(
+        return diagnostic(
             "W323",
+            at,
             f"`{declared.name}` is fitted to what it is judged by",
-            at.source,
-            at.span,
             "at full load",
             f"`{self.stiffness.metric}` of this model says how well one factor fits, and not how well it predicts;"
             " fit at `load = 50 %`",
