@@ -40,21 +40,7 @@ def scenes(over: str | None, scene: Scene) -> Iterator[Setting]:
         other, _ = recompiled(scene, [sweeps.override_of(sweep, variant) for sweep, variant in pairs])
         words = "".join(f", {sweep.target.name} = {variant.text}" for sweep, variant in pairs)
         names = [sweep.target.name for sweep, _ in pairs]
-        yield Setting(words, other, {name: value(other, name) for name in names})
-
-
-def value(scene: Scene, name: str) -> Any:
-    """What a parameter or a field is in a scene: a number, a list of numbers, or a text."""
-    if name in scene.parameters:
-        found: Any = scene.parameters[name].value
-        return found.value if hasattr(found, "value") else list(found.values)
-    owner, _, attribute = name.rpartition(".")
-    declared = scene.declared[owner]
-    known_field = declared.constructor.field(attribute)
-    thing = getattr(declared.thing, known_field.attribute if known_field else attribute)
-    if isinstance(thing, int | float) and not isinstance(thing, bool):
-        return float(thing)
-    return list(thing) if isinstance(thing, tuple) else str(thing)
+        yield Setting(words, other, {name: sweeps.value_of(other, name) for name in names})
 
 
 def remeshed(scene: Scene, declared: Declared) -> Diagnostic | None:
