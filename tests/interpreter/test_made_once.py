@@ -28,6 +28,8 @@ from softmark.interpreter.models.shared import gripping
 from softmark.interpreter.plan import plan
 from softmark.interpreter.problem import case
 from softmark.interpreter.problem.case import case_of
+from softmark.interpreter.study.expansion.tasks import perform
+from softmark.interpreter.study.expansion.variations import subject_of, task_of
 from softmark.solvers.mesh import structured
 
 COUNTED: dict[CodeType, str] = {
@@ -115,6 +117,14 @@ def test_a_comparison_compiles_each_variation_once(scene: Path) -> None:
     expected = {"parsed": 1, "compiled": 5, "cases": 5}
     found = counted("compare", str(scene), "--repeats", "0", "--out", str(scene.parent / "out"))
     assert {n: found[n] for n in expected} == expected
+
+
+def test_a_task_of_a_comparison_compiles_its_scene_once(scene: Path) -> None:
+    subject = subject_of(softmark.load(scene).scene)
+    task = task_of(subject, subject.scene, "solid")
+    with counting() as found:
+        assert perform(task)["point"]["status"] == "converged"
+    assert found == {"parsed": 1, "compiled": 1, "cases": 1, "planned": 1, "meshes": 1, "grips": 1}
 
 
 def test_a_sweep_that_a_model_is_trained_over_is_compiled_once(scene: Path) -> None:

@@ -99,13 +99,14 @@ def _truth(report: Report, model: str, metric: str) -> Json:
 def scene_of(task: Mapping[str, Any]) -> tuple[Scene, list[Diagnostic]]:
     """The scene of a task, and the warnings about it. Raises SceneError."""
     from softmark.interpreter.front.catalogue import compiled
-    from softmark.interpreter.front.check import varied
+    from softmark.interpreter.front.check import check
 
     file = task["file"]
     source = Source(task["shown"], task["text"])
     scene, found = compiled(source, Path(task["folder"]), Path(file) if file else None, task["overrides"])
     if not any(d.severity == "error" for d in found):
-        scene, found = varied(replace(scene, chosen=needed(scene, task["models"])), [])
+        scene = replace(scene, chosen=needed(scene, task["models"]))
+        found += check(scene)
     if errors := [d for d in found if d.severity == "error" and not _of_another(scene, task, d)]:
         raise SceneError(errors)
     return scene, [d for d in found if d.severity != "error"]
