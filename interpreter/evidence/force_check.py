@@ -101,10 +101,9 @@ def loose(scene: Scene, models: Mapping[str, ModelResult]) -> list[Diagnostic]:
 
 
 def _loose(analysis: Declared, what: str) -> Diagnostic:
-    at = analysis.at("tolerance")
     return diagnostic(
         "W352",
-        at,
+        analysis.at("tolerance"),
         f"a tolerance of {analysis.thing.tolerance:.0e} cannot {what}",
         "solved less well than it is read",
         "use a tolerance well below the differences that matter; the usual one is 1e-8",
@@ -158,10 +157,9 @@ def _folded(declared: Declared, solution: Solution, found: Mapping[str, Any]) ->
     """A warning where cells are inside out, unless the model said so itself."""
     if not found.get("inverted") or any(note.code == "W324" for note in solution.notes):
         return
-    at = declared.at()
     yield diagnostic(
         "W351",
-        at,
+        declared.at(),
         f"`{declared.name}` has {found['inverted']} of {found['of_cells']} cells inside out",
         "folded",
         "matter cannot do that; near those cells the displacements are those of no solid",
@@ -172,10 +170,9 @@ def _unseen(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic
     """A warning where forces should have been found again and were not, for whatever reason."""
     if found.get("residual", 0.0) is not None:
         return
-    at = declared.at()
     yield diagnostic(
         "W353",
-        at,
+        declared.at(),
         f"the forces of `{declared.name}` were not found again: {found['reason']}",
         "not checked by other formulas",
         "its answer stands on the word of its solver alone; compare it with another model",

@@ -57,8 +57,7 @@ def comparisons(scene: Scene) -> Iterator[Diagnostic]:
     for metric in scene.of_kind("metric").values():
         refusal = _probe(scene, metric) or _time(scene, metric) or _reference(scene, metric)
         if refusal is not None:
-            at = metric.at(refusal.field)
-            yield diagnostic("E509", at, refusal.message, refusal.label, refusal.help)
+            yield diagnostic("E509", metric.at(refusal.field), refusal.message, refusal.label, refusal.help)
 
 
 def _tracked(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:

@@ -113,11 +113,10 @@ def _missed(probe: Declared, share: float) -> tuple[Diagnostic, ...]:
     """A warning where triangles that a curved border crosses are a part of what a probe selects."""
     if 1.0 - share <= MISSED:
         return ()
-    at = probe.at("where")
     return (
         diagnostic(
             "W380",
-            at,
+            probe.at("where"),
             f"`{probe.name}` looks at {100 * share:.3g} % of the surface that it selects",
             "its triangles do not end at a curved border",
             "give the probe a smaller `size`",

@@ -65,10 +65,9 @@ def doubt(declared: Declared, case: Case) -> Diagnostic | None:
     most = plate(case.material.poisson)
     if wide < FLAT * thin or most < SEEN:
         return None
-    at = declared.at()
     return diagnostic(
         "W382",
-        at,
+        declared.at(),
         f"a section {wide / thin:.3g} times as wide as thick bends between a beam and a plate",
         f"up to {100 * most:.2g} % stiffer than this model",
         "clamps and sharp bends keep it from curling across its width; compare with `fem(...)`",

@@ -42,12 +42,11 @@ class Beam6Dof(Model):
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against a beam model of this case."""
-        at = declared.at()
         if not hasattr(case.shape, "section"):
             return [
                 diagnostic(
                     "E501",
-                    at,
+                    declared.at(),
                     f"`{declared.name}` needs a straight body with a constant section",
                     f"`{case.body.name}` is not a cylinder or a box",
                     "use `fem(...)` for this body",
@@ -66,11 +65,10 @@ class Beam6Dof(Model):
         for load in case.loads:
             reason = _unfit(load, case)
             if reason and isinstance(load.thing.action, self.loads):
-                at = load.at("at" if isinstance(load.thing.action, AtPoint) else "where")
                 found.append(
                     diagnostic(
                         "E501",
-                        at,
+                        load.at("at" if isinstance(load.thing.action, AtPoint) else "where"),
                         f"`{declared.name}` cannot represent the load `{load.name}`",
                         reason,
                         "beams take gravity, traction on an end face, forces on the axis; `fem(...)` takes all",
@@ -99,11 +97,10 @@ class Beam6Dof(Model):
                 else ""
             )
             if reason:
-                at = support.at("where")
                 found.append(
                     diagnostic(
                         "E501",
-                        at,
+                        support.at("where"),
                         f"`{declared.name}` cannot represent the support `{support.name}`",
                         reason,
                         "a beam is held at whole cross-sections, where the condition holds at a node of its axis",
@@ -128,12 +125,11 @@ class Beam6Dof(Model):
         depth = 2 * max(max(abs(u), abs(v)) for u, v in section.samples())
         if case.shape.length >= 3 * depth:
             return []
-        at = declared.at()
         ratio = case.shape.length / depth
         return [
             diagnostic(
                 "W304",
-                at,
+                declared.at(),
                 f"a beam {ratio:.1f} times as long as deep is not slender",
                 "beam theory is crude here",
                 "below about 3 the section warps; compare with `fem(...)`",

@@ -156,11 +156,10 @@ class PreparedSolid(OnMesh):
         least = least_stretch(self.elastic.F(x)) if isinstance(self.elastic.law, StVenantKirchhoff) else 1.0
         if least > GIVES_WAY:
             return ()
-        at = self.declared.at("strain")
         return (
             diagnostic(
                 "W381",
-                at,
+                self.declared.at("strain"),
                 f"`{self.declared.name}` squeezes a St Venant-Kirchhoff solid to {max(0.0, least):.2g} of its size",
                 f"the law gives way below {GIVES_WAY:.3g}",
                 "squeezed more it resists less, and stretched by sqrt(1 + 1 / nu) it is flat; use `neo_hookean`",
@@ -175,11 +174,10 @@ class PreparedSolid(OnMesh):
         angle = float(np.sqrt(0.5 * np.sum(skew**2, axis=(1, 2))).max())
         if angle < LARGE_ANGLE:
             return ()
-        at = self.declared.at("strain")
         return (
             diagnostic(
                 "W306",
-                at,
+                self.declared.at("strain"),
                 f"`{self.declared.name}` took rotations of up to {units.show(angle, units.ANGLE)} for small ones",
                 "outside its range",
                 "its numbers are those of a model that does not apply",
@@ -357,11 +355,10 @@ def volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic,
     if abs(lost) < LOST_VOLUME:
         return ()
     given = getattr(declared.thing, "mesh", None) is not None
-    at = declared.at("mesh" if given else "size")
     return (
         diagnostic(
             "W305",
-            at,
+            declared.at("mesh" if given else "size"),
             f"the mesh of `{declared.name}` holds {100 * abs(lost):.1f} % {'less' if lost > 0 else 'more'} volume "
             "than the body",
             "not the same body" if given else "too coarse for the curved surface",

@@ -40,8 +40,7 @@ def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     """A formulation that does not fit the element, its law or the analysis; a solid that needs another one."""
     found = []
     for code, field, problem, label, help in (*_fits(model, case), *_incompressible(model, declared, case)):
-        at = declared.at(field)
-        found.append(diagnostic(code, at, problem, label, help))
+        found.append(diagnostic(code, declared.at(field), problem, label, help))
     return found
 
 

@@ -177,7 +177,6 @@ class Fem(Model):
         neither = self.size is None and self.mesh is None and not getattr(case.shape, "prebuilt", False)
         if prebuilt and not both and not neither:
             return None
-        at = declared.at("mesh" if self.mesh is not None else "element")
         problem, label, help = (
             (f"`{declared.name}` has neither a `size` nor a `mesh`", "how fine?",
              'give `size = 5 mm`, or a mesh: `mesh = mesh("file.msh", unit = 1 mm)`')
@@ -188,7 +187,7 @@ class Fem(Model):
             else (f"the `mesh` of `{declared.name}` is a shape without cells", "not a mesh",
                   'name a file: `mesh = mesh("file.msh", unit = 1 mm)`')
         )  # fmt: skip
-        return diagnostic("E507", at, problem, label, help)
+        return diagnostic("E507", declared.at("mesh" if self.mesh is not None else "element"), problem, label, help)
 
     def _finite_law(self, declared: Declared, case: Case) -> Diagnostic | None:
         if self.strain != "finite" or case.material.finite_law() is not None:
@@ -211,12 +210,11 @@ class Fem(Model):
         nu = case.material.poisson
         if not self.locks_at(nu) or case.material.incompressible:
             return None
-        at = declared.at("element")
         element = element_of(self.element)
         cure = "use `formulation = mixed`" if element.pressures == "corners" else formulations.FREE
         return diagnostic(
             "W301",
-            at,
+            declared.at("element"),
             f"{element.briefly} lock at a Poisson's ratio of {nu:g}",
             "too stiff here",
             f"it bends too little, the more so the coarser its mesh: {cure}",
@@ -226,10 +224,9 @@ class Fem(Model):
         angle = bending_angle(case) if self.strain == "small" else None
         if angle is None or angle < LARGE_ANGLE:
             return None
-        at = declared.at("strain")
         return diagnostic(
             "W302",
-            at,
+            declared.at("strain"),
             "small strains cannot follow the rotation that this load causes",
             f"about {math.degrees(angle):.0f} deg at the tip" if angle < 1.5 else "far beyond its range",
             "the body will seem to grow as it turns; use `strain = corotational` or `finite`",

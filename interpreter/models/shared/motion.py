@@ -236,7 +236,6 @@ def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None)
     """A warning where the step is too long for the slowest vibration that loads excite."""
     if found is None or not found.doubtful:
         return ()
-    at = declared.at()
     moves = {"vibration": "slowest vibration", "turn": "turning", "return": "way back to rest"}[found.motion]
     of = "time" if found.motion == "return" else "period"
     period = units.show(float(f"{found.period:.3g}"), units.TIME)
@@ -248,7 +247,7 @@ def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None)
     return (
         diagnostic(
             "W362",
-            at,
+            declared.at(),
             f"the {moves} of `{declared.name}` is not resolved: {problem}",
             f"a step of {units.show(analysis.step, units.TIME)}",
             f"what has come to rest is right, and what moves is not: try a step of {_better(found, analysis)} or less",

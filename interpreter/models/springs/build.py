@@ -102,12 +102,11 @@ class PreparedSprings(OnMesh):
         count = int((np.linalg.det(np.eye(3) + H) <= 0).any(axis=1).sum())
         if not count:
             return ()
-        at = self.declared.at()
         cells = f"{count} of {len(self.mesh.cells)} cells"
         return (
             diagnostic(
                 "W324",
-                at,
+                self.declared.at(),
                 f"`{self.declared.name}` has {cells} inside out",
                 "folded",
                 "springs do not resist that; near those cells the displacements are those of no solid",

@@ -128,10 +128,9 @@ class MassSpring(Model):
         nu = case.material.poisson
         if abs(nu - CAUCHY) <= FAR + 1e-12:
             return None
-        at = declared.at()
         return diagnostic(
             "W321",
-            at,
+            declared.at(),
             f"springs have a Poisson's ratio of 0.25, and the material of `{case.body.name}` has {nu:g}",
             "another material",
             "springs obey the Cauchy relation, which no stiffness mends; `fem(...)` takes any Poisson's ratio",
@@ -140,10 +139,9 @@ class MassSpring(Model):
     def _law(self, declared: Declared, case: Case) -> Diagnostic | None:
         if case.material.finite_law() is None:
             return None
-        at = declared.at()
         return diagnostic(
             "W322",
-            at,
+            declared.at(),
             f"`{declared.name}` does not know the law of the material of `{case.body.name}`",
             "linear springs",
             "of the material springs take Young's modulus at rest alone; in large strain they go their own way",
@@ -152,10 +150,9 @@ class MassSpring(Model):
     def _same(self, declared: Declared) -> Diagnostic | None:
         if not isinstance(self.stiffness, Calibrated) or self.stiffness.load < 1.0:
             return None
-        at = declared.at("stiffness")
         return diagnostic(
             "W323",
-            at,
+            declared.at("stiffness"),
             f"`{declared.name}` is fitted to what it is judged by",
             "at full load",
             f"`{self.stiffness.metric}` of this model says how well one factor fits, and not how well it predicts;"
