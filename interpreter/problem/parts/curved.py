@@ -22,7 +22,7 @@ MOST = 60_000  # triangles at once: a border that needs more is followed no furt
 RAYS = (8, 12)  # of two rules: the second is taken, the first says how good it is
 EXACT = 1e-12  # of the local area of a facet: what two rules may differ by
 ALONG = 6  # Gauss points on each side of a border
-INSIDE = (8, 8, 8, 8, 5, 5, 5, 5, 3)  # along each side of a whole triangle of so many halvings: the error is of order 2 n
+INSIDE = (8, 8, 8, 8, 5, 5, 5, 5, 3)  # along each side of a triangle of so many halvings: an error of order 2 n
 
 
 @dataclass
