@@ -28,7 +28,7 @@ from softmark.interpreter.language.sources import Module, Symbol, Table
 
 STATEMENTS = ("param", "use", "expect", "scene")
 DEEPEST = 80  # declarations that refer to one another in a row
-KEPT = 200  # variations of a scene: a check compiles no more of a sweep
+KEPT = 200  # variations of a scene: a check compiles no more of a sweep, and each holds tens of kilobytes
 
 
 def compile_scene(
