@@ -54,8 +54,8 @@ def remeshed(scene: Scene, declared: Declared) -> Diagnostic | None:
         if owner in scene.declared and scene.declared[owner].kind in UNMESHED:
             continue
         overrides = [sweeps.override_of(link.thing, variant) for variant in link.thing.over]
-        if any(override.text in scene.varied for override in overrides):
-            continue  # one of the scenes that were compared where the sweep was looked at
+        if scene.varied and {override.text for override in overrides}.issuperset(scene.varied):
+            continue  # one of the scenes that were compared where the sweep was looked at, and nothing else is varied
         for override in overrides:
             other = _mesh(recompiled(scene, [override])[0], model.of)
             if None not in (own, other) and own != other:
