@@ -17,15 +17,28 @@ from urllib.parse import unquote
 
 import pytest
 
-from softmark.interpreter.report.compare.page import page
-from softmark.interpreter.report.compare.terminal import table
+from softmark.interpreter.report.compare.page import page as page_of
+from softmark.interpreter.report.compare.terminal import table as table_of
 from softmark.interpreter.report.page.document import POLICY
-from softmark.interpreter.study.analysis.analysis import analyse
+from softmark.interpreter.study.analysis.compared import Compared
 
 Json = dict[str, Any]
 Parsed = Callable[[str], Any]  # reads a page: conftest.py
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror='alert(2)'>\"&`<b>`\x00 http://evil.example"
 LINE = [[0.01 * i, 0.0, 0.0] for i in range(11)]
+
+
+def page(made: Json) -> str:
+    return page_of(Compared.from_json(made))
+
+
+def table(made: Json, colour: bool, path: str | None = None) -> str:
+    return table_of(Compared.from_json(made), colour, path)
+
+
+def analysed(made: Json) -> Json:
+    """With its analysis."""
+    return {**made, "analysis": Compared.from_json(made).analysis.to_json()}
 
 
 def spread(median: float, runs: int = 5) -> Json:
@@ -90,12 +103,12 @@ def truth(**changes: Any) -> Json:
 
 def comparison(*points: Json, references: Json | None = None, **options: Any) -> Json:
     known = {"beam": {"truth": truth()}} if references is None else references
-    return {
+    return analysed({
         "schema": "softmark-compare/1", "created": "2026-11-21T08:33:30+00:00", "command": "dsl compare beam.scene",
         "environment": {"softmark": "0", "cpu": "a cpu", "threads": 1},
         "scenes": [{"name": "beam", "title": "A beam", "file": "beam.scene", "sha256": "0" * 64, "text": "softmark 1"}],
-        "points": list(points), "references": known, "analysis": analyse(points, known, options),
-    }  # fmt: skip
+        "points": list(points), "references": known, "analysis": {"options": options},
+    })  # fmt: skip
 
 
 SIZES = (0.02, 0.01, 0.005, 0.0025)
@@ -158,8 +171,7 @@ def asking() -> Json:
     members = refined("fem")
     for p, h in zip(members, SIZES, strict=True):
         p["errors"]["drop"]["value"] = 0.02 - 4.0 * h**2
-    made = {**comparison(*members, lost("springs")), "studies": {"beam": studies}}
-    return {**made, "analysis": analyse(made["points"], made["references"], None, made["studies"])}
+    return analysed({**comparison(*members, lost("springs")), "studies": {"beam": studies}})
 
 
 CASES: dict[str, Callable[[], Json]] = {
