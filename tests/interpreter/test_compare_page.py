@@ -328,6 +328,29 @@ def test_the_terminal_marks_the_front_and_ends_with_the_advice() -> None:
     assert "\x1b[" in table(made, True)
 
 
+def test_what_others_wrote_steers_no_terminal() -> None:
+    """U+001B begins what a terminal obeys; U+202E turns the direction of what follows."""
+    odd = "a\x1b[2J\u202eb"
+    bad = point("x", None, label=odd, problem={odd: odd}, errors={"eta": {"value": 0.1, "unit": "1", "against": odd}})
+    worse = {**lost("y"), "label": odd + "2", "message": odd, "status": odd}
+    made = comparison(bad, worse, references={"beam": {"truth": truth(status="failed", message=odd)}})
+    made["scenes"][0]["title"] = odd
+    shown = table(made, False)
+    assert "a\u241b[2J\ufffdb" in shown
+    assert not set("\x1b\u202e") & set(shown)
+
+
+def test_what_an_older_file_does_not_say_has_a_default() -> None:
+    """The least that a `softmark-compare/1` may hold (results/forms.py): models, and whatever else is known."""
+    found = Compared.from_json({"points": [{"model": "rod"}], "references": {"s": {"truth": {}}}})
+    (rod,) = found.points
+    assert (rod.label, rod.solved, rod.timed) == ("rod", False, False)
+    assert (rod.effort("cpu_s"), rod.error("eta"), rod.problem) == (None, None, {})
+    assert found.references["s"]["truth"].status == "converged"
+    assert "rod" in page_of(found)
+    assert "rod" in table_of(found, False)
+
+
 CHROMIUM = shutil.which("chromium")
 
 

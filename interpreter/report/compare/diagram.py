@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
-from softmark.interpreter.language.amounts import grouped, quantity, scale_of, signed
+from softmark.interpreter.language.amounts import Scale, grouped, quantity, scale_of, signed
 from softmark.interpreter.report.charts.axes import Axis, logarithmic
 from softmark.interpreter.report.charts.chart import Chart, Curve
 from softmark.interpreter.report.charts.labels import Point as Place
-from softmark.interpreter.report.compare.view import View, status_of
+from softmark.interpreter.report.compare.view import CLOCKS, View, status_of
 from softmark.interpreter.report.page.markup import count, plain, prose, tag, text
 from softmark.interpreter.report.page.plate import SHOWN, Column, plate
 from softmark.interpreter.report.page.sheet import Cell, csv_link
@@ -107,9 +106,9 @@ class Diagram:
     @property
     def effort_name(self) -> str:
         """`CPU time of a solution`."""
-        return "time of a step" if self.frames else {
-            "cpu_s": "CPU time", "wall_s": "wall time", UNKNOWNS: "number of unknowns",
-        }.get(self.view.clock, self.view.clock)  # fmt: skip
+        if self.frames:
+            return "time of a step"
+        return CLOCKS[self.view.clock] if self.view.timed else "number of unknowns"
 
     # -------------------------------------------------------------- axes
 
@@ -172,7 +171,7 @@ class Diagram:
     # -------------------------------------------------------------- numbers
 
     @property
-    def _scales(self) -> tuple[Any, Any]:
+    def _scales(self) -> tuple[Scale, Scale]:
         efforts = [row.effort.median for row in self.drawn if row.effort is not None]
         unit = "1" if self.clock == UNKNOWNS else "s"
         return scale_of([row.error for row in self.drawn], self.known.unit, True), scale_of(efforts, unit)
@@ -205,16 +204,7 @@ class Diagram:
     def _save(self) -> str:
         unit = self.known.unit
         effort = "unknowns" if self.clock == UNKNOWNS else "time [s]"
-        header = [
-            "line",
-            "configuration",
-            "status",
-            f"{self.metric} [{unit}]",
-            effort,
-            "q1",
-            "q3",
-            "on the front",
-        ]
+        header = ["line", "configuration", "status", f"{self.metric} [{unit}]", effort, "q1", "q3", "on the front"]
         rows: list[list[Cell]] = [
             [
                 self.view.lines[r.line].name, r.point.label, r.point.status, r.error,
@@ -238,7 +228,7 @@ def _grouped(pairs: Iterable[tuple[str, str]]) -> str:
     return "; ".join(parts)
 
 
-def _decades(low: float, high: float, name: str, said: Any) -> Axis:
+def _decades(low: float, high: float, name: str, said: Callable[[float], str]) -> Axis:
     """A logarithmic axis with ticks at decades, and at 2 and 5 between where there are few of them."""
     axis = logarithmic(low, high, name, "1")
     decades = math.log10(axis.high / axis.low)

@@ -134,14 +134,6 @@ def _tables(make: Callable[[View], str], name: str, title: str) -> Callable[[Seq
     return made
 
 
-def _levels(view: View) -> str:
-    return tables.effort_to_error(view)
-
-
-def _rates(view: View) -> str:
-    return tables.best_at_rates(view) if view.metrics else ""
-
-
 def _points(view: View) -> str:
     own = tables.all_points(view)
     return own if len(view.points) <= OPEN else details(f"{len(view.points)} configurations", own)
@@ -186,8 +178,8 @@ def _warnings(own: Sequence[View]) -> str:
 SECTIONS: tuple[tuple[str, str, Callable[[Sequence[View], Compared], str]], ...] = (
     ("advice", "Advice", _advice),
     ("work", "Work and precision", _diagrams),
-    ("levels", "Time to an error", _tables(_levels, "levels", "Time to an error")),
-    ("rates", "Within a frame", _tables(_rates, "rates", "Within a frame")),
+    ("levels", "Time to an error", _tables(tables.effort_to_error, "levels", "Time to an error")),
+    ("rates", "Within a frame", _tables(tables.best_at_rates, "rates", "Within a frame")),
     ("points", "Configurations", _tables(_points, "points", "Configurations")),
     ("studies", "Studies", _tables(study_answers.studies, "studies", "What the studies ask")),
     ("orders", "Orders", _tables(tables.orders, "orders", "Orders of convergence")),

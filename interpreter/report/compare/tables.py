@@ -188,18 +188,11 @@ def _level(view: View, entry: AtLevel, best: bool, metric: str) -> str:
 
 def best_at_rates(view: View) -> str:
     """For every error and rate: the most accurate configuration that fits, and the next model."""
+    if not view.metrics:
+        return ""
     if not view.timed or not any(p.cost.frame for p in view.points):
         return tag("p", "Nothing was timed, so nothing is known of frames.", class_="quiet")
-    words = (
-        "Error",
-        "Frame",
-        "Most accurate that fits",
-        "Error there",
-        "Takes",
-        "Left",
-        "Next model",
-        "Not sure",
-    )
+    words = ("Error", "Frame", "Most accurate that fits", "Error there", "Takes", "Left", "Next model", "Not sure")
     head = [heading(w, w in ("Error there", "Takes", "Left")) for w in words]
     rows = [_rate(view, metric, rate) for metric, own in view.metrics.items() for rate in own.rates]
     caption = (
@@ -210,18 +203,18 @@ def best_at_rates(view: View) -> str:
 
 
 def _rate(view: View, metric: str, rate: Within) -> str:
-    frame = tag("td", text(f"{rate.hz:g} Hz"), tag("small", text(quantity(rate.frame_s, "s", 3))))
+    frame = tag("td", text(f"{rate.hz:g} Hz"), tag("small", text(quantity(1.0 / rate.hz, "s", 3))))
     unsure = tag("td", prose(", ".join(f"`{label}`" for label in rate.unsure) or DASH))
     begin = [tag("td", tag("code", broken(metric))), frame]
-    best, other = rate.best, rate.runner_up
-    if best is None:
+    best, other, takes = rate.best, rate.runner_up, rate.takes
+    if best is None or takes is None:
         return row(*begin, tag("td", DASH, tag("small", prose(str(rate.reason))), colspan=5), unsure)
     second = f"`{other.label}`" if other else DASH
     below = view.amount(other.measured, metric) if other else ""
-    error = view.amount(best.measured, metric) + (" †" if best.within else "")
     return row(
-        *begin, tag("td", tag("code", broken(best.label))), cell(error),
-        cell(quantity(rate.takes.median, "s", 3), spread_range(rate.takes)), cell(f"{100 * rate.margin:.0f}\u00a0%"),
+        *begin, tag("td", tag("code", broken(best.label))),
+        cell(view.amount(best.measured, metric) + (" †" if best.within else "")),
+        cell(quantity(takes.median, "s", 3), spread_range(takes)), cell(f"{100 * (rate.margin or 0.0):.0f}\u00a0%"),
         tag("td", prose(second), tag("small", text(below))), unsure,
     )  # fmt: skip
 
@@ -234,11 +227,7 @@ def orders(view: View) -> str:
     entries = view.analysis.orders
     if not entries:
         return ""
-    head = [
-        heading("Line"),
-        heading("Probe"),
-        *(heading(w, True) for w in ("Finest", "Order", "Limit", "± (GCI)")),
-    ]
+    head = [heading("Line"), heading("Probe"), *(heading(w, True) for w in ("Finest", "Order", "Limit", "± (GCI)"))]
     head += [heading("Asymptotic"), *(heading(f"order of `{m}`", True) for m in view.metrics)]
     rows = [r for entry in entries for r in _order(view, entry)]
     caption = (

@@ -10,13 +10,7 @@ from collections.abc import Sequence
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.compare.study_answers import spoken
-from softmark.interpreter.report.compare.view import (
-    CLOCKS,
-    View,
-    apart,
-    status_of,
-    views,
-)
+from softmark.interpreter.report.compare.view import CLOCKS, View, apart, status_of, views
 from softmark.interpreter.report.page.markup import plain
 from softmark.interpreter.study.analysis.answers import Front
 from softmark.interpreter.study.analysis.compared import Compared

@@ -17,10 +17,6 @@ from softmark.interpreter.study.analysis.written import Json
 from softmark.records import dataclass
 
 CLOCKS = {"cpu_s": "CPU time", "wall_s": "wall time", UNKNOWNS: "unknowns"}
-STATUS = {
-    "converged": "converged", "capped": "capped", "not_converged": "not converged", "diverged": "diverged",
-    "failed": "failed", "skipped": "skipped", "timed_out": "out of time",
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -175,4 +171,4 @@ def _called(entry: Json) -> set[str]:
 
 def status_of(status: str) -> str:
     """In words."""
-    return STATUS.get(status, status.replace("_", " "))
+    return "out of time" if status == "timed_out" else status.replace("_", " ")

@@ -80,7 +80,7 @@ class Advice(Written):
             return None
         return self.runner_up.effort.median / self.winner.effort.median
 
-    def parts(self) -> Mapping[str, object]:
+    def entries(self) -> Mapping[str, object]:
         """With what it was asked about."""
         return {
             "scene": self.question.scene, "metric": self.question.metric, "against": self.question.against,

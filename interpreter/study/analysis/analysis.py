@@ -57,7 +57,7 @@ class Terms(Written):
         known = known or {}
         return cls(bool(known.get("allow_contaminated")), tuple(known.get("rates") or RATES), known.get("clock"))
 
-    def parts(self) -> Mapping[str, object]:
+    def entries(self) -> Mapping[str, object]:
         """Without the clock, which each scene has its own of."""
         return {"allow_contaminated": self.allow_contaminated, "rates": self.rates}
 
@@ -74,7 +74,7 @@ class AtLevel(Written):
     reason: str | None = None
     least_error: float | None = None
 
-    def parts(self) -> Mapping[str, object]:
+    def entries(self) -> Mapping[str, object]:
         """With the effort, or the reason."""
         if (own := self.reached) is not None:
             return {"line": self.line, "effort": own.effort, "interpolated": own.interpolated, "keys": own.between}
@@ -107,7 +107,7 @@ class ErrorAnalysis(Written):
         """That of the reference; 0 where none is stated."""
         return self.judged.uncertainty
 
-    def parts(self) -> Mapping[str, object]:
+    def entries(self) -> Mapping[str, object]:
         """With those that do not count."""
         left_out = [{"key": k, "label": label, "reason": why} for k, (label, why) in self.judged.left_out.items()]
         return {
@@ -160,9 +160,9 @@ class SceneAnalysis(Written):
     disagreements: list[Disagreement]
     advice: list[Advice]
 
-    def parts(self) -> Mapping[str, object]:
+    def entries(self) -> Mapping[str, object]:
         """All but the advice, which stands before the scenes."""
-        return {name: value for name, value in super().parts().items() if name != "advice"}
+        return {name: value for name, value in super().entries().items() if name != "advice"}
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ class SettledLine(Written):
     refined: Refined | None = None
     reason: str | None = None
 
-    def parts(self) -> Mapping[str, object]:
+    def entries(self) -> Mapping[str, object]:
         """Everything that is known, None left out, but for the unit."""
         own = {"line": self.line, "unit": self.unit}
         if self.refined is not None:

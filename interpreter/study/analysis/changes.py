@@ -40,8 +40,7 @@ def read(path: str | Path) -> Json:
     except (ValueError, RecursionError) as error:
         raise Foreign(f"`{path}` is not JSON: {error}") from error
     kind_of(found, str(path))
-    own: Json = found
-    return own
+    return dict(found)
 
 
 def kind_of(found: Any, name: str) -> str:
@@ -92,7 +91,7 @@ class MetricChange(Written):
     uncertainty: float | None = None
     reason: str | None = None
 
-    def parts(self) -> Mapping[str, object]:
+    def entries(self) -> Mapping[str, object]:
         """Each verdict with what it rests on."""
         named = {"name": self.name, "metric": self.metric, "unit": self.unit}
         ends, verdict = {"old": self.old, "new": self.new}, {"relative": self.relative, "verdict": self.verdict}
@@ -119,7 +118,7 @@ class TimeChange(Written):
         """The new time over the old one."""
         return self.new.median / self.old.median
 
-    def parts(self) -> Mapping[str, object]:
+    def entries(self) -> Mapping[str, object]:
         """With a reason where there is one."""
         own = {"name": self.name, "clock": self.clock, "old": self.old, "new": self.new, "ratio": self.ratio}
         return {**own, "verdict": self.verdict} | ({"reason": self.reason} if self.reason else {})

@@ -52,7 +52,7 @@ class Candidate(Written):
         no_worse = self.effort.median <= other.effort.median and self.error <= other.error
         return no_worse and (self.effort.median < other.effort.median or self.error < other.error)
 
-    def parts(self) -> Mapping[str, object]:
+    def entries(self) -> Mapping[str, object]:
         """What advice rests on."""
         return {
             "key": self.key, "label": self.label, "model": self.model, "effort": self.effort, "error": self.measured,
@@ -74,18 +74,15 @@ class Judged:
 def judge(points: Sequence[Point], metric: str, clock: str, allow_contaminated: bool = False) -> Judged:
     """Sort out the points of one scene."""
     uncertainty = uncertainty_of(points, metric)
-    candidates: dict[str, Candidate] = {}
-    left_out: dict[str, tuple[str, str]] = {}
-    for point in reversed(points):  # of one configuration in several studies, the first gives the label
-        found = _candidate(point, metric, clock, uncertainty, allow_contaminated)
+    judged = Judged(metric, clock, uncertainty, {}, {})
+    first = {p.key: p for p in reversed(points)}  # of one configuration in several studies, the first gives the label
+    for key in dict.fromkeys(p.key for p in points):
+        found = _candidate(first[key], metric, clock, uncertainty, allow_contaminated)
         if isinstance(found, Candidate):
-            candidates[point.key] = found
+            judged.candidates[key] = found
         else:
-            left_out[point.key] = point.label, found
-    order = list(dict.fromkeys(p.key for p in points))
-    kept = {key: candidates[key] for key in order if key in candidates}
-    others = {key: left_out[key] for key in order if key in left_out}
-    return Judged(metric, clock, uncertainty, kept, others)
+            judged.left_out[key] = first[key].label, found
+    return judged
 
 
 def _candidate(
@@ -219,27 +216,16 @@ class Within(Written):
     runner_up: Candidate | None
     reason: str | None = None
     unsure: tuple[str, ...] = ()  # labels whose median fits and whose third quartile does not
+    takes: Spread | None = None  # seconds that the best takes
 
     @property
-    def frame_s(self) -> float:
-        """Seconds of a frame."""
-        return 1.0 / self.hz
-
-    @property
-    def margin(self) -> float:
+    def margin(self) -> float | None:
         """The part of the frame that the best leaves."""
-        return 1.0 - self.takes.q3 * self.hz
+        return None if self.takes is None else 1.0 - self.takes.q3 * self.hz
 
-    @property
-    def takes(self) -> Spread:
-        """Seconds that the best takes. Raises ValueError where nothing fits."""
-        if self.best is None or self.best.frame is None:
-            raise ValueError("nothing fits this frame")
-        return self.best.frame
-
-    def parts(self) -> Mapping[str, object]:
+    def entries(self) -> Mapping[str, object]:
         """What there is none of is left out."""
-        best, other, found = self.best, self.runner_up, {"hz": self.hz, "frame_s": self.frame_s, "key": None}
+        best, other, found = self.best, self.runner_up, {"hz": self.hz, "frame_s": 1.0 / self.hz, "key": None}
         own: dict[str, object] = {**found, "reason": self.reason, "unsure": self.unsure}
         if best is not None:
             own |= {"key": best.key, "label": best.label, "error": best.measured, "within_uncertainty": best.within}
@@ -259,7 +245,7 @@ def best_within(hz: float, judged: Judged) -> Within:
         return Within(hz, None, None, _too_slow(framed), unsure)
     ranked = [c for *_, c in sorted(fitting, key=lambda entry: entry[:3])]
     other = next((c for c in ranked if c.model != ranked[0].model), None)
-    return Within(hz, ranked[0], other, None, unsure)
+    return Within(hz, ranked[0], other, None, unsure, ranked[0].frame)
 
 
 def _too_slow(framed: Sequence[tuple[Candidate, Spread]]) -> str:

@@ -34,7 +34,7 @@ class ErrorTrend(Written):
     cut: bool
     order: ErrorOrder
 
-    def parts(self) -> Mapping[str, object]:
+    def entries(self) -> Mapping[str, object]:
         """What is known of the order beside the rest."""
         return {"unit": self.unit, "cut": self.cut, **self.order.to_json()}
 
@@ -48,7 +48,7 @@ class ProbeLimit(Written):
     finest: float
     refined: Refined
 
-    def parts(self) -> Mapping[str, object]:
+    def entries(self) -> Mapping[str, object]:
         """What is known of the limit beside the rest."""
         return {"probe": self.probe, "what": self.what, "unit": "m", "finest": self.finest, **self.refined.to_json()}
 
@@ -68,7 +68,7 @@ class LineOrders(Written):
         """Whether they can be relied upon."""
         return self.doubt is None
 
-    def parts(self) -> Mapping[str, object]:
+    def entries(self) -> Mapping[str, object]:
         """With what the line is, and what it refines."""
         return {
             "line": self.line.name, "model": self.line.model, "study": self.line.study, "varied": self.line.varied,

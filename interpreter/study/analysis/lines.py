@@ -35,7 +35,7 @@ class Line(Written):
             return self.members[0].label
         return ", ".join([self.model, *said_values(self.model, dict(self.fixed))])
 
-    def parts(self) -> Mapping[str, object]:
+    def entries(self) -> Mapping[str, object]:
         """With the keys of its members."""
         return {
             "label": self.name, "model": self.model, "study": self.study, "varied": self.varied,

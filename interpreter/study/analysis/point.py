@@ -57,7 +57,7 @@ class Spread(Written):
         """Whether the quartile intervals do not meet: the difference is more than noise."""
         return self.q3 < other.q1 or other.q3 < self.q1
 
-    def parts(self) -> Mapping[str, float]:
+    def entries(self) -> Mapping[str, float]:
         """Without what it rests on."""
         return {"median": self.median, "q1": self.q1, "q3": self.q3}
 

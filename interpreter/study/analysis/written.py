@@ -13,15 +13,15 @@ Json = Mapping[str, Any]  # an object as it stands in a file
 
 @dataclass(frozen=True)
 class Written:
-    """What is written as JSON: its fields by name in their order, or what a class gives as its `parts` instead."""
+    """What is written as JSON: its fields by name in their order, or what a class gives as its `entries` instead."""
 
-    def parts(self) -> Mapping[str, object]:
+    def entries(self) -> Mapping[str, object]:
         """What is written, by name; `from_` is written as `from`."""
         return {f.name.rstrip("_"): getattr(self, f.name) for f in fields(self)}
 
     def to_json(self) -> dict[str, Any]:
         """As plain values."""
-        return {name: _plain(value) for name, value in self.parts().items()}
+        return {name: _plain(value) for name, value in self.entries().items()}
 
 
 def _plain(value: object) -> Any:
