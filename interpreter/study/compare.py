@@ -10,6 +10,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from datetime import UTC, datetime
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -82,7 +83,7 @@ class Comparison:
     found: Compared
     unsound: bool = False  # a reference failed somewhere
 
-    @property
+    @cached_property
     def analysis(self) -> Json:
         """What the points say."""
         return self.found.analysis.to_json()
