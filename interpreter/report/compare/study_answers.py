@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from softmark.interpreter.language.amounts import grouped, quantity, signed
-from softmark.interpreter.report.compare.tables import DASH, cell, heading, row, row_head, table, trust
+from softmark.interpreter.language.amounts import grouped
+from softmark.interpreter.report.compare.tables import DASH, amount, cell, heading, limit_cells, row, row_head, table
 from softmark.interpreter.report.compare.view import View
 from softmark.interpreter.study.analysis.answers import Answer, Front, FrontMember, SettledLine, Settling
 from softmark.interpreter.study.analysis.point import UNKNOWNS
-from softmark.references.orders import Refined
-
-NOTHING = Refined("unusable")  # of a line that does not refine
 
 
 def studies(view: View) -> str:
@@ -28,23 +25,8 @@ def _settling(answer: Settling) -> str:
 
 
 def _line(entry: SettledLine) -> str:
-    found, unit = entry.refined or NOTHING, entry.unit or "1"
-    mark = "" if found.asymptotic else " ‡"
-    below = "" if found.relative is None else signed(f"{100 * found.relative:.2g} %")
-    return row(
-        row_head(entry.line), cell(DASH if entry.members is None else str(entry.members)),
-        cell(_amount(entry.finest, unit)), cell(DASH if found.order is None else signed(f"{found.order:.2f}") + mark),
-        cell(_marked(found.value, unit, mark)), cell(_marked(found.gci, unit, mark, 3), below),
-        trust(found.asymptotic, found.doubt or found.reason or entry.reason),
-    )  # fmt: skip
-
-
-def _amount(value: float | None, unit: str, digits: int = 6) -> str:
-    return DASH if value is None else quantity(value, unit, digits, percent=True)
-
-
-def _marked(value: float | None, unit: str, mark: str, digits: int = 6) -> str:
-    return DASH if value is None else _amount(value, unit, digits) + mark
+    members = cell(DASH if entry.members is None else str(entry.members))
+    return row(row_head(entry.line), members, *limit_cells(entry.finest, entry.limit, entry.unit or "1"))
 
 
 def _front(answer: Front) -> str:
@@ -52,7 +34,7 @@ def _front(answer: Front) -> str:
     head = [heading("On the front"), heading(cost, True), heading(f"`{answer.error}`", True)]
     rows = [
         row(row_head(c.label, "capped" if c.capped else ""), cell(_cost(answer, c)),
-            cell(_amount(c.error, answer.error_unit or "1", 3)))
+            cell(amount(c.error, answer.error_unit or "1", 3)))
         for c in answer.front
     ]  # fmt: skip
     over = f" over `{answer.over}`" if answer.over else ""
@@ -62,7 +44,7 @@ def _front(answer: Front) -> str:
 
 def _cost(answer: Front, member: FrontMember) -> str:
     median = member.cost.median
-    return grouped(round(median)) if answer.cost_name == UNKNOWNS else _amount(median, answer.cost_unit or "1", 3)
+    return grouped(round(median)) if answer.cost_name == UNKNOWNS else amount(median, answer.cost_unit or "1", 3)
 
 
 def spoken(answer: Answer) -> list[str]:
@@ -74,8 +56,8 @@ def spoken(answer: Answer) -> list[str]:
 
 
 def _said(entry: SettledLine) -> str:
-    found, unit = entry.refined or NOTHING, entry.unit or "1"
+    found, unit = entry.limit, entry.unit or "1"
     if found.order is None:
-        return f"no order: {found.reason or entry.reason}"
-    said = f"order {found.order:.2f}, limit {_amount(found.value, unit)} ± {_amount(found.gci, unit, 2)}"
+        return f"no order: {found.reason}"
+    said = f"order {found.order:.2f}, limit {amount(found.value, unit)} ± {amount(found.gci, unit, 2)}"
     return said if found.asymptotic else f"{said}; outside the asymptotic range: {found.doubt}"

@@ -10,9 +10,10 @@ from softmark.interpreter.report.page.markup import broken, count, prose, tag, t
 from softmark.interpreter.report.page.sheet import Cell, csv_link
 from softmark.interpreter.study.analysis.analysis import AtLevel
 from softmark.interpreter.study.analysis.front import Within
-from softmark.interpreter.study.analysis.lineage import LineOrders, ProbeLimit
+from softmark.interpreter.study.analysis.lineage import LineOrders
 from softmark.interpreter.study.analysis.pairs import ErrorChange, Lever
 from softmark.interpreter.study.analysis.point import Point, Spread
+from softmark.references.orders import Refined
 
 MOODS = {"converged": ("✓", "good"), "capped": ("~", "quiet"), "skipped": ("–", "quiet")}
 DASH = "–"
@@ -241,37 +242,33 @@ def orders(view: View) -> str:
 def _order(view: View, entry: LineOrders) -> list[str]:
     """A row for each probe; the errors stand in the first."""
     errors = [_error_order(entry, m) for m in view.metrics]
-    first, *others = [_limit(limit) for limit in entry.limits] or [_no_limit(str(entry.doubt))]
+    known: list[tuple[str, float | None, Refined]] = [(o.probe, o.finest, o.refined) for o in entry.limits]
+    known = known or [(DASH, None, Refined("unusable", entry.doubt))]
+    (first, *others) = ([_probe(name), *limit_cells(finest, found, "m")] for name, finest, found in known)
     blank = [tag("td")] * len(errors)
     return [row(row_head(entry.line.name), *first, *errors), *(row(tag("td"), *o, *blank) for o in others)]
-
-
-def _no_limit(why: str) -> list[str]:
-    return [_probe(DASH), *[_marked(None, "", "")] * 4, trust(False, why)]
-
-
-def _limit(limit: ProbeLimit) -> list[str]:
-    found = limit.refined
-    mark = "" if found.asymptotic else " ‡"
-    gci = _marked(found.gci, "m", mark)
-    if found.relative is not None and found.gci is not None:
-        gci = cell(quantity(found.gci, "m", 3) + mark, signed(f"{100 * found.relative:.2g} %"))
-    shown = [_marked(limit.finest, "m", ""), _marked(found.order, "", mark), _marked(found.value, "m", mark), gci]
-    return [_probe(limit.probe), *shown, trust(found.asymptotic, found.doubt or found.reason)]
 
 
 def _probe(name: str) -> str:
     return tag("td", tag("code", broken(name)))
 
 
-def trust(good: bool, doubt: str | None) -> str:
-    """Whether numbers of a refinement can be relied upon, and why not."""
-    sign = tag("span", "✓ yes" if good else "✗ no", class_="status good" if good else "status warn")
-    return tag("td", sign, tag("small", text(doubt)) if doubt and not good else "", class_="why")
+def limit_cells(finest: float | None, found: Refined, unit: str) -> list[str]:
+    """The finest value, the order, the limit with its index, and whether they can be relied upon."""
+    mark = "" if found.asymptotic else " ‡"
+    order = DASH if found.order is None else signed(f"{found.order:.2f}") + mark
+    below = "" if found.relative is None else signed(f"{100 * found.relative:.2g} %")
+    sign, mood, doubt = ("✓ yes", "good", "") if found.asymptotic else ("✗ no", "warn", found.doubt or found.reason)
+    return [
+        cell(amount(finest, unit)), cell(order), cell(amount(found.value, unit, mark=mark)),
+        cell(amount(found.gci, unit, 3, mark), below),
+        tag("td", tag("span", sign, class_=f"status {mood}"), tag("small", text(doubt)) if doubt else "", class_="why"),
+    ]  # fmt: skip
 
 
-def _marked(value: float | None, unit: str, mark: str) -> str:
-    return cell(DASH if value is None else (quantity(value, unit, 6) if unit else signed(f"{value:.2f}")) + mark)
+def amount(value: float | None, unit: str, digits: int = 6, mark: str = "") -> str:
+    """A value in words with a mark behind it; a dash where there is none."""
+    return DASH if value is None else quantity(value, unit, digits, percent=True) + mark
 
 
 def _error_order(entry: LineOrders, metric: str) -> str:

@@ -45,6 +45,11 @@ class SettledLine(Written):
     refined: Refined | None = None
     reason: str | None = None
 
+    @property
+    def limit(self) -> Refined:
+        """What is known of it, be it why nothing is."""
+        return self.refined or Refined("unusable", self.reason)
+
     def entries(self) -> Mapping[str, object]:
         """Everything that is known, None left out, but for the unit."""
         own = {"line": self.line, "unit": self.unit}

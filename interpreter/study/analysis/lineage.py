@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import takewhile
 
 from softmark.interpreter.study.analysis.lines import Line
-from softmark.interpreter.study.analysis.point import Fineness, Point, ProbedShape, Triples, uncertainty_of, unit_of
+from softmark.interpreter.study.analysis.point import Fineness, Point, uncertainty_of, unit_of
 from softmark.interpreter.study.analysis.written import Written
 from softmark.records import dataclass
 from softmark.references.orders import ErrorOrder, Refined, order_of_errors, refined, unlike
@@ -135,20 +135,8 @@ def _errors(members: Sequence[tuple[float, Point]], metric: str, points: Sequenc
 
 def _shared(members: Sequence[Point]) -> list[str]:
     """Probes that all have at the same points."""
-    return [n for n, probe in members[0].probes.items() if probe.points and all(_has(p, n, probe) for p in members)]
-
-
-def _has(point: Point, name: str, probe: ProbedShape) -> bool:
-    own = point.probes.get(name)
-    return own is not None and _same(own.points, probe.points)
-
-
-def _same(a: Triples, b: Triples) -> bool:
-    """Whether two probes have the same points, to rounding."""
-    extent = max(abs(c) for X in b for c in X)
-    return len(a) == len(b) and all(
-        abs(x - y) <= 1e-9 * extent for X, Y in zip(a, b, strict=True) for x, y in zip(X, Y, strict=True)
-    )
+    first, *others = (p.probes for p in members)
+    return [n for n, probe in first.items() if all(n in own and probe.alike(own[n]) for own in (first, *others))]
 
 
 def _limit(line: Refinement, probe: str) -> ProbeLimit:

@@ -19,7 +19,6 @@ from softmark.interpreter.study.analysis.written import Written
 from softmark.records import dataclass
 
 Probes = Mapping[str, ProbedShape]
-SAME = 1e-9  # of the extent of a probe: points nearer than this are the same
 
 # ------------------------------------------------------------------ distances
 
@@ -88,7 +87,7 @@ def _apart(a: Point | None, b: Point | None, fine: Collection[str]) -> str | Non
 
 def _distance(a: Probes, b: Probes) -> float | str:
     """The distance of a from b, or why there is none."""
-    shared = [(a[name], b[name]) for name in a if name in b and _same(a[name], b[name])]
+    shared = [(a[name], b[name]) for name in a if name in b and a[name].alike(b[name])]
     if not shared:
         return "they share no points"
     apart = sum(_square(p, q) for x, y in shared for p, q in _moved(x, y))
@@ -99,15 +98,6 @@ def _distance(a: Probes, b: Probes) -> float | str:
 
 def _moved(x: ProbedShape, y: ProbedShape) -> Iterator[tuple[Sequence[float], Sequence[float]]]:
     return zip(x.displacement, y.displacement, strict=True)
-
-
-def _same(x: ProbedShape, y: ProbedShape) -> bool:
-    """Whether two probes have the same points, and a displacement for each."""
-    p, q = x.points, y.points
-    if len({len(p), len(q), len(x.displacement), len(y.displacement)}) != 1 or not p:
-        return False
-    extent = max(abs(c) for point in p for c in point) or 1.0
-    return all(math.dist(a, b) <= SAME * extent for a, b in zip(p, q, strict=True))
 
 
 def _square(p: Sequence[float], q: Sequence[float]) -> float:

@@ -19,6 +19,7 @@ Triples = Sequence[Sequence[float]]  # (n, 3)
 SOLVED = ("converged", "capped")
 CLOCKS = ("cpu_s", "wall_s")
 UNKNOWNS = "unknowns"  # the effort where nothing was timed
+SAME = 1e-9  # of the extent of a probe: points nearer than this are the same
 SPREADS = (*CLOCKS, "step_s", "step_cpu_s", "setup_s")
 
 
@@ -146,6 +147,14 @@ class ProbedShape:
 
     points: Triples
     displacement: Triples
+
+    def alike(self, other: ProbedShape) -> bool:
+        """Whether the two have the same points, to rounding, and a displacement for each."""
+        p, q = self.points, other.points
+        if len({len(p), len(q), len(self.displacement), len(other.displacement)}) != 1 or not p:
+            return False
+        extent = max(abs(c) for point in p for c in point) or 1.0
+        return all(math.dist(a, b) <= SAME * extent for a, b in zip(p, q, strict=True))
 
     @classmethod
     def all_of(cls, owner: Json) -> dict[str, ProbedShape]:
