@@ -12,6 +12,7 @@ from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.records import dataclass
+from softmark.solvers.mesh.shape import Prism, Shape
 
 
 class Fault(Exception):
@@ -39,9 +40,17 @@ class Case:
     wide: bool = False  # supports hold whatever cells and facets they select a part of, on meshes that do not end there
 
     @property
-    def shape(self) -> Any:
+    def shape(self) -> Shape:
         """The body's geometry."""
-        return self.body.thing.shape
+        found: Shape = self.body.thing.shape
+        return found
+
+    @property
+    def prism(self) -> Prism:
+        """The same where it is known to be one. Raises TypeError."""
+        if not isinstance(self.shape, Prism):
+            raise TypeError(f"`{self.body.name}` is no straight prism")
+        return self.shape
 
     @property
     def material(self) -> Any:

@@ -49,6 +49,7 @@ from softmark.solvers.reduced.cells import BY_CELL
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Shape
     from softmark.solvers.statics.equilibrium import Watch
 
 FLAT = 0.25  # of a length: a corotational state with cells squeezed below it is none to start from
@@ -66,7 +67,7 @@ class PreparedSolid(OnMesh):
 
     model: Fem
     declared: Declared
-    shape: Any
+    shape: Shape
     mesh: Mesh
     elastic: Elastic
     problem: Statics
@@ -323,7 +324,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
         shape = located(model.mesh or case.shape, at)
         cuts = cuts_of(case, shape)
         try:
-            made = shape.mesh(model.element, model.size, cuts) if cuts else shape.mesh(model.element, model.size)
+            made = shape.mesh(model.element, model.size or 0.0, cuts)  # a file's has no size but its own
             workshop.meshes[key] = with_quality(made, model, declared)
         except UnknownElement as error:
             raise Fault(levers.unmeshed(declared, error)) from error
@@ -352,7 +353,7 @@ def _takes() -> str:
 
 def volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
     """A warning where a mesh holds much less or more than the body."""
-    if not hasattr(case.shape, "volume"):
+    if case.shape.volume is None:
         return ()
     lost = 1.0 - float(mesh.volumes.sum()) / case.shape.volume
     if abs(lost) < LOST_VOLUME:

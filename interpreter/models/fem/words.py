@@ -240,7 +240,7 @@ class Fem(Model):
     def coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
         """A mesh that is too fine for memory, or coarser than the body."""
         shape = case.shape
-        if self.size is None or self._own_mesh(case):
+        if self.size is None or shape.bounds is None or shape.volume is None or self._own_mesh(case):
             return None
         low, high = shape.bounds
         at = declared.at("size")

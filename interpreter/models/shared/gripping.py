@@ -21,6 +21,7 @@ from softmark.solvers.mesh.clip import Pieces, joined
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.mesh.shape import Shape
 
 Bools = np.ndarray[Any, np.dtype[np.bool_]]
 
@@ -50,7 +51,7 @@ class Grip:
         return 1.0 - self.held > MISSED or self.beyond > MISSED
 
 
-def grip(condition: Condition, shape: Any, mesh: Mesh) -> Grip:
+def grip(condition: Condition, shape: Shape, mesh: Mesh) -> Grip:
     """What a condition holds of a mesh; found once for each mesh."""
     key = Grip, condition
     if key not in mesh.selections:
@@ -97,7 +98,7 @@ class _Kind:
     on_side: Any = None  # of a shape: points of facets moved onto the curved surface that they stand for
 
 
-def _found(condition: Condition, shape: Any, mesh: Mesh) -> Grip:
+def _found(condition: Condition, shape: Shape, mesh: Mesh) -> Grip:
     nodes = _selects(condition, mesh.points, mesh)
     wide = nodes.copy()
     volumes, areas = _cells(mesh), _facets(mesh, shape)
@@ -130,7 +131,7 @@ def _cells(mesh: Mesh) -> _Kind:
     return _Kind(mesh.cells, mesh.volumes, simplices)
 
 
-def _facets(mesh: Mesh, shape: Any) -> _Kind:
+def _facets(mesh: Mesh, shape: Shape) -> _Kind:
     triangles = mesh.facets[:, np.array(mesh.element.facet.triangles)]  # (f, s, 3)
     whole = Pieces(mesh.points[triangles.reshape(-1, 3)], np.repeat(np.arange(len(triangles)), triangles.shape[1]))
     areas: Floats = np.bincount(whole.of, whole.sizes, minlength=len(triangles)).astype(np.float64)

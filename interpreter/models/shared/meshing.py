@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.fem.words import Fem
     from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.mesh.shape import Shape
 
 SLIVER = 1e-3  # quality below which a cell of a file is named
 
@@ -40,9 +41,9 @@ def mesh_facts(mesh: Mesh) -> dict[str, Any]:
     return {"mesh": {"quality": worst(mesh)[0]}}
 
 
-def sliver_note(declared: Declared, shape: Any, mesh: Mesh) -> tuple[Diagnostic, ...]:
+def sliver_note(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnostic, ...]:
     """A warning where a file holds cells that are nearly flat."""
-    if not getattr(shape, "prebuilt", False):
+    if not shape.prebuilt:
         return ()
     found = qualities(mesh)
     count = int((found < SLIVER).sum())
