@@ -73,8 +73,8 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Conditions that select nothing, and supports that leave nothing free, as far as bounds tell."""
     everywhere: dict[str, list[Declared]] = {}
     for declared in (*scene.of_kind("support").values(), *scene.of_kind("load").values()):
-        condition = getattr(declared.thing, "where", None)
-        body = scene.declared.get(getattr(declared.thing, "body", ""))
+        condition = declared.value("where")
+        body = scene.declared.get(declared.value("body") or "")
         if condition is None or body is None or body.thing.shape.bounds is None:
             continue
         low, high = body.thing.shape.bounds

@@ -29,7 +29,7 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
             case = case_for(scene, model)
         except Fault:
             continue
-        own = getattr(model.thing, "mesh", None)
+        own = model.thing.own_mesh
         shape, at = (own, model.at("mesh")) if own is not None else (case.shape, case.body.at("shape"))
         path = shape.file if shape.prebuilt else ""
         doubt = _doubt(path) if path and not path.startswith("data:") else None

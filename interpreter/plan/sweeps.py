@@ -19,8 +19,8 @@ def override_of(sweep: Sweep, variant: Variant) -> Override:
 def chain(scene: Scene, sweep: Declared) -> list[Declared]:
     """A sweep and those that it is combined with, outermost first. Stops at what is no sweep."""
     found = [sweep]
-    while (name := getattr(found[-1].thing, "with_", None)) is not None:
-        found.append(scene.declared[name])
+    while isinstance(last := found[-1].thing, Sweep) and last.with_ is not None:
+        found.append(scene.declared[last.with_])
     return found
 
 
@@ -31,6 +31,5 @@ def value_in(scene: Scene, name: str) -> float | None:
         return value.value if isinstance(value, Quantity) else None
     owner, _, attribute = name.rpartition(".")
     declared = scene.declared.get(owner)
-    field = declared.constructor.field(attribute) if declared else None
-    found = getattr(declared.thing, field.attribute) if declared and field else None
+    found = declared.value(attribute) if declared else None
     return float(found) if isinstance(found, int | float) and not isinstance(found, bool) else None

@@ -78,14 +78,14 @@ def case_of(scene: Scene, body: str) -> Case:
 
 def case_for(scene: Scene, worker: Declared) -> Case:
     """The case of a model or reference, with the material that it takes instead of the body's. Raises Fault."""
-    other = getattr(worker.thing, "material", None)
+    other = worker.thing.other_material if worker.kind == "model" else None
     case = case_of(scene, body_of(scene, worker))
     return case if other is None else replace(case, other_material=other)
 
 
 def body_of(scene: Scene, declared: Declared) -> str:
     """The body that a model, reference or probe is about: the one it names, or the only one. Raises Fault."""
-    named: str | None = getattr(declared.thing, "body", None)
+    named: str | None = declared.value("body")
     if named is not None:
         return named
     bodies = list(scene.of_kind("body"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial, reduce
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,9 @@ from softmark.records import dataclass
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
 from softmark.solvers.mesh import shape as geometry
+
+if TYPE_CHECKING:
+    from softmark.references.measured import Measured
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -220,10 +223,10 @@ def above(u: Floats, error: float) -> Floats:
     return small
 
 
-def facts_of(data: Any) -> dict[str, Any]:
+def facts_of(data: Measured) -> dict[str, Any]:
     """What a report says of a measurement."""
     found: dict[str, Any] = {"uncertainty": data.uncertainty, "notes": list(data.notes)}
-    residual = getattr(data, "residual", None)
+    residual = data.residual
     if residual is not None:
         found["registration"] = {
             "mean": residual.mean,

@@ -35,7 +35,7 @@ from softmark.solvers.assembly.single import SingleAssembly
 from softmark.solvers.assembly.solids import elastic_energy, elastic_parts
 from softmark.solvers.elements import ELEMENTS, UnknownElement
 from softmark.solvers.energies import elementwise
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.elementwise import ElementRotation
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.linear import factorisations, systems
@@ -194,10 +194,9 @@ AnyEnergy = TypeVar("AnyEnergy")
 
 def _one_cell(energy: AnyEnergy) -> AnyEnergy:
     """The first cell of an energy over a mesh: what compiles its kernels at no cost."""
+    if isinstance(energy, Together):
+        return replace(energy, parts=tuple(_one_cell(part) for part in energy.parts))
     known: Any = energy  # one of the dataclasses of solvers/energies over cells
-    if hasattr(known, "parts"):
-        whole: AnyEnergy = replace(known, parts=tuple(_one_cell(part) for part in known.parts))
-        return whole
     over_cells = [f.name for f in fields(known) if f.name in BY_CELL]
     one: AnyEnergy = replace(known, **{name: getattr(known, name)[:1] for name in over_cells})
     return one
@@ -358,7 +357,7 @@ def volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic,
     lost = 1.0 - float(mesh.volumes.sum()) / case.shape.volume
     if abs(lost) < LOST_VOLUME:
         return ()
-    given = getattr(declared.thing, "mesh", None) is not None
+    given = declared.thing.own_mesh is not None
     at = declared.at("mesh" if given else "size")
     return (
         Diagnostic(

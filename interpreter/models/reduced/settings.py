@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compile import recompiled
+from softmark.interpreter.language.expressions import Quantity
 from softmark.interpreter.plan import sweeps
 from softmark.interpreter.problem.case import Fault, case_for
 from softmark.records import dataclass
@@ -46,11 +47,10 @@ def value(scene: Scene, name: str) -> Any:
     """What a parameter or a field is in a scene: a number, a list of numbers, or a text."""
     if name in scene.parameters:
         found: Any = scene.parameters[name].value
-        return found.value if hasattr(found, "value") else list(found.values)
+        return found.value if isinstance(found, Quantity) else list(found.values)
     owner, _, attribute = name.rpartition(".")
     declared = scene.declared[owner]
-    known_field = declared.constructor.field(attribute)
-    thing = getattr(declared.thing, known_field.attribute if known_field else attribute)
+    thing = declared.value(attribute)
     if isinstance(thing, int | float) and not isinstance(thing, bool):
         return float(thing)
     return list(thing) if isinstance(thing, tuple) else str(thing)

@@ -71,8 +71,7 @@ def held_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, 
 
 
 def _note(declared: Declared, name: str, own: Grip) -> Diagnostic:
-    given = next((f for f in ("mesh", "size") if getattr(declared.thing, f, None) is not None), "")
-    at = declared.at(given) if given else declared.at()
+    at = declared.at("size" if declared.thing.own_mesh is None else "mesh")
     parts = [f"{100 * own.held:.3g} % of what `{name}` selects"] if 1.0 - own.held > MISSED else []
     parts += [f"{100 * own.beyond:.3g} % more than `{name}` selects"] if own.beyond > MISSED else []
     return Diagnostic(
@@ -95,7 +94,6 @@ class _Kind:
     nodes: Ints
     sizes: Floats
     simplices: Ints
-    on_side: Any = None  # of a shape: points of facets moved onto the curved surface that they stand for
 
 
 def _found(condition: Condition, shape: Shape, mesh: Mesh) -> Grip:
@@ -135,7 +133,7 @@ def _facets(mesh: Mesh, shape: Shape) -> _Kind:
     triangles = mesh.facets[:, np.array(mesh.element.facet.triangles)]  # (f, s, 3)
     whole = Pieces(mesh.points[triangles.reshape(-1, 3)], np.repeat(np.arange(len(triangles)), triangles.shape[1]))
     areas: Floats = np.bincount(whole.of, whole.sizes, minlength=len(triangles)).astype(np.float64)
-    return _Kind(mesh.facets, areas, triangles, getattr(shape, "on_side", None))
+    return _Kind(mesh.facets, areas, triangles)
 
 
 def _edges(mesh: Mesh) -> _Kind:
@@ -176,8 +174,6 @@ def _fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
 def _inside(condition: Condition, pieces: Pieces, kind: _Kind, mesh: Mesh) -> Bools:
     """Which pieces, each on one side of every border, are selected (p,)."""
     X = pieces.middles
-    if kind.on_side is not None and len(X):
-        X = kind.on_side(mesh.points[kind.nodes[pieces.of]], X[None])[0]
     return _selects(condition, X, mesh)
 
 

@@ -51,8 +51,7 @@ def sliver_note(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnosti
         return ()
     cell = int(np.argmin(found))
     place = ", ".join(units.show(float(c), units.LENGTH) for c in mesh.points[mesh.cells[cell]].mean(axis=0))
-    given = getattr(declared.thing, "mesh", None) is not None
-    at = declared.at("mesh") if given else declared.at()
+    at = declared.at() if declared.thing.own_mesh is None else declared.at("mesh")
     cells = "1 cell" if count == 1 else f"{count} cells"
     return (
         Diagnostic(
