@@ -370,6 +370,10 @@ def _says(declared: Declared, case: Case) -> None:
     assert set(thing.finely) <= fields
     assert set(thing.orders()) <= set(thing.finely)
     assert all(order >= 1 for order in thing.orders().values())
+    assert set(thing.shortcuts) <= fields
+    assert thing.plain().shortcuts == ()
+    assert thing.capped_at is None or (thing.unsolved and thing.shortcuts)
+    assert thing.own_mesh is None or isinstance(thing.own_mesh, Shape)
     assert thing.plain() == thing.plain().plain()
     assert type(thing.plain()) is type(thing)
     key = thing.mesh_key()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 import pytest
 from contracts import (
@@ -29,8 +29,10 @@ from contracts import (
     scene_of,
 )
 
+from softmark.interpreter.cli.commands.explain import _constructor
 from softmark.interpreter.evidence.kinds.voucher import Voucher
 from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.interpreter.language.schema import Constructor, _fields
 from softmark.interpreter.metrics import METRICS
 from softmark.interpreter.models import MODELS
 from softmark.interpreter.models.builders import BUILDERS
@@ -40,6 +42,8 @@ from softmark.interpreter.vocabulary import LOADS, PROBES, SUPPORTS
 from softmark.interpreter.vocabulary.analyses import EXPLICIT
 from softmark.interpreter.vocabulary.loads import Load, PerMass
 from softmark.records import dataclass
+from softmark.references import REFERENCES
+from softmark.references.reference import How, Reference
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shape import Shape
@@ -122,6 +126,16 @@ def test_metrics(name: str) -> None:
     metric = cls(**own, **MEASURED.get(name, {}))
     check_text(metric)
     check_metric(cls, metric, case_of(scene, "bar"))
+
+
+@pytest.mark.parametrize("name", REFERENCES)
+def test_references(name: str) -> None:
+    """Each says how it is known, by whom, and what its error bounds, before there is one of it."""
+    cls = REFERENCES[name]
+    assert issubclass(cls, Reference)
+    assert cls.how in get_args(How)
+    assert all(len(text) > 5 for text in (cls.kind, cls.source, cls.error_meaning))
+    assert f"Source: {cls.source}" in _constructor(Constructor(name, "reference", cls, _fields(cls)))
 
 
 @pytest.mark.parametrize(("cls", "words", "before"), CASES)
