@@ -28,7 +28,7 @@ from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, re
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint
 from softmark.interpreter.vocabulary.probes import Nodes
-from softmark.solvers.mesh.shapes import contains
+from softmark.solvers.mesh.shape import Prism
 
 
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
@@ -70,9 +70,9 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Conditions that select nothing, and supports that leave nothing free, as far as bounds tell."""
     everywhere: dict[str, list[Declared]] = {}
     for declared in (*scene.of_kind("support").values(), *scene.of_kind("load").values()):
-        condition = getattr(declared.thing, "where", None)
-        body = scene.declared.get(getattr(declared.thing, "body", ""))
-        if condition is None or body is None or not hasattr(body.thing.shape, "bounds"):
+        condition = declared.value("where")
+        body = scene.declared.get(declared.value("body") or "")
+        if condition is None or body is None or body.thing.shape.bounds is None:
             continue
         low, high = body.thing.shape.bounds
         false, true = condition.over(low, high)
@@ -95,7 +95,7 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for declared in (*scene.of_kind("probe").values(), *scene.of_kind("load").values()):
         for field, point in _points(declared):
             body = scene.declared[declared.thing.body]
-            if not hasattr(body.thing.shape, "section") or contains(body.thing.shape, point):
+            if not isinstance(body.thing.shape, Prism) or body.thing.shape.contains(point):
                 continue
             does = "acts at" if declared.kind == "load" else "looks at"
             where = units.show_all(point, units.LENGTH)
@@ -118,7 +118,7 @@ def _points(declared: Declared) -> list[tuple[str, Point]]:
 def _meshes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Probes of the nodes of a shape that has none."""
     for probe in scene.of_kind("probe").values():
-        if isinstance(probe.thing, Nodes) and not getattr(probe.thing.mesh, "prebuilt", False):
+        if isinstance(probe.thing, Nodes) and not probe.thing.mesh.prebuilt:
             yield diagnostic("E507", probe.at("mesh"), f"the `mesh` of `{probe.name}` is a shape without cells",
                              "not a mesh", 'name a file: `mesh = mesh("file.msh", unit = 1 mm)`')  # fmt: skip
 

@@ -106,7 +106,8 @@ def _needs_surface(scene: Scene, metric: Declared) -> bool:
 
 
 def _nearest(metric: Declared) -> str:
-    return ", or use `along = nearest`" if getattr(metric.thing, "along", "") == "normal" else ""
+    normal = isinstance(metric.thing, SurfaceDistance) and metric.thing.along == "normal"
+    return ", or use `along = nearest`" if normal else ""
 
 
 def _time(scene: Scene, metric: Declared) -> _Refusal | None:

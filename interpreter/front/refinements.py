@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
@@ -23,6 +23,9 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 from softmark.references.orders import unlike
 from softmark.references.self_converged import SelfConverged
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Shape
 
 LEAST = 3  # sizes: two tell no order
 RATIO = 1.3  # of neighbouring cell sizes, at least (Celik et al. 2008, step 2 of the procedure)
@@ -168,23 +171,18 @@ def _too_fine(scene: Scene, reference: Declared, declared: Declared) -> Diagnost
 # ------------------------------------------------------------------ what makes it of little use
 
 
-def uneven(shape: Any, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
+def uneven(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
     """Why meshes of a shape at these sizes cannot be extrapolated, if they cannot: not similar, or hardly finer."""
-    if not hasattr(shape, "counts"):
+    found = [shape.counts(size, cuts) for size in sizes[-LEAST:]]
+    counts = [own for own in found if own is not None]
+    if len(counts) < len(found):
         return None
-    counts = [counted(shape, size, cuts) for size in sizes[-LEAST:]]
     means = [math.prod(own) ** (1 / len(own)) for own in counts]
     ratio, place = min((b / a, i) for i, (a, b) in enumerate(pairwise(means)))
     if ratio >= 0.98 * RATIO:
         return unlike(counts)
     a, b = (units.show(size, units.LENGTH) for size in sizes[-LEAST:][place : place + 2])
     return f"cells of {b} are only {ratio:.3g} times finer than those of {a}, and an order needs {RATIO:g} times"
-
-
-def counted(shape: Any, size: float, cuts: Cuts) -> tuple[int, ...]:
-    """Cells of a mesh of a size (m) along the directions of a shape, with nodes on cuts."""
-    counts: tuple[int, ...] = shape.counts(size, cuts) if cuts else shape.counts(size)
-    return counts
 
 
 def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
@@ -204,9 +202,9 @@ def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
                          "`formulation = mean_dilatation`")  # fmt: skip
 
 
-def _better(shape: Any, cuts: Cuts) -> str:
+def _better(shape: Shape, cuts: Cuts) -> str:
     """Sizes that give similar meshes, if some are known."""
-    sizes = tuple(float(f"{shape.even / k:.5g}") for k in (1, 2, 3))
-    if uneven(shape, sizes, cuts) is None:
+    sizes = () if shape.even is None else tuple(float(f"{shape.even / k:.5g}") for k in (1, 2, 3))
+    if sizes and uneven(shape, sizes, cuts) is None:
         return f"take sizes that give similar meshes, such as {units.show_all(sizes, units.LENGTH)}"
     return "take sizes of which each is half the one before, and that divide the body in whole cells"

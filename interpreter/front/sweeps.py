@@ -120,7 +120,7 @@ def _asking(scene: Scene, study: Declared, tried: Mapping[str, Sequence[_Tried]]
 
 
 def _is_sweep(scene: Scene, study: Declared, field: str) -> Iterator[Diagnostic]:
-    name = getattr(study.thing, "with_" if field == "with" else field)
+    name = study.value(field)
     other = scene.declared[name]
     if not isinstance(other.thing, Sweep):
         word = other.constructor.name

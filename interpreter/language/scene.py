@@ -56,6 +56,11 @@ class Declared:
     fields: Mapping[str, Location] = field(default_factory=dict)  # where each given field stands
     name_at: Location | None = None
 
+    def value(self, name: str) -> Any:
+        """Of the field that scenes call `name`, None where it has none of this name."""
+        known = self.constructor.field(name)
+        return None if known is None else getattr(self.thing, known.attribute)
+
     def at(self, name: str = "") -> Location:
         """Where a field is given, or else the name that is declared."""
         return self.fields.get(name, self.name_at or self.location)
@@ -129,7 +134,7 @@ class Scene:
         found: dict[tuple[str, str | None], list[tuple[int, Declared]]] = {}
         for kind in ("support", "load"):
             for place, declared in enumerate(self.of_kind(kind).values()):
-                found.setdefault((kind, getattr(declared.thing, "body", None)), []).append((place, declared))
+                found.setdefault((kind, declared.value("body")), []).append((place, declared))
         return found
 
 

@@ -111,7 +111,7 @@ def _solve(scene: Scene, name: str, asked: Location) -> Task:
 
 def _known(reference: Declared) -> str:
     """What a reference is; `self_converged: quads and hexes at (12, 9, 6) mm, 6 solutions` of one that refines."""
-    if not hasattr(reference.thing, "methods"):
+    if reference.thing.how != "refined":
         return reference.constructor.name
     names, sizes = reference.thing.methods, reference.thing.sizes.values
     each = f"{' and '.join(names)} at {units.show_all(sizes, units.LENGTH)}"

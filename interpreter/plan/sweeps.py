@@ -21,8 +21,8 @@ def override_of(sweep: Sweep, variant: Variant) -> Override:
 def chain(scene: Scene, sweep: Declared) -> list[Declared]:
     """A sweep and those that it is combined with, outermost first. Stops at what is no sweep."""
     found = [sweep]
-    while (name := getattr(found[-1].thing, "with_", None)) is not None:
-        found.append(scene.declared[name])
+    while isinstance(last := found[-1].thing, Sweep) and last.with_ is not None:
+        found.append(scene.declared[last.with_])
     return found
 
 
@@ -33,10 +33,9 @@ def value_of(scene: Scene, name: str) -> float | list[Any] | str | None:
         return value.value if isinstance(value, Quantity) else list(value.values)
     owner, _, attribute = name.rpartition(".")
     declared = scene.declared.get(owner)
-    field = declared.constructor.field(attribute) if declared else None
-    if declared is None or field is None:
+    found = declared.value(attribute) if declared else None
+    if found is None:
         return None
-    found = getattr(declared.thing, field.attribute)
     if isinstance(found, int | float) and not isinstance(found, bool):
         return float(found)
     return list(found) if isinstance(found, tuple) else str(found)

@@ -13,6 +13,7 @@ from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.records import dataclass
+from softmark.solvers.mesh.shape import Prism, Shape
 
 
 class Fault(Exception):
@@ -40,9 +41,17 @@ class Case:
     wide: bool = False  # supports hold whatever cells and facets they select a part of, on meshes that do not end there
 
     @property
-    def shape(self) -> Any:
+    def shape(self) -> Shape:
         """The body's geometry."""
-        return self.body.thing.shape
+        found: Shape = self.body.thing.shape
+        return found
+
+    @property
+    def prism(self) -> Prism:
+        """The same where it is known to be one. Raises TypeError."""
+        if not isinstance(self.shape, Prism):
+            raise TypeError(f"`{self.body.name}` is no straight prism")
+        return self.shape
 
     @property
     def material(self) -> Any:
@@ -78,7 +87,7 @@ def _made(scene: Scene, body: str) -> Case:
 
 def case_for(scene: Scene, worker: Declared) -> Case:
     """The case of a model or reference, with the material that it takes instead of the body's. Raises Fault."""
-    other = getattr(worker.thing, "material", None)
+    other = worker.thing.other_material if worker.kind == "model" else None
     case = case_of(scene, body_of(scene, worker))
     if other is None:
         return case
@@ -91,7 +100,7 @@ def case_for(scene: Scene, worker: Declared) -> Case:
 
 def body_of(scene: Scene, declared: Declared) -> str:
     """The body that a model, reference or probe is about: the one it names, or the only one. Raises Fault."""
-    named: str | None = getattr(declared.thing, "body", None)
+    named: str | None = declared.value("body")
     if named is not None:
         return named
     bodies = list(scene.of_kind("body"))

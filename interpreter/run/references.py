@@ -17,6 +17,7 @@ from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import ProbeResult, ReferenceResult, Shape, clean
 from softmark.interpreter.run import probes
 from softmark.interpreter.run.answers import Work
+from softmark.references.measured import MeasuredSurface
 
 
 def read(work: Work) -> None:
@@ -120,13 +121,13 @@ def _keep_reference(
 def _keep_measured(work: Work, declared: Declared, data: Any) -> None:
     """A measured surface, or the displacements of tracked points."""
     cls, case = type(declared.thing), work.case(declared)
-    surface = data if hasattr(data, "triangles") else None
+    surface: Any = data if isinstance(data, MeasuredSurface) else None
     if declared.thing.registered == "icp":
 
         def surface(points: np.ndarray, triangles: np.ndarray) -> Any:
             return declared.thing.load(target=(points, triangles))
 
-    resolution = getattr(data, "resolution", data.uncertainty)  # with what registering it has left
+    resolution = data.resolution  # with what registering it has left
     seen = {}
     if surface is None:
         for probe in work.probes(case.body.name):
@@ -144,10 +145,10 @@ def _keep_measured(work: Work, declared: Declared, data: Any) -> None:
         "converged",
         None,
         cls.kind,
-        getattr(data, "source", "") or cls.source,
+        data.source or cls.source,
         resolution,
         seen,
-        shape=Shape(data.points, data.triangles) if hasattr(data, "triangles") else None,
+        shape=Shape(data.points, data.triangles) if isinstance(data, MeasuredSurface) else None,
         facts=clean(facts_of(data)),
     )
 

@@ -30,21 +30,21 @@ class Line:
     @property
     def axes(self) -> Floats:
         """e1, e2, e3 at rest (3, 3), as rows."""
-        from softmark.solvers.mesh.shapes import transverse
+        from softmark.solvers.mesh.shape import transverse
 
-        return np.array([self.case.shape.axis, *transverse(self.case.shape.axis)])
+        return np.array([self.case.prism.axis, *transverse(self.case.prism.axis)])
 
     @property
     def stiffness(self) -> Floats:
         """EA, GA2, GA3, GJ, EI2, EI3."""
-        section, material = self.case.shape.section, self.case.material
+        section, material = self.case.prism.section, self.case.material
         E, G = material.young, material.young / (2.0 * (1.0 + material.poisson))
         shear = section.shear_factor(material.poisson) * G * section.area
         return np.array([E * section.area, shear, shear, G * section.torsion, *(E * I for I in section.moments)])
 
     def rod(self, displacement: Any) -> tuple[Rod, float]:
         """The deformed rod, from displacements of points on and beside its axis, and how far beside."""
-        shape = self.case.shape
+        shape = self.case.prism
         arm = max(max(abs(u), abs(v)) for u, v in shape.section.samples())
         X = np.array(shape.root) + self.s[:, None] * self.axes[0]
         beside = X[:, None] + arm * self.axes[1:]
@@ -55,7 +55,7 @@ class Line:
 
     def loads(self) -> Floats:
         """Forces at the nodes (n, 3), N. Raises Unchecked."""
-        shape, f, l = self.case.shape, np.zeros((len(self.s), 3)), np.diff(self.s)
+        shape, f, l = self.case.prism, np.zeros((len(self.s), 3)), np.diff(self.s)
         for load in self.case.loads:
             match load.thing.action:
                 case PerMass(acceleration=g):
@@ -78,7 +78,7 @@ class Line:
         found = np.zeros((len(self.s), 6), dtype=np.bool_)
         for support in self.case.supports:
             for node, s in enumerate(self.s.tolist()):
-                if coverage(support.thing.where, self.case.shape, s) == "all":
+                if coverage(support.thing.where, self.case.prism, s) == "all":
                     found[node, [*support.thing.components, 3, 4, 5]] = True
         return found
 
@@ -105,7 +105,7 @@ def balance_of(found: Found) -> Balance:
     inside, by = rod.forces()
     outside, fixed = np.zeros_like(inside), beam.held()
     outside[:, :3] = beam.loads()
-    scale = np.array([1.0, 1.0, 1.0, *[1.0 / case.shape.length] * 3])
+    scale = np.array([1.0, 1.0, 1.0, *[1.0 / case.prism.length] * 3])
     inside, by = inside * scale, by * scale[:, None, None]
     if rod.rigid:
         inside = inside + _carried(inside - outside, by, fixed)

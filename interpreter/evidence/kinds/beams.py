@@ -30,7 +30,7 @@ class Beams(Voucher):
         if found.solution.displacement is None:
             return {}
         rod, arm = rod_of(found)
-        u, v = (max(abs(p[i]) for p in found.case.shape.section.samples()) for i in (0, 1))
+        u, v = (max(abs(p[i]) for p in found.case.prism.section.samples()) for i in (0, 1))
         bent, stretched = rod.strain(np.array([arm, v, u]))
         flat = rod.curvatures[:, 1 if v <= u else 2]  # about the axis along the wider side
         return {
@@ -76,11 +76,11 @@ def left_out(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     Estimates for solid sections, on the safe side of what solids of the same shape show. Bending stretches one side as
     much as it shortens the other, so that a law that is not linear shows in second order; in stretch it does at once.
     """
-    section, poisson = case.shape.section, case.material.poisson
+    section, poisson = case.prism.section, case.material.poisson
     spans, checks = max(1, len(case.supports)), result.solve.get("checks") or {}
     said = (float(checks.get(n) or 0.0) for n in ("bending_strain", "axial_strain", "flat_curvature_per_m"))
     bent, stretched, curvature = said
-    missing = ribbon.missing(section, case.shape.length, poisson, spans, thing.shear)
+    missing = ribbon.missing(section, case.prism.length, poisson, spans, thing.shear)
     missing += ribbon.stiffening(section, poisson, curvature)
     strained: float = BENT * bent**2 + STRETCHED * stretched
     if missing + strained > COARSE:

@@ -36,7 +36,7 @@ from softmark.solvers.assembly.single import SingleAssembly
 from softmark.solvers.assembly.solids import elastic_energy, elastic_parts
 from softmark.solvers.elements import ELEMENTS, UnknownElement
 from softmark.solvers.energies import elementwise
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.elementwise import ElementRotation
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.linear import factorisations, systems
@@ -50,6 +50,7 @@ from softmark.solvers.reduced.cells import BY_CELL
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Shape
     from softmark.solvers.statics.equilibrium import Watch
 
 FLAT = 0.25  # of a length: a corotational state with cells squeezed below it is none to start from
@@ -67,7 +68,7 @@ class PreparedSolid(OnMesh):
 
     model: Fem
     declared: Declared
-    shape: Any
+    shape: Shape
     mesh: Mesh
     elastic: Elastic
     problem: Statics
@@ -190,10 +191,9 @@ AnyEnergy = TypeVar("AnyEnergy")
 
 def _one_cell(energy: AnyEnergy) -> AnyEnergy:
     """The first cell of an energy over a mesh: what compiles its kernels at no cost."""
+    if isinstance(energy, Together):
+        return replace(energy, parts=tuple(_one_cell(part) for part in energy.parts))
     known: Any = energy  # one of the dataclasses of solvers/energies over cells
-    if hasattr(known, "parts"):
-        whole: AnyEnergy = replace(known, parts=tuple(_one_cell(part) for part in known.parts))
-        return whole
     over_cells = [f.name for f in fields(known) if f.name in BY_CELL]
     one: AnyEnergy = replace(known, **{name: getattr(known, name)[:1] for name in over_cells})
     return one
@@ -320,7 +320,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
         shape = located(model.mesh or case.shape, at)
         cuts = cuts_of(case, shape)
         try:
-            made = shape.mesh(model.element, model.size, cuts) if cuts else shape.mesh(model.element, model.size)
+            made = shape.mesh(model.element, model.size or 0.0, cuts)  # a file's has no size but its own
             workshop.meshes[key] = with_quality(made, model, declared)
         except UnknownElement as error:
             raise Fault(levers.unmeshed(declared, error)) from error
@@ -349,12 +349,12 @@ def _takes() -> str:
 
 def volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
     """A warning where a mesh holds much less or more than the body."""
-    if not hasattr(case.shape, "volume"):
+    if case.shape.volume is None:
         return ()
     lost = 1.0 - float(mesh.volumes.sum()) / case.shape.volume
     if abs(lost) < LOST_VOLUME:
         return ()
-    given = getattr(declared.thing, "mesh", None) is not None
+    given = declared.thing.own_mesh is not None
     return (
         diagnostic(
             "W305",

@@ -140,7 +140,9 @@ class Unknowns:
     @classmethod
     def of(cls, energy: Energy, mesh: Mesh) -> Unknowns:
         """Those of an elastic energy over a mesh."""
-        return cls(mesh.points.size, int(getattr(energy, "dofs", mesh.points.size)))
+        from softmark.solvers.energies.pressures import Mixed
+
+        return cls(mesh.points.size, energy.dofs if isinstance(energy, Mixed) else mesh.points.size)
 
     @property
     def pressures(self) -> int:

@@ -60,7 +60,7 @@ def unmeshed(declared: Declared, reason: object) -> Diagnostic:
 
 def sized(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     """A `size` where the body is a mesh already."""
-    if model.size is None or model.mesh is not None or not getattr(case.shape, "prebuilt", False):
+    if model.size is None or model.mesh is not None or not case.shape.prebuilt:
         return []
     at, body = declared.at("size"), case.body.name
     problem = f"the `size` of `{declared.name}` is not used: `{body}` is a mesh already"

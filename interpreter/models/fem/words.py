@@ -22,11 +22,13 @@ from softmark.solvers.elements import UnknownElement, element_of
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.problem.case import Case
+    from softmark.solvers.mesh.shape import Shape
 
 LARGE_ANGLE = 0.1  # rad: a rotation that small strains misread by 0.5 % strain (1 - cos)
 PLAIN: dict[str, Any] = {
     "cap": None, "linear_cap": None, "start": None, "precision": "double", "linear": "auto", "factorisation": "fresh",
 }  # fmt: skip
+SHORTCUTS = ("cap", "linear_cap", "precision", "start")
 FORMULATIONS = {"mixed": "with pressures", "mean_dilatation": "mean dilatation"}  # in an outline
 
 
@@ -118,6 +120,26 @@ class Fem(Model):
         return self.cap is not None or self.linear_cap is not None
 
     @property
+    def own_mesh(self) -> Shape | None:
+        """A mesh from a file in place of one that is made of the body's shape."""
+        return self.mesh
+
+    @property
+    def other_material(self) -> Any:
+        """The material that it takes in place of the body's."""
+        return self.material
+
+    @property
+    def capped_at(self) -> int | None:
+        """Newton iterations after which a state, or a time step, is accepted."""
+        return self.cap
+
+    @property
+    def shortcuts(self) -> tuple[str, ...]:
+        """Which of its levers leave a step unsolved, in single precision, or begun elsewhere."""
+        return tuple(lever for lever in SHORTCUTS if getattr(self, lever) != PLAIN[lever])
+
+    @property
     def order(self) -> int:
         """In displacements, where the solution is smooth: degree of the element + 1 (Strang and Fix 1973, 1.5)."""
         return int(element_of(self.element).order) + 1
@@ -136,8 +158,7 @@ class Fem(Model):
         moved = () if self.quality is None else (("quality", self.quality),)
         if self.mesh is None:
             return self.element, self.size, *moved
-        facts = (getattr(self.mesh, name, None) for name in ("path", "unit", "split"))
-        return self.element, self.size, *facts, *moved
+        return self.element, self.size, self.mesh, *moved
 
     def meshed_as(self, case: Case) -> tuple[Any, ...]:
         """The same in a case: body, element, size, and where supports need nodes."""
@@ -145,7 +166,7 @@ class Fem(Model):
 
     def _own_mesh(self, case: Case) -> bool:
         """Whether the mesh comes from a file, of the model or of the body."""
-        return bool(getattr(self.mesh or case.shape, "prebuilt", False))
+        return (self.own_mesh or case.shape).prebuilt
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against this model of this case."""
@@ -172,9 +193,9 @@ class Fem(Model):
 
     def one_mesh(self, declared: Declared, case: Case) -> Diagnostic | None:
         """Exactly one of `size` and `mesh`, but for a body that is a mesh already."""
-        prebuilt = getattr(self.mesh, "prebuilt", self.mesh is None)
+        prebuilt = self.mesh is None or self.mesh.prebuilt
         both = self.size is not None and self.mesh is not None
-        neither = self.size is None and self.mesh is None and not getattr(case.shape, "prebuilt", False)
+        neither = self.size is None and self.mesh is None and not case.shape.prebuilt
         if prebuilt and not both and not neither:
             return None
         problem, label, help = (
@@ -235,7 +256,7 @@ class Fem(Model):
     def coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
         """A mesh that is too fine for memory, or coarser than the body."""
         shape = case.shape
-        if self.size is None or self._own_mesh(case):
+        if self.size is None or shape.bounds is None or shape.volume is None or self._own_mesh(case):
             return None
         low, high = shape.bounds
         at = declared.at("size")

@@ -11,6 +11,7 @@ from softmark.interpreter.models.reduced import settings
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.case import elsewhere
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.studies import Sweep
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -169,7 +170,7 @@ class Pod(Reduced):
         if self.over is None:
             return None
         study = scene.declared[self.over]
-        if hasattr(study.thing, "target"):
+        if isinstance(study.thing, Sweep):
             return None
         word = study.constructor.name
         problem = f"`{declared.name}` is trained over `{self.over}`, which is no sweep"

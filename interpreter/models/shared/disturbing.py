@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from softmark.solvers.energies.energy import Floats, Ints
     from softmark.solvers.statics.equilibrium import Equilibrium, Statics
 
-LEVERS = {"cap": None, "linear_cap": None, "precision": "double", "start": None}  # of fem, at their defaults
-
 
 @dataclass(frozen=True)
 class Disturbance:
@@ -46,10 +44,9 @@ def doubts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
             diagnostic("E571", declared.at(), problem, "cannot be disturbed", "use `fem`, `mass_spring` or `beam6dof`")
         ]
     found = []
-    for field, usual in LEVERS.items():
-        if getattr(model, field, usual) != usual:
-            problem = f"{word} needs every step solved, in double precision, from the disturbed state: not `{field}`"
-            found.append(diagnostic("E571", declared.at(field), problem, "not here", "leave it out"))
+    for field in model.shortcuts:
+        problem = f"{word} needs every step solved, in double precision, from the disturbed state: not `{field}`"
+        found.append(diagnostic("E571", declared.at(field), problem, "not here", "leave it out"))
     if case.analysis.path != "load":
         problem = f"`path = arc_length` follows equilibria from rest, and {word} starts far from any"
         analysis = next(iter(scene.of_kind("analysis").values()))

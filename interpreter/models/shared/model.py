@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.problem.case import Case
     from softmark.interpreter.results.report import Kind
+    from softmark.solvers.mesh.shape import Shape
 
 MOST = "`fem(...)` takes all"
 
@@ -38,6 +39,26 @@ class Model:
     constant = False  # its stiffness never changes
     unsolved = False  # it may accept states that are not solved
     finely: tuple[str, ...] = ()  # its fields that say how finely it solves
+
+    @property
+    def own_mesh(self) -> Shape | None:
+        """A mesh from a file in place of one that is made of the body's shape."""
+        return None
+
+    @property
+    def other_material(self) -> Any:
+        """The material that it takes in place of the body's, None of one that takes the body's."""
+        return None
+
+    @property
+    def capped_at(self) -> int | None:
+        """Newton iterations after which a state, or a time step, is accepted, solved or not."""
+        return None
+
+    @property
+    def shortcuts(self) -> tuple[str, ...]:
+        """Its fields by which steps are not solved, or not in double precision, or not from rest."""
+        return ()
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against it in this case, errors and warnings that need no arrays."""

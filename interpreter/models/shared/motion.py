@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,7 +29,7 @@ from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.resolution import WRONG, Resolution, resolution, resolved
 from softmark.solvers.dynamics.scheme import Motion, StepTooLong
 from softmark.solvers.dynamics.trajectory import Diverged, NotConverged, Trajectory
-from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.energy import Energy, Floats, Lagging
 from softmark.solvers.mesh.interpolation import locate
 
 if TYPE_CHECKING:
@@ -282,7 +282,7 @@ def integrator_of(analysis: Dynamic) -> Integrator:
     """The integrator that an analysis names, with its own constants."""
     cls: Any = INTEGRATORS[analysis.integrator]
     own = "spectral_radius"
-    known = own in getattr(cls, "__dataclass_fields__", {})
+    known = any(f.name == own for f in fields(cls))
     made: Integrator = cls(**{own: analysis.spectral_radius}) if known else cls()
     return made
 
@@ -316,8 +316,8 @@ def in_motion(
         integrator,
         analysis.tolerance,
         analysis.max_iterations,
-        sound=next((e.sound for e in internal if hasattr(e, "sound")), rest.sound),
-        cap=(cap := getattr(declared.thing, "cap", None)),
+        sound=next((e.sound for e in internal if isinstance(e, Lagging)), rest.sound),
+        cap=(cap := declared.thing.capped_at),
         lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
     )
     return PreparedMotion(static, declared, analysis, problem, mesh)

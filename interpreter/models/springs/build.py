@@ -39,6 +39,7 @@ from softmark.solvers.mesh.network import Network, network
 from softmark.solvers.statics.equilibrium import Equilibrium, Iteration, NotConverged, Statics, equilibrium
 
 if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Shape
     from softmark.solvers.statics.equilibrium import Watch
 
 PATIENCE = 60  # Newton iterations of a trial; a network that does not collapse takes six to ten
@@ -50,7 +51,7 @@ class PreparedSprings(OnMesh):
 
     model: MassSpring
     declared: Declared
-    shape: Any
+    shape: Shape
     mesh: Mesh
     parts: Integration
     springs: Springs

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.problem.case import Case
     from softmark.interpreter.results.report import Kind
+    from softmark.solvers.mesh.shape import Shape
 
 CAUCHY = 0.25  # Poisson's ratio of every isotropic network of springs
 FAR = 0.05  # from it: then the material is another one
@@ -94,6 +95,11 @@ class MassSpring(Model):
     def solid(self) -> Fem:
         """Finite elements on the same mesh, which share it, its supports and its loads."""
         return Fem(self.network, "corotational", self.size, self.body, self.mesh)
+
+    @property
+    def own_mesh(self) -> Shape | None:
+        """A mesh from a file in place of one that is made of the body's shape."""
+        return self.mesh
 
     def mesh_words(self, case: Case) -> str:
         """Its mesh in words."""
