@@ -17,7 +17,7 @@ import numpy as np
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.problem.parts.surface import settled_of
+from softmark.interpreter.problem.parts.surface import by_sides, settled_of
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
@@ -98,11 +98,10 @@ def _pushed(
         raise Unchecked("the border of what is loaded runs along the surface")
     extent = float(np.sqrt((np.ptp(mesh.points, axis=0) ** 2).sum()))
     settled, settling = settled_of(case.shape, mesh, load.where)
-    side = case.shape.side(corners)
     found: Floats = np.zeros_like(surface)
     empty, unsure = True, 0.0
-    for which in (np.flatnonzero(~side), np.flatnonzero(side)):
-        out = case.shape.onto_side if len(which) and side[which[0]] else None
+    for own, out in by_sides(case.shape, corners):
+        which = np.flatnonzero(own)
         sweep = Sweep(load.where, corners[which], extent, out, settled[which], settling[which])
         whole, (f, xi, w), (g, left) = sweep.whole_and_parts()
         if isinstance(load, Follower) or facets.shape[1] == 3:

@@ -95,7 +95,7 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for declared in (*scene.of_kind("probe").values(), *scene.of_kind("load").values()):
         for field, point in _points(declared):
             body = scene.declared[declared.thing.body]
-            if not isinstance(body.thing.shape, Prism) or body.thing.shape.contains(point):
+            if body.thing.shape.contains(point):
                 continue
             does = "acts at" if declared.kind == "load" else "looks at"
             where = units.show_all(point, units.LENGTH)

@@ -20,12 +20,14 @@ def skin_of(shape: Prism, around: int = AROUND, along: int = ALONG) -> tuple[Flo
     """Points (n, 3) in m and triangles (t, 3), outward."""
     from softmark.solvers.mesh.shape import transverse
 
-    ring = shape.section.outline(around)  # (k, 2), counter-clockwise
+    ring, hole = shape.section.outline(around), shape.section.hole(around)  # (k, 2), counter-clockwise
     k = len(ring)
     frame = np.array(transverse(shape.axis))  # (2, 3)
     stations = np.linspace(0.0, shape.length, along + 1)
     axis = np.array(shape.root) + stations[:, None] * np.array(shape.axis)
     sides = (axis[:, None, :] + ring @ frame).reshape(-1, 3)
+    if hole is not None:
+        return _hollow(sides, (axis[:, None, :] + hole @ frame).reshape(-1, 3), k, along)
     points = np.concatenate([sides, axis[:1], axis[-1:]])
     first, last = len(sides), len(sides) + 1
     i = np.arange(k)
@@ -33,6 +35,18 @@ def skin_of(shape: Prism, around: int = AROUND, along: int = ALONG) -> tuple[Flo
     rows = [_between(k * s, i, j, k) for s in range(along)]
     caps = [_fan(first, j, i), _fan(last, i + k * along, j + k * along)]
     return points, np.concatenate([*rows, *caps]).astype(np.int64)
+
+
+def _hollow(outer: Floats, inner: Floats, k: int, along: int) -> tuple[Floats, Ints]:
+    """Two sides of rings of k points, and a ring between them at each end."""
+    i = np.arange(k)
+    j = (i + 1) % k
+    rows = [_between(k * s, i, j, k) for s in range(along)]
+    within = [r[:, ::-1] + len(outer) for r in rows]
+    a, b, c, d = i, j, j + len(outer), i + len(outer)  # of the first end, which looks back along the axis
+    first = np.concatenate([np.stack([a, c, b], axis=1), np.stack([a, d, c], axis=1)])
+    caps = [first, first[:, ::-1] + k * along]
+    return np.concatenate([outer, inner]), np.concatenate([*rows, *within, *caps]).astype(np.int64)
 
 
 def _between(start: int, i: Ints, j: Ints, k: int) -> Ints:

@@ -1,7 +1,7 @@
 """Finer spaces over the cells of a mesh: an order more (tet4 -> tet10), or every cell in eight (tet10, hex8).
 
 The coarse displacements are among the fine ones: `P` takes them there. New nodes lie where the cells' own map puts
-them, on the curved facets of ten-node cells, and on the side of a shape where a facet is inscribed in it.
+them, on the curved facets of ten-node cells, and on the sides of a shape where facets are inscribed in them.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from softmark.records import dataclass
 from softmark.solvers.elements import element_of
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
-from softmark.solvers.mesh.shape import Shape
+from softmark.solvers.mesh.shape import Shape, Side
 
 WHOLE = 64  # shape functions at the places of new nodes are whole multiples of 1 / WHOLE, or of half of it, and so on
 QUARTERS = 4  # steps along an edge, at which new nodes lie
@@ -51,8 +51,8 @@ def finer(mesh: Mesh, shape: Shape | None = None) -> Finer:
     local = inverse.reshape(len(mesh.cells), len(places))
     cells = local[:, children].reshape(-1, children.shape[1]).astype(np.int64)
     points = P @ mesh.points
-    if shape is not None and shape.curved:
-        _onto(mesh, _on_facet(mesh.element, places), shape, points, (labels, keys, _whole(N)))
+    for side in () if shape is None else shape.sides:
+        _onto(mesh, _on_facet(mesh.element, places), side, points, (labels, keys, _whole(N)))
     return Finer(Mesh(points, cells, element.name), P)
 
 
@@ -92,7 +92,7 @@ def _pattern(own: type[Element], new: type[Element]) -> tuple[Floats, Ints]:
     return lattice, number.reshape(children.shape[:2])
 
 
-def _onto(mesh: Mesh, places: Floats, shape: Shape, points: Floats, known: tuple[Any, Any, int]) -> None:
+def _onto(mesh: Mesh, places: Floats, side: Side, points: Floats, known: tuple[Any, Any, int]) -> None:
     """Move what lies on facets that are inscribed in a curved side out onto it: `points` are changed.
 
     `places` (s, 2) are those of the new nodes on a facet, `known` how they were numbered.
@@ -101,16 +101,16 @@ def _onto(mesh: Mesh, places: Floats, shape: Shape, points: Floats, known: tuple
     facet, facets = mesh.element.facet, mesh.facets
     N = facet.shape(places)
     there = np.einsum("sa,fai->sfi", N, mesh.points[facets])
-    moved = _moved(shape, mesh.points[facets], there).swapaxes(0, 1).reshape(-1, 3)
+    moved = _moved(side, mesh.points[facets], there).swapaxes(0, 1).reshape(-1, 3)
     numbers = np.searchsorted(keys, _keys(N, whole, labels[facets]))
     away = np.linalg.norm(moved - points[numbers], axis=1) > 1e-12 * mesh.extent
     points[numbers[away]] = moved[away]
 
 
-def _moved(shape: Shape, corners: Floats, points: Floats) -> Floats:
-    """Points (s, f, 3) of facets with nodes (f, k, 3), on the side where all nodes of a facet lie on it."""
-    moved, side = points.copy(), shape.side(corners)
-    moved[:, side] = np.stack(shape.onto_side(np.moveaxis(points[:, side], 2, 0)), axis=2)
+def _moved(side: Side, corners: Floats, points: Floats) -> Floats:
+    """Points (s, f, 3) of facets with nodes (f, k, 3), on a side where all nodes of a facet lie on it."""
+    moved, own = points.copy(), side.of(corners)
+    moved[:, own] = np.stack(side.onto(np.moveaxis(points[:, own], 2, 0)), axis=2)
     return moved
 
 

@@ -8,6 +8,7 @@ the field's default.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
@@ -27,6 +28,16 @@ Bounds = tuple[Vector3, Vector3]
 Plane = tuple[float, float, float, float]
 
 
+def dot(vector: Any, unit: Sequence[float]) -> Any:
+    """Their product; of numbers, arrays and bounds alike."""
+    return sum(p * e for p, e in zip(vector, unit, strict=True) if e)
+
+
+def moved(origin: Vector3, *parts: tuple[float, Vector3]) -> Vector3:
+    """The origin plus multiples of vectors."""
+    return tuple(o + sum(c * v[i] for c, v in parts) for i, o in enumerate(origin))  # type: ignore[return-value]
+
+
 def cross(a: tuple[float, ...], b: tuple[float, ...]) -> Vector3:
     """a x b."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
@@ -40,6 +51,15 @@ def transverse(axis: Vector3) -> tuple[Vector3, Vector3]:
     norm = sum(c * c for c in second) ** 0.5
     second = (second[0] / norm, second[1] / norm, second[2] / norm)
     return cross(second, axis), second
+
+
+def placed(mesh: Mesh, axis: Vector3, origin: Vector3) -> Mesh:
+    """A mesh made along z, turned so that z becomes `axis`, and moved to `origin`."""
+    from softmark.solvers.mesh.mesh import Mesh
+
+    first, second = transverse(axis)
+    frame: Floats = np.array([first, second, axis])  # rows: images of x, y, z
+    return Mesh(np.ascontiguousarray(mesh.points @ frame + np.array(origin)), mesh.cells, mesh.kind)
 
 
 class Section:
@@ -85,6 +105,10 @@ class Section:
         """About `around` points of its border (k, 2), m, counter-clockwise."""
         raise NotImplementedError(f"{type(self).__name__} has no outline")
 
+    def hole(self, around: int) -> Floats | None:
+        """As many points of the border of its hole (k, 2), m, counter-clockwise; None where it has none."""
+        return None
+
     def reach(self, axis: Vector3) -> Vector3:
         """How far it reaches from its centre along x, y and z, m, normal to an axis: of one with corners."""
         first, second = transverse(axis)
@@ -93,11 +117,26 @@ class Section:
         return x, y, z
 
 
+class Side:
+    """A curved part of a shape's boundary: facets of meshes are inscribed in it."""
+
+    def of(self, corners: Floats) -> NDArray[np.bool_]:
+        """Which facets with nodes (f, k, 3), m, stand for it (f,): all their nodes lie on it."""
+        raise NotImplementedError(f"{type(self).__name__} knows no facets")
+
+    def onto(self, place: Any) -> Any:
+        """x, y and z of points, moved straight out onto it: numbers, arrays or bounds of them, m.
+
+        What is selected by a distance from it must not depend on how flat facets are.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no places")
+
+
 class Shape:
     """The geometry of a body, of which nothing else is said."""
 
     prebuilt: ClassVar[bool] = False  # its cells are those of a file, and a size has no part in them
-    curved: ClassVar[bool] = False  # facets of its meshes are inscribed in a side: `side` and `onto_side` know of it
+    convex: ClassVar[bool] = False  # it holds all between two points that it holds: known, and true
 
     @property
     def file(self) -> str:
@@ -149,13 +188,14 @@ class Shape:
         """Points (n, 3) in m and triangles (t, 3) of its surface, outward, with edges of about `size` (m)."""
         raise NotImplementedError(f"{type(self).__name__} has no surface")
 
-    def side(self, corners: Floats) -> NDArray[np.bool_]:
-        """Which facets with nodes (f, k, 3) stand for its curved side (f,)."""
-        return np.zeros(len(corners), dtype=np.bool_)
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """The curved parts of its boundary."""
+        return ()
 
-    def onto_side(self, place: Any) -> Any:
-        """x, y and z of points, moved straight out onto the curved side: numbers, arrays or bounds of them, m."""
-        return place
+    def contains(self, point: Vector3) -> bool:
+        """Whether it holds a point, give or take 1e-9 of its size; True where that is not known."""
+        return True
 
 
 class Prism(Shape):

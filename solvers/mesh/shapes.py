@@ -17,7 +17,21 @@ from softmark.records import dataclass
 from softmark.solvers.elements.cells import Tetrahedron
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rectangle
-from softmark.solvers.mesh.shape import Bounds, Plane, Prism, Section, Shape, Span, Vector3, transverse
+from softmark.solvers.mesh.shape import (
+    Bounds,
+    Plane,
+    Prism,
+    Section,
+    Shape,
+    Span,
+    Vector3,
+    dot,
+    moved,
+    placed,
+    transverse,
+)
+from softmark.solvers.mesh.sides import Around
+from softmark.solvers.mesh.tube import Tube
 
 if TYPE_CHECKING:
     import numpy as np
@@ -147,16 +161,6 @@ class Rectangle(Section):
         return rectangle
 
 
-def _dot(vector: Any, unit: Sequence[float]) -> Any:
-    """Their product; of numbers, arrays and bounds alike."""
-    return sum(p * e for p, e in zip(vector, unit, strict=True) if e)
-
-
-def _sum(origin: Vector3, *parts: tuple[float, Vector3]) -> Vector3:
-    """The origin plus multiples of vectors."""
-    return tuple(o + sum(c * v[i] for c, v in parts) for i, o in enumerate(origin))  # type: ignore[return-value]
-
-
 @dataclass(frozen=True)
 class Cylinder(Prism):
     """A straight circular cylinder, its axis starting at `origin`.
@@ -165,7 +169,7 @@ class Cylinder(Prism):
     so a coarse mesh holds less volume (the report says how much).
     """
 
-    curved = True
+    convex = True
 
     length: Annotated[float, "m in (0, inf)", "length along the axis"]
     radius: Annotated[float, "m in (0, inf)", "radius of the cross-section"]
@@ -210,17 +214,17 @@ class Cylinder(Prism):
         """The point of its own coordinates, m."""
         first, second = transverse(self.axis)
         u, v = radius * math.cos(turn), radius * math.sin(turn)
-        return _sum(self.origin, (u, first), (v, second), (along, self.axis))
+        return moved(self.origin, (u, first), (v, second), (along, self.axis))
 
     def chord(self, plane: Plane) -> Cut | None:
         """The cut of a plane a x + b y + c z + d = 0 along the axis; None where it is not along it, or outside."""
         normal = plane[:3]
         norm = math.hypot(*normal)
         first, second = transverse(self.axis)
-        if norm == 0.0 or abs(_dot(normal, self.axis)) > 1e-9 * norm:
+        if norm == 0.0 or abs(dot(normal, self.axis)) > 1e-9 * norm:
             return None
-        at = -(_dot(normal, self.origin) + plane[3]) / norm
-        turn = math.atan2(_dot(normal, second), _dot(normal, first))
+        at = -(dot(normal, self.origin) + plane[3]) / norm
+        turn = math.atan2(dot(normal, second), dot(normal, first))
         return Cut("chord", at, turn=turn) if abs(at) < self.radius else None
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
@@ -235,7 +239,7 @@ class Cylinder(Prism):
         from softmark.solvers.mesh.structured import disc, rounded, solid
 
         mesh = solid(disc(self.radius, size, cuts=cuts), self.length, size, kind, cuts)
-        return _placed(rounded(mesh, self.radius), self.axis, self.origin)
+        return rounded(placed(mesh, self.axis, self.origin), self.sides)
 
     def surface(self, size: float) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of the surface, outward, with edges of about `size` (m)."""
@@ -243,30 +247,17 @@ class Cylinder(Prism):
 
         return surface(self.mesh(Tetrahedron.linear, size))
 
-    def side(self, corners: Floats) -> NDArray[np.bool_]:
-        """Which facets with nodes (f, k, 3) stand for the curved side (f,): all their nodes lie on it."""
-        axis, origin = np.array(self.axis), np.array(self.origin)
-        along = (corners - origin) @ axis  # (f, k)
-        radii = np.linalg.norm(corners - origin - along[..., None] * axis, axis=2)
-        flat = np.ptp(along, axis=1) < 1e-9 * self.length  # facets of an end
-        found: NDArray[np.bool_] = (np.abs(radii - self.radius) < 1e-6 * self.radius).all(axis=1) & ~flat
-        return found
-
-    def onto_side(self, place: Any) -> Any:
-        """x, y and z of points off the axis, moved straight out onto the side: numbers, arrays or bounds of them, m.
-
-        Facets are inscribed: what is selected by its distance from the axis must not depend on how flat they are.
-        """
-        off = [p - o for p, o in zip(place, self.origin, strict=True)]
-        s, u, v = (_dot(off, e) for e in (self.axis, *transverse(self.axis)))
-        out = self.radius * (u**2 + v**2) ** -0.5
-        frame = zip(self.origin, self.axis, *transverse(self.axis), strict=True)
-        return tuple(o + s * a + u * out * b + v * out * c for o, a, b, c in frame)
+    @property
+    def sides(self) -> tuple[Around, ...]:
+        """Its curved side."""
+        return (Around(self.axis, self.origin, self.length, self.radius),)
 
 
 @dataclass(frozen=True)
 class Box(Prism):
     """A rectangular box with edges along x, y and z."""
+
+    convex = True
 
     size: Annotated[Vector3, "m in (0, inf)", "extents along x, y and z"]
     origin: Annotated[Vector3, "m", "corner with the lowest x, y and z"] = (0.0, 0.0, 0.0)
@@ -329,8 +320,8 @@ class Box(Prism):
         found = []
         for cut in cuts:
             way = [float(axis == cut.axis) for axis in "xyz"]
-            name, sense = next((n, _dot(way, v)) for n, v in frame.items() if abs(_dot(way, v)) > 0.5)
-            found.append(replace(cut, axis=name, at=sense * (cut.at - _dot(way, self.root))))
+            name, sense = next((n, dot(way, v)) for n, v in frame.items() if abs(dot(way, v)) > 0.5)
+            found.append(replace(cut, axis=name, at=sense * (cut.at - dot(way, self.root))))
         return tuple(found)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
@@ -349,7 +340,7 @@ class Box(Prism):
 
         own = self._turned(cuts)
         section = rectangle(self.section.width, self.section.height, size, own)
-        return _placed(solid(section, self.length, size, kind, own), self.axis, self.root)
+        return placed(solid(section, self.length, size, kind, own), self.axis, self.root)
 
     def surface(self, size: float) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of the surface, outward, with edges of about `size` (m)."""
@@ -410,17 +401,9 @@ class MeshFile(Shape):
         return read_points(self.path, self.unit)
 
 
-def _placed(mesh: Mesh, axis: Vector3, origin: Vector3) -> Mesh:
-    """A mesh made along z, turned so that z becomes `axis`, and moved to `origin`."""
-    from softmark.solvers.mesh.mesh import Mesh
-
-    first, second = transverse(axis)
-    frame: Floats = np.array([first, second, axis])  # rows: images of x, y, z
-    return Mesh(np.ascontiguousarray(mesh.points @ frame + np.array(origin)), mesh.cells, mesh.kind)
-
-
 SHAPES: dict[str, type[Shape]] = {
     "cylinder": Cylinder,
     "box": Box,
+    "tube": Tube,
     "mesh": MeshFile,
 }

@@ -8,6 +8,8 @@ split favours no direction as the six-tetrahedra (Kuhn) split does.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from softmark.records import dataclass
@@ -15,6 +17,7 @@ from softmark.solvers.elements import element_of
 from softmark.solvers.mesh.cuts import SAME, Cut, along, lines
 from softmark.solvers.mesh.divisions import OFF_CENTRE, circles, divisions, of_disc, of_rectangle
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+from softmark.solvers.mesh.shape import Side
 from softmark.solvers.mesh.splits import meshed
 
 
@@ -85,6 +88,21 @@ def disc(radius: float, size: float, corner: float = 0.73, bulge: float = 0.4, c
     return _leaning(section, radius, chords[0]) if chords else section
 
 
+def ring(inner: float, radius: float, around: int, size: float, cuts: tuple[Cut, ...] = ()) -> Section:
+    """A ring between two circles, `around` cells (an even number) along each: circles lie on the cuts of `radius`.
+
+    It is turned so that nodes lie on the straight line of the first cut of `chord`, which goes through its middle.
+    """
+    radii = _line(inner, radius, divisions(radius - inner, size), along(cuts, "radius"))
+    turn = next((cut.turn for cut in along(cuts, "chord")), 0.0) + 2 * np.pi * np.arange(around) / around
+    points = np.stack([np.cos(turn), np.sin(turn)], axis=1) * radii[:, None, None]
+    index = np.arange(len(radii) * around).reshape(len(radii), around)
+    following = np.roll(index, -1, axis=1)
+    quads = np.stack([index[:-1], index[1:], following[1:], following[:-1]], axis=-1).reshape(-1, 4)
+    colour = np.add.outer(np.arange(len(radii)), np.arange(around)).ravel() % 2
+    return Section(points.reshape(-1, 2), quads, colour)
+
+
 def _leaning(section: Section, radius: float, chord: Cut) -> Section:
     """The disc mapped to itself so that a straight line through its middle becomes a chord.
 
@@ -143,16 +161,15 @@ def solid(section: Section, length: float, size: float, kind: str, cuts: tuple[C
     return meshed(*extrude(section, length, size, cuts), element)
 
 
-def rounded(mesh: Mesh, radius: float) -> Mesh:
-    """Cells of a cylinder along z, what lies between corners on its side moved out onto it.
+def rounded(mesh: Mesh, sides: Iterable[Side]) -> Mesh:
+    """What lies between corners on curved sides of a shape moved out onto them.
 
-    Facets with all corners on the side are of the side; only these are curved.
+    Facets with all corners on a side are of the side; only these are curved.
     """
     corners = mesh.element.facet.corners
-    r = np.hypot(mesh.points[:, 0], mesh.points[:, 1])
-    side = np.abs(r - radius) < 1e-9 * radius
-    facets = mesh.facets[side[mesh.facets[:, :corners]].all(axis=1)]
-    middles = np.unique(facets[:, corners:])
     points = mesh.points.copy()
-    points[middles, :2] *= (radius / r[middles])[:, None]
+    for side in sides:
+        facets = mesh.facets[side.of(mesh.points[mesh.facets[:, :corners]])]
+        middles = np.unique(facets[:, corners:])
+        points[middles] = np.stack(side.onto(tuple(mesh.points[middles].T)), axis=1)
     return Mesh(points, mesh.cells, mesh.kind)

@@ -46,7 +46,7 @@ from softmark.interpreter.vocabulary import LOADS, SUPPORTS
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, Load, PerArea, PerMass
 from softmark.interpreter.vocabulary.supports import Support
 from softmark.records import dataclass
-from softmark.solvers.mesh.shape import Prism, Section, Shape
+from softmark.solvers.mesh.shape import Prism, Section, Shape, transverse
 
 HERE = Path(__file__).parent  # for the tables that words name
 SIZE = (0.04, 0.02, 0.02)  # m, of the body that words are tried on
@@ -176,11 +176,16 @@ def check_shape(shape: Shape, size: float) -> None:
     assert counts is None or finer is None or all(0 < n <= m for n, m in zip(counts, finer, strict=True))
     assert bool(shape.file) == shape.prebuilt
     corners = mesh.points[mesh.facets]
-    side = shape.side(corners)
-    assert side.shape == (len(corners),)
-    assert bool(side.any()) == shape.curved
-    there = corners[side].reshape(-1, 3)
-    np.testing.assert_allclose(np.stack(shape.onto_side(there.T), axis=1), there, atol=slack)
+    owned = np.zeros(len(corners))
+    for side in shape.sides:
+        own = side.of(corners)
+        assert own.shape == (len(corners),)
+        assert own.any()
+        owned += own
+        there = corners[own].reshape(-1, 3)
+        np.testing.assert_allclose(np.stack(side.onto(tuple(there.T)), axis=1), there, atol=slack)
+    assert np.all(owned <= 1), "a facet is of one side"
+    assert all(shape.contains(tuple(centre)) for centre in mesh.points[mesh.cells].mean(axis=1))
     if isinstance(shape, Prism):
         _check_prism(shape)
 
@@ -192,7 +197,10 @@ def _check_prism(prism: Prism) -> None:
     assert np.isclose(np.linalg.norm(axis), 1.0, rtol=1e-12)
     assert np.isclose(prism.volume, section.area * prism.length, rtol=1e-12)
     np.testing.assert_allclose(prism.bounds, (np.minimum(root, end) - reach, np.maximum(root, end) + reach), atol=1e-12)
-    assert [prism.contains(tuple(root + s * prism.length * axis)) for s in (-0.1, 0.0, 0.5, 1.0, 1.1)] == [
+    u, v = section.samples()[0]
+    first, second = (np.array(t) for t in transverse(prism.axis))
+    inside = root + u * first + v * second
+    assert [prism.contains(tuple(inside + s * prism.length * axis)) for s in (-0.1, 0.0, 0.5, 1.0, 1.1)] == [
         False, True, True, True, False,
     ]  # fmt: skip
     outline = section.outline(256)
@@ -201,11 +209,13 @@ def _check_prism(prism: Prism) -> None:
     assert np.all(section.outside(*(1.01 * outline).T) > 0.0)
     assert all(section.contains(u, v, 1e-12) for u, v in section.samples())
     assert not any(section.contains(u, v, 0.0) for u, v in 1.01 * outline)
-    area, first, second = _of_polygon(
-        outline
-    )  # a circle's falls short of it by (2 pi / 256)^2 / 6 = 1e-4, or twice that
-    assert area == pytest.approx(section.area, rel=1e-3)
-    assert (first, second) == pytest.approx(section.moments, rel=1e-3)
+    hole = section.hole(256)
+    if hole is not None:
+        assert len(hole) == len(outline)
+        assert not any(section.contains(u, v, 0.0) for u, v in 0.99 * hole)
+    borders = np.array(_of_polygon(outline)) - (0.0 if hole is None else np.array(_of_polygon(hole)))
+    # a circle's area falls short of it by (2 pi / 256)^2 / 6 = 1e-4, its moments by twice that
+    assert borders == pytest.approx([section.area, *section.moments], rel=1e-3)
     assert 0.5 < section.shear_factor(0.3) < 1.0
     assert 0.0 < section.torsion <= sum(section.moments) * (1.0 + 1e-12), "no section is stiffer than round ones"
 

@@ -81,6 +81,7 @@ PROBED = {
 SHAPED: dict[str, dict[str, Any]] = {
     "cylinder": {"length": 0.04, "radius": 0.01},
     "box": {"size": (0.02, 0.04, 0.015)},
+    "tube": {"length": 0.04, "radius": 0.01, "inner": 0.006},
     "mesh": {"path": str(HERE.parent / "errors" / "parts" / "sound.mesh"), "unit": 1e-3},
 }
 MEASURED: dict[str, dict[str, Any]] = {

@@ -24,7 +24,7 @@ from softmark.interpreter.language.units import LENGTH
 from softmark.interpreter.problem.parts.bounds import Bounds
 from softmark.interpreter.problem.parts.deviation import deviations
 from softmark.interpreter.problem.parts.patches import Asked, Patches
-from softmark.interpreter.problem.parts.surface import loaded, settled_of
+from softmark.interpreter.problem.parts.surface import by_sides, loaded, settled_of
 from softmark.interpreter.problem.parts.true import selected
 from softmark.solvers.checks import solids
 from softmark.solvers.elements import ELEMENTS, moments
@@ -52,10 +52,9 @@ def condition(text: str) -> Condition:
 def swept(where: Condition, shape: Any, mesh: Mesh) -> float:
     """The area that the watchdog finds."""
     corners, total = mesh.points[mesh.facets], 0.0
-    side = shape.side(corners) if hasattr(shape, "side") else np.zeros(len(corners), dtype=bool)
     settled, settling = settled_of(shape, mesh, where)
-    for which in (np.flatnonzero(~side), np.flatnonzero(side)):
-        out = shape.onto_side if len(which) and side[which[0]] else None
+    for own, out in by_sides(shape, corners):
+        which = np.flatnonzero(own)
         sweep = Sweep(where, corners[which], mesh.extent, out, settled[which], settling[which])
         whole, (f, xi, w), _ = sweep.whole_and_parts()
         total += forces(mesh, mesh.facets[which[whole]], mesh.facets[which[f]], xi, w)

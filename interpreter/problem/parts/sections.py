@@ -13,6 +13,7 @@ from softmark.interpreter.problem.parts.patches import Asked, Floats, Out, Patch
 from softmark.interpreter.problem.parts.taken import part
 from softmark.solvers.mesh.shape import Prism, transverse
 from softmark.solvers.mesh.shapes import Disc, Rectangle
+from softmark.solvers.mesh.tube import Annulus
 
 WEDGES = 6  # of a disc
 RINGS = (1.0, 0.5, 0.25, 1 / 16, 1 / 64, 1 / 512)  # of its radius; within the last it is a flat polygon
@@ -25,6 +26,10 @@ def share(condition: Condition, shape: Prism, station: float) -> float:
     extent = shape.diagonal
     if isinstance(shape.section, Disc):
         return _of_disc(condition, centre, frame, shape.section.radius, extent)
+    if isinstance(shape.section, Annulus):
+        radii = shape.section.radius, shape.section.inner
+        whole, hole = (math.pi * r**2 * _of_disc(condition, centre, frame, r, extent) for r in radii)
+        return (whole - hole) / shape.section.area
     if not isinstance(shape.section, Rectangle):
         raise TypeError(f"no area is known of a part of a {type(shape.section).__name__}")
     half = 0.5 * np.array([shape.section.width, shape.section.height])

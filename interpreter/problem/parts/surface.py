@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.problem.parts.deviation import deviations, settled
-from softmark.interpreter.problem.parts.patches import Asked, Floats, Ints, Mask, Patches
+from softmark.interpreter.problem.parts.patches import Asked, Floats, Ints, Mask, Out, Patches
 from softmark.interpreter.problem.parts.taken import Part, part
 from softmark.records import dataclass
 from softmark.solvers.elements import moments
@@ -91,7 +92,7 @@ class Loaded:
 def loaded(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
     """The part of a mesh's surface that a condition selects, found once.
 
-    Conditions are about the body: facets of the side of a cylinder are asked where the side is, and those of a mesh of
+    Conditions are about the body: facets of a curved side are asked where the side is, and those of a mesh of
     a file with what they may miss of it in mind.
     """
     known: Loaded | None = mesh.selections.get(condition)
@@ -103,19 +104,28 @@ def loaded(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
 def settled_of(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
     """What a condition means on facets of a mesh: borders that do not cut them (f, b), and their levels there."""
     asked = Asked.of(condition, Patches(mesh.points[mesh.facets], mesh.extent))
-    if not shape.curved:
+    if not shape.sides:
         crossed = asked.crossed_facets()
         if len(crossed):
             asked = settled(asked, crossed, deviations(mesh))
     return asked.settled, asked.settling
 
 
+def by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | None]]:
+    """Facets with nodes (f, k, 3) that are flat, and those of each curved side (f,), with what moves them onto it."""
+    flat = np.ones(len(corners), dtype=np.bool_)
+    for side in shape.sides:
+        own = flat & side.of(corners)
+        flat &= ~own
+        yield own, side.onto
+    yield flat, None
+
+
 def _found(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
     facets, corners = mesh.facets, mesh.points[mesh.facets]
-    side = shape.side(corners)
     mask, values = settled_of(shape, mesh, condition)
     found: list[tuple[Ints, Part]] = []
-    for which, out in ((~side, None), (side, shape.onto_side)):
+    for which, out in by_sides(shape, corners):
         if which.any():
             asked = Asked(condition, Patches(corners[which], mesh.extent, out), mask[which], values[which])
             found.append((facets[which], part(asked)))

@@ -1,0 +1,75 @@
+"""Curved sides of shapes: which facets of a mesh stand for them, and where on them a point of such a facet belongs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from softmark.records import dataclass
+from softmark.solvers.mesh.shape import Side, Vector3, dot, transverse
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.solvers.mesh.mesh import Floats
+else:
+    from softmark.solvers.base.deferred import np
+
+ON = 1e-6  # of its size: how far off a side a node of it may be, as another mesh of the body may have it
+
+
+@dataclass(frozen=True)
+class Around(Side):
+    """The side of a cylinder or a cone: at `radius` around an axis from `origin`, at `end` after `length`, m."""
+
+    axis: Vector3
+    origin: Vector3
+    length: float
+    radius: float
+    end: float | None = None
+
+    def of(self, corners: Floats) -> NDArray[np.bool_]:
+        """Which facets (f, k, 3) have all their nodes on it (f,)."""
+        axis, origin = np.array(self.axis), np.array(self.origin)
+        along = (corners - origin) @ axis  # (f, k)
+        radii = np.linalg.norm(corners - origin - along[..., None] * axis, axis=2)
+        flat = np.ptp(along, axis=1) < 1e-9 * self.length  # facets of an end
+        within = (along > -ON * self.length).all(axis=1) & (along < (1.0 + ON) * self.length).all(axis=1)
+        there = self._radius(along)
+        found: NDArray[np.bool_] = (np.abs(radii - there) < ON * self.radius).all(axis=1) & ~flat & within
+        return found
+
+    def _radius(self, along: Any) -> Any:
+        """At distances along the axis, m."""
+        if self.end is None:
+            return self.radius
+        return along * ((self.end - self.radius) / self.length) + self.radius
+
+    def onto(self, place: Any) -> Any:
+        """Points off the axis, moved straight away from it."""
+        off = [p - o for p, o in zip(place, self.origin, strict=True)]
+        s, u, v = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
+        out = (u**2 + v**2) ** -0.5 * self._radius(s)
+        frame = zip(self.origin, self.axis, *transverse(self.axis), strict=True)
+        return tuple(o + s * a + u * out * b + v * out * c for o, a, b, c in frame)
+
+
+@dataclass(frozen=True)
+class Ellipsoidal(Side):
+    """An ellipsoid with its axes along x, y and z: semi-axes and centre, m. Points go straight away from the centre."""
+
+    semiaxes: Vector3
+    centre: Vector3
+
+    def of(self, corners: Floats) -> NDArray[np.bool_]:
+        """Which facets (f, k, 3) have all their nodes on it (f,)."""
+        unit = np.linalg.norm((corners - np.array(self.centre)) / np.array(self.semiaxes), axis=2)
+        found: NDArray[np.bool_] = (np.abs(unit - 1.0) < ON).all(axis=1)
+        return found
+
+    def onto(self, place: Any) -> Any:
+        """Points off the centre, moved straight away from it."""
+        off = [p - o for p, o in zip(place, self.centre, strict=True)]
+        x, y, z = ((p * (1.0 / a)) ** 2 for p, a in zip(off, self.semiaxes, strict=True))
+        out = (x + y + z) ** -0.5
+        return tuple(p * out + o for p, o in zip(off, self.centre, strict=True))
