@@ -78,6 +78,42 @@ class Disc:
 
 
 @dataclass(frozen=True)
+class Ring:
+    """A hollow circular section."""
+
+    radius: float  # m
+    inner: float  # m
+
+    def __post_init__(self) -> None:
+        _refuse_unless_positive("inner", self.inner)
+        _refuse_unless_positive("wall", self.radius - self.inner)
+
+    @property
+    def extents(self) -> tuple[float, float]:
+        """Its outer diameter, m."""
+        return 2.0 * self.radius, 2.0 * self.radius
+
+    @property
+    def area(self) -> float:
+        """A = pi (R^2 - r^2), m^2."""
+        return math.pi * (self.radius**2 - self.inner**2)
+
+    @property
+    def second_moment(self) -> float:
+        """I = pi (R^4 - r^4) / 4, m^4."""
+        return math.pi * (self.radius**4 - self.inner**4) / 4
+
+    def shear_factor(self, poisson: float) -> float:
+        """kappa = 6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2), m = r / R.
+
+        Source: Cowper 1966, J. Appl. Mech. 33:335.
+        """
+        m = self.inner / self.radius
+        square = (1 + m * m) ** 2
+        return 6 * (1 + poisson) * square / ((7 + 6 * poisson) * square + (20 + 12 * poisson) * m * m)
+
+
+@dataclass(frozen=True)
 class Rectangle:
     """A solid rectangular section, `height` measured along gravity."""
 

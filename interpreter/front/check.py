@@ -28,7 +28,6 @@ from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, re
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint
 from softmark.interpreter.vocabulary.probes import Nodes
-from softmark.solvers.mesh.shape import Prism
 
 
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
@@ -90,13 +89,24 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             yield diagnostic("E303", last.at("where"), problem, "selects everything", help)
 
 
+def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Shapes whose fields do not go together."""
+    for body in scene.of_kind("body").values():
+        problem = body.thing.shape.fault
+        if problem:
+            yield diagnostic("E581", body.at("shape"), f"`{body.name}` has a shape that no body has: {problem}",
+                             "no such shape")  # fmt: skip
+
+
 def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Probes and point forces outside their body."""
     for declared in (*scene.of_kind("probe").values(), *scene.of_kind("load").values()):
-        for field, point in _points(declared):
-            body = scene.declared[declared.thing.body]
-            if body.thing.shape.contains(point):
-                continue
+        points = _points(scene, declared)
+        if not points:
+            continue
+        body = scene.declared[declared.thing.body]
+        outside = {field: point for field, point in reversed(points) if not body.thing.shape.contains(point)}
+        for field, point in reversed(outside.items()):
             does = "acts at" if declared.kind == "load" else "looks at"
             where = units.show_all(point, units.LENGTH)
             spans = reach(*body.thing.shape.bounds)
@@ -105,14 +115,17 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             yield diagnostic("E504", declared.at(field), problem, "not in the body", remedy)
 
 
-def _points(declared: Declared) -> list[tuple[str, Point]]:
-    """The fields that give points, and those of the points that decide for all, since bodies are convex."""
+def _points(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
+    """The fields that give points, and those of the points that decide for all: of a line in a convex body, its ends."""
     if declared.kind == "load":
         action = declared.thing.action
         return [("at", action.at)] if isinstance(action, AtPoint) else []
-    if declared.thing.ends is not None:
-        return list(zip(("from", "to"), declared.thing.ends, strict=True))
-    return [("at", point) for point in declared.thing.stations or ()]
+    stations, ends = declared.thing.stations or (), declared.thing.ends
+    if ends is None:
+        return [("at", point) for point in stations]
+    named = list(zip(("from", "to"), ends, strict=True))
+    convex = scene.declared[declared.thing.body].thing.shape.convex
+    return named if convex else [*named, *(("to", point) for point in stations[1:-1])]
 
 
 def _meshes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -319,7 +332,7 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
-LOCAL: tuple[Check, ...] = (_one_analysis, _selections, _places, _meshes, _lints)
+LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (
     _bodies, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses,
     _published, _expectations, _use,

@@ -13,7 +13,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Location, Scene
 from softmark.interpreter.problem.case import Fault, case_for, reach
 from softmark.interpreter.vocabulary.loads import Follower, PerArea
-from softmark.solvers.mesh.shape import Prism
+from softmark.solvers.mesh.shape import Shape
 
 CHEAP = 4_000_000  # bytes of a table that is read when a scene is checked
 FINEST = 2e-3  # of the extent of a body: cells so small are not divided
@@ -68,14 +68,14 @@ def loads(scene: Scene) -> Iterator[Diagnostic]:
         if not isinstance(action, PerArea | Follower) or load.thing.body not in scene.declared:
             continue
         body = scene.declared[load.thing.body]
-        if isinstance(body.thing.shape, Prism) and not _meets(action.where, body.thing.shape):
+        if body.thing.shape.convex and not _meets(action.where, body.thing.shape):
             at: Location = load.at("where")
             problem = f"`{load.name}` selects no part of the surface of `{body.name}`"
             help = f"it acts on the surface, and this lies inside; the body spans {reach(*body.thing.shape.bounds)}"
             yield diagnostic("E302", at, problem, "selects nothing", help)
 
 
-def _meets(condition: Condition, shape: Prism) -> bool:
+def _meets(condition: Condition, shape: Shape) -> bool:
     """Whether a selection may hold somewhere on the surface of a convex body; False only where it is certain not to.
 
     The body's box is halved again and again; cells in which the condition holds nowhere, and those that lie within the
@@ -96,7 +96,7 @@ def _meets(condition: Condition, shape: Prism) -> bool:
     return False
 
 
-def _within(shape: Prism, low: Point, high: Point, margin: float) -> bool:
+def _within(shape: Shape, low: Point, high: Point, margin: float) -> bool:
     """Whether a cell and a margin around it lie in a convex body: all its corners do."""
     sides = [(a - margin, b + margin) for a, b in zip(low, high, strict=True)]
     return all(shape.contains((x, y, z)) for x, y, z in product(*sides))

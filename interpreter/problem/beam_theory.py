@@ -10,16 +10,17 @@ from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.stretches import coverage, inside
 from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.interpreter.vocabulary.supports import Holding
-from softmark.references.cantilever import ALIGNMENT, Cantilever, Disc, Rectangle, Refused
+from softmark.references.cantilever import ALIGNMENT, Cantilever, Disc, Rectangle, Refused, Ring
 from softmark.solvers.mesh.shapes import Box, Cylinder
+from softmark.solvers.mesh.tube import Tube
 
 
 def cantilever_of(reference: Declared, case: Case) -> Cantilever:
     """The beam that a reference is about. Raises Fault where an assumption of beam theory is broken."""
     shape = case.shape
-    if not isinstance(shape, Cylinder | Box):
+    if not isinstance(shape, Cylinder | Tube | Box):
         raise _refused(reference, f"`{case.body.name}` is not a straight body with a constant section",
-                       "beam theory needs a cylinder or a box")  # fmt: skip
+                       "beam theory needs a cylinder, a tube or a box")  # fmt: skip
     for load in case.loads:
         if not isinstance(load.thing.action, PerMass):
             raise _refused(reference, f"the load `{load.name}` is not gravity",
@@ -70,7 +71,7 @@ def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
     return far, tuple(-a for a in shape.axis)
 
 
-def _section(case: Case) -> Disc | Rectangle:
+def _section(case: Case) -> Disc | Ring | Rectangle:
     """The section in the words of the references: a radius, or for a box its own extents, as it was declared.
 
     Nothing is taken from the section that models compute with, so that a mistake there shows as a difference.
@@ -78,8 +79,10 @@ def _section(case: Case) -> Disc | Rectangle:
     shape = case.shape
     if isinstance(shape, Cylinder):
         return Disc(shape.radius)
+    if isinstance(shape, Tube):
+        return Ring(shape.radius, shape.inner)
     if not isinstance(shape, Box):
-        raise TypeError("neither a cylinder nor a box")
+        raise TypeError("neither a cylinder, a tube nor a box")
     first, second = (i for i in range(3) if abs(shape.axis[i]) < 0.5)
     pulls = abs(case.gravity[first]), abs(case.gravity[second])
     if min(pulls) > ALIGNMENT * math.hypot(*pulls):

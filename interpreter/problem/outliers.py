@@ -63,7 +63,7 @@ def _of_box(low: Floats, high: Floats, X: Floats) -> Floats:
 
 
 def _of_prism(shape: Prism, X: Floats) -> Floats:
-    """Of a cylinder or a box, exactly."""
+    """Of a straight prism, exactly."""
     offset = X - np.array(shape.root)
     first, second = (np.array(t) for t in transverse(shape.axis))
     s, u, v = (offset @ t for t in (np.array(shape.axis), first, second))

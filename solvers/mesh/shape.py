@@ -105,6 +105,11 @@ class Section:
         """About `around` points of its border (k, 2), m, counter-clockwise."""
         raise NotImplementedError(f"{type(self).__name__} has no outline")
 
+    @property
+    def hollow(self) -> float | None:
+        """The radius of its hole, m; None where it has none."""
+        return None
+
     def hole(self, around: int) -> Floats | None:
         """As many points of the border of its hole (k, 2), m, counter-clockwise; None where it has none."""
         return None
@@ -137,6 +142,11 @@ class Shape:
 
     prebuilt: ClassVar[bool] = False  # its cells are those of a file, and a size has no part in them
     convex: ClassVar[bool] = False  # it holds all between two points that it holds: known, and true
+
+    @property
+    def fault(self) -> str:
+        """Why no body has this shape, where its fields do not go together; "" where they do."""
+        return ""
 
     @property
     def file(self) -> str:

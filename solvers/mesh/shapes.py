@@ -9,9 +9,8 @@ constant, and put nodes there.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.records import dataclass
 from softmark.solvers.elements.cells import Tetrahedron
@@ -31,11 +30,11 @@ from softmark.solvers.mesh.shape import (
     transverse,
 )
 from softmark.solvers.mesh.sides import Around
+from softmark.solvers.mesh.spheres import Ellipsoid, Sphere, SphericalShell
 from softmark.solvers.mesh.tube import Tube
 
 if TYPE_CHECKING:
     import numpy as np
-    from numpy.typing import NDArray
 
     from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
@@ -405,5 +404,8 @@ SHAPES: dict[str, type[Shape]] = {
     "cylinder": Cylinder,
     "box": Box,
     "tube": Tube,
+    "sphere": Sphere,
+    "ellipsoid": Ellipsoid,
+    "spherical_shell": SphericalShell,
     "mesh": MeshFile,
 }

@@ -21,6 +21,9 @@ else:
     from softmark.solvers.base.deferred import np
 
 
+INSIDE_OUT = "`inner`, the radius of the hollow, must be less than `radius`"
+
+
 @dataclass(frozen=True)
 class Annulus(Section):
     """A ring between two circles, radii in m."""
@@ -76,6 +79,11 @@ class Annulus(Section):
         circle: Floats = self.radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
         return circle
 
+    @property
+    def hollow(self) -> float:
+        """The radius of its hole, m."""
+        return self.inner
+
     def hole(self, around: int) -> Floats:
         """Points of its inner border (around, 2), m, counter-clockwise."""
         circle: Floats = self.outline(around) * (self.inner / self.radius)
@@ -91,9 +99,9 @@ class Annulus(Section):
 class Tube(Prism):
     """A straight hollow circular cylinder, its axis starting at `origin`.
 
-    Meshed with rings of hexahedra, or of tetrahedra made of them. The mesh is inscribed in both circles: a coarse one of
-    linear elements holds less volume (the report says how much). Beams take it with the section of a ring; that thin
-    walls ovalise when they are bent (Brazier 1927) is in their stated error.
+    Meshed with rings of hexahedra, or of tetrahedra made of them. The mesh is inscribed in both circles: a coarse
+    one of linear elements holds less volume (the report says how much). Beams take it with the section of a ring; that
+    thin walls flatten when they are bent (Brazier 1927) is in their stated error.
     """
 
     length: Annotated[float, "m in (0, inf)", "length along the axis"]
@@ -101,6 +109,11 @@ class Tube(Prism):
     inner: Annotated[float, "m in (0, inf)", "inner radius"]
     axis: Annotated[Vector3, "direction", "direction of the axis, from the end at `origin`"] = (1.0, 0.0, 0.0)
     origin: Annotated[Vector3, "m", "centre of the end where the axis starts"] = (0.0, 0.0, 0.0)
+
+    @property
+    def fault(self) -> str:
+        """A wall that is not there."""
+        return "" if self.inner < self.radius else INSIDE_OUT
 
     @property
     def section(self) -> Annulus:

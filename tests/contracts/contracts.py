@@ -166,7 +166,7 @@ def check_shape(shape: Shape, size: float) -> None:
         for points in (mesh.points, X):
             assert np.all(points >= low - slack)
             assert np.all(points <= high + slack)
-        for ends in product(*shape.spans.values()):
+        for ends in product(*shape.spans.values()) if shape.spans else ():
             place = np.array(shape.place(**dict(zip(shape.spans, ends, strict=True))))
             assert np.all(place >= low - slack)
             assert np.all(place <= high + slack)

@@ -82,6 +82,9 @@ SHAPED: dict[str, dict[str, Any]] = {
     "cylinder": {"length": 0.04, "radius": 0.01},
     "box": {"size": (0.02, 0.04, 0.015)},
     "tube": {"length": 0.04, "radius": 0.01, "inner": 0.006},
+    "sphere": {"radius": 0.01},
+    "ellipsoid": {"semiaxes": (0.02, 0.01, 0.015)},
+    "spherical_shell": {"radius": 0.01, "inner": 0.005},
     "mesh": {"path": str(HERE.parent / "errors" / "parts" / "sound.mesh"), "unit": 1e-3},
 }
 MEASURED: dict[str, dict[str, Any]] = {
@@ -97,11 +100,12 @@ def test_every_word_is_documented_and_annotated(kind: str, name: str, cls: type[
 
 
 @pytest.mark.parametrize("name", SHAPES)
-@pytest.mark.parametrize("shaped", [{}, {"axis": (0.0, 0.6, -0.8)}, {"origin": (1.0, -2.0, 3.0)}], ids=str)
+@pytest.mark.parametrize("shaped", [{}, {"axis": (0.0, 0.6, -0.8)}, {"origin": (1.0, -2.0, 3.0)},
+                                    {"part": "half"}, {"part": "octant"}], ids=str)  # fmt: skip
 def test_shapes(name: str, shaped: dict[str, Any]) -> None:
     cls = SHAPES[name]
     if shaped.keys() <= cls.__dataclass_fields__.keys():
-        check_shape(cls(**SHAPED[name], **shaped), 0.005)
+        check_shape(cls(**SHAPED[name], **shaped), 0.003)
 
 
 @pytest.mark.parametrize("name", LOADS)

@@ -33,7 +33,10 @@ class Beams(Voucher):
         u, v = (max(abs(p[i]) for p in found.case.prism.section.samples()) for i in (0, 1))
         bent, stretched = rod.strain(np.array([arm, v, u]))
         flat = rod.curvatures[:, 1 if v <= u else 2]  # about the axis along the wider side
+        bending = np.hypot(rod.curvatures[:, 1], rod.curvatures[:, 2])
+        round_ = {} if found.case.prism.section.hollow is None else {"curvature_per_m": float(bending.max())}
         return {
+            **round_,
             "largest_strain": bent + stretched, "bending_strain": bent, "axial_strain": stretched,
             "flat_curvature_per_m": float(np.abs(flat).max()),
         }  # fmt: skip
@@ -71,17 +74,18 @@ class Beams(Voucher):
 
 
 def left_out(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
-    """What the theory of beams leaves out, relative: clamps and thickness, curling across flat sections, and strain.
+    """What the theory of beams leaves out, relative: clamps and thickness, curling across flat sections, tubes that
+    flatten, and strain.
 
     Estimates for solid sections, on the safe side of what solids of the same shape show. Bending stretches one side as
     much as it shortens the other, so that a law that is not linear shows in second order; in stretch it does at once.
     """
     section, poisson = case.prism.section, case.material.poisson
     spans, checks = max(1, len(case.supports)), result.solve.get("checks") or {}
-    said = (float(checks.get(n) or 0.0) for n in ("bending_strain", "axial_strain", "flat_curvature_per_m"))
-    bent, stretched, curvature = said
+    names = "bending_strain", "axial_strain", "flat_curvature_per_m", "curvature_per_m"
+    bent, stretched, curvature, of_tube = (float(checks.get(n) or 0.0) for n in names)
     missing = ribbon.missing(section, case.prism.length, poisson, spans, thing.shear)
-    missing += ribbon.stiffening(section, poisson, curvature)
+    missing += ribbon.stiffening(section, poisson, curvature) + ribbon.ovalling(section, poisson, of_tube)
     strained: float = BENT * bent**2 + STRETCHED * stretched
     if missing + strained > COARSE:
         raise Unknown(f"the beam is too {'thick' if missing > strained else 'strained'} for its theory")

@@ -48,6 +48,20 @@ def stiffening(section: Section, poisson: float, curvature: float) -> float:
     return plate(poisson) * (1.0 - curling(theta))
 
 
+def ovalling(section: Section, poisson: float, curvature: float) -> float:
+    """How much softer than a beam a bent thin-walled tube is, relative: 3/2 (1 - nu^2) (r^2 curvature / t)^2.
+
+    Its section flattens; r the middle radius and t the wall. Source: Brazier (1927), "On the flexure of thin
+    cylindrical shells", the work of bending to second order in curvature. Zero of a section without a hole, and on the
+    safe side of one with a thick wall.
+    """
+    if (hollow := section.hollow) is None:
+        return 0.0
+    outer = 0.5 * max(section.extents)
+    r, t = 0.5 * (outer + hollow), outer - hollow
+    return 1.5 * (1.0 - poisson**2) * (r * r * curvature / t) ** 2
+
+
 def plate(poisson: float) -> float:
     """How much stiffer than a beam a plate is, relative: 1 / (1 - nu^2) - 1."""
     return poisson**2 / (1.0 - poisson**2)

@@ -27,7 +27,7 @@ class Beam6Dof(Model):
 
     Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, rotations
     are not limited. Two-node elements with one integration point, second order, independent of the path.
-    Shear and axial flexibility are on unless they are switched off. Needs a cylinder or a box that is
+    Shear and axial flexibility are on unless they are switched off. Needs a cylinder, a tube or a box that is
     slender; supports must take whole cross-sections.
     Source: Simo (1985); Simo and Vu-Quoc (1986); Crisfield and Jelenic (1999).
     """
@@ -49,7 +49,7 @@ class Beam6Dof(Model):
                     "E501",
                     declared.at(),
                     f"`{declared.name}` needs a straight body with a constant section",
-                    f"`{case.body.name}` is not a cylinder or a box",
+                    f"`{case.body.name}` is not a cylinder, a tube or a box",
                     "use `fem(...)` for this body",
                 )
             ]

@@ -8,9 +8,13 @@ import numpy as np
 
 from softmark.interpreter.language.conditions import Condition, Term
 from softmark.interpreter.problem.parts.patches import Asked, Floats, Patches
+from softmark.interpreter.problem.parts.round import curved, planes
 from softmark.interpreter.problem.parts.taken import Part, part
 from softmark.solvers.mesh.shape import Shape, transverse
 from softmark.solvers.mesh.shapes import Box, Cylinder
+from softmark.solvers.mesh.sides import Around
+from softmark.solvers.mesh.spheres import Round
+from softmark.solvers.mesh.tube import Tube
 
 SIDES = 48  # flat strips that the side of a cylinder is unrolled on
 
@@ -20,11 +24,18 @@ def selected(shape: Shape, condition: Condition) -> tuple[float, Floats] | None:
     extent = shape.diagonal
     if isinstance(shape, Box):
         return _flat(_faces(shape), condition, extent)
-    if not isinstance(shape, Cylinder):
+    if isinstance(shape, Round):
+        flat, within = planes(shape)
+        found = [curved(shape, side, condition, extent) for side in shape.sides]
+    elif isinstance(shape, Cylinder | Tube):
+        flat, within = _ends(shape), _section(shape)
+        found = [_side(side, condition, extent) for side in shape.sides]
+    else:
         return None
-    inside = Condition.junction("and", condition, _disc(shape))
-    ends, side = _flat(_ends(shape), inside, extent), _side(shape, condition, extent)
-    return ends[0] + side[0], ends[1] + side[1]
+    found = [(area, sense * vector) for (area, vector), sense in zip(found, (1.0, -1.0), strict=False)]
+    if len(flat):
+        found.append(_flat(flat, Condition.junction("and", condition, within), extent))
+    return sum(area for area, _ in found), np.sum([vector for _, vector in found], axis=0)
 
 
 def _flat(corners: Floats, condition: Condition, extent: float) -> tuple[float, Floats]:
@@ -47,42 +58,48 @@ def _faces(box: Box) -> Floats:
     return np.array(faces)
 
 
-def _ends(cylinder: Cylinder) -> Floats:
+def _ends(prism: Cylinder | Tube) -> Floats:
     """Squares (2, 4, 3) around both ends, counter-clockwise from outside."""
-    root, a = np.array(cylinder.origin), np.array(cylinder.axis)
-    u, v = (cylinder.radius * np.array(e) for e in transverse(cylinder.axis))
+    root, a = np.array(prism.origin), np.array(prism.axis)
+    u, v = (prism.radius * np.array(e) for e in transverse(prism.axis))
     turning = [-u - v, u - v, u + v, v - u]
-    top = root + cylinder.length * a
+    top = root + prism.length * a
     return np.array([[root + c for c in reversed(turning)], [top + c for c in turning]])
 
 
-def _disc(cylinder: Cylinder) -> Condition:
-    """Nearer to the axis than the radius."""
+def _section(prism: Cylinder | Tube) -> Condition:
+    """Nearer to the axis than the radius, and no nearer than that of a hollow."""
     square = Term.constant(0.0)
-    for e in transverse(cylinder.axis):
-        along = Term.constant(-sum(o * c for o, c in zip(cylinder.origin, e, strict=True)))
+    for e in transverse(prism.axis):
+        along = Term.constant(-sum(o * c for o, c in zip(prism.origin, e, strict=True)))
         for axis in range(3):
             if e[axis]:
                 along = along.combine("+", Term.coordinate(axis).combine("*", Term.constant(e[axis])))
         square = square.combine("+", along.combine("*", along))
-    return Condition.comparison("<=", square, Term.constant(cylinder.radius**2), 2)
+    within = Condition.comparison("<=", square, Term.constant(prism.radius**2), 2)
+    if isinstance(prism, Cylinder):
+        return within
+    return Condition.junction("and", within, Condition.comparison(">=", square, Term.constant(prism.inner**2), 2))
 
 
-def _side(cylinder: Cylinder, condition: Condition, extent: float) -> tuple[float, Floats]:
-    """Of the curved side: strips between the axis and it, of which every point stands for one right outside."""
-    R, root, a = cylinder.radius, np.array(cylinder.origin), np.array(cylinder.axis)
-    u, v = (np.array(e) for e in transverse(cylinder.axis))
+def _side(side: Around, condition: Condition, extent: float) -> tuple[float, Floats]:
+    """Of a curved side, its normal away from the axis.
+
+    Strips lie between the axis and it, of which every point stands for one right outside.
+    """
+    R, root, a = side.radius, np.array(side.origin), np.array(side.axis)
+    u, v = (np.array(e) for e in transverse(side.axis))
     turns = 2.0 * math.pi * np.arange(SIDES + 1) / SIDES
     rim = R * (np.cos(turns)[:, None] * u + np.sin(turns)[:, None] * v)
-    top = cylinder.length * a
+    top = side.length * a
     corners = root + np.stack([rim[:-1], rim[1:], rim[1:] + top, rim[:-1] + top], axis=1)
-    patches = Patches(corners, extent, cylinder.onto_side)
+    patches = Patches(corners, extent, side.onto)
     found: Part = part(Asked.of(condition, patches))
     half = math.pi / SIDES
     middle = rim[:-1] + rim[1:]
     middle /= np.linalg.norm(middle, axis=1, keepdims=True)
-    area = len(found.whole) * 2.0 * half * R * cylinder.length
-    vector = 2.0 * math.sin(half) * R * cylinder.length * middle[found.whole].sum(axis=0)
+    area = len(found.whole) * 2.0 * half * R * side.length
+    vector = 2.0 * math.sin(half) * R * side.length * middle[found.whole].sum(axis=0)
     X = patches.at(found.f, found.xi[:, None])[:, 0] - root
     away = X - (X @ a)[:, None] * a
     r = np.linalg.norm(away, axis=1)

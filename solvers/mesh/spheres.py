@@ -1,0 +1,174 @@
+"""Spheres, ellipsoids and shells of spheres, whole or cut by planes of symmetry.
+
+To add a round body: derive it from `Round`, say its semi-axes and the hollow within it, a line in SHAPES.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from softmark.records import dataclass
+from softmark.solvers.elements.cells import Tetrahedron
+from softmark.solvers.mesh.cuts import Cut
+from softmark.solvers.mesh.divisions import divisions
+from softmark.solvers.mesh.shape import Bounds, Shape, Vector3
+from softmark.solvers.mesh.sides import Ellipsoidal
+from softmark.solvers.mesh.tube import INSIDE_OUT
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.mesh.shape import Surface
+
+Part = Literal["whole", "half", "quarter", "octant"]
+KEPT = {"whole": 0, "half": 1, "quarter": 2, "octant": 3}  # of x, y and z: those along which half of it is left
+
+
+class Round(Shape):
+    """An ellipsoid, or the shell between two that are alike, with its axes along x, y and z."""
+
+    origin: Vector3
+    part: Part
+
+    @property
+    def outer(self) -> Vector3:
+        """Its semi-axes, m."""
+        raise NotImplementedError(f"{type(self).__name__} has no semi-axes")
+
+    @property
+    def hollow(self) -> float:
+        """The hollow's semi-axes over its own; 0 where there is none."""
+        return 0.0
+
+    @property
+    def kept(self) -> int:
+        """Along how many of x, y and z half of it is left: the half with the higher coordinates."""
+        return KEPT[self.part]
+
+    @property
+    def bounds(self) -> Bounds:
+        """Lowest and highest coordinates, m."""
+        ends = list(enumerate(zip(self.origin, self.outer, strict=True)))
+        low = tuple(o if i < self.kept else o - a for i, (o, a) in ends)
+        return low, tuple(o + a for _, (o, a) in ends)  # type: ignore[return-value]
+
+    @property
+    def volume(self) -> float:
+        """Exact volume, m^3."""
+        x, y, z = self.outer
+        return 4.0 * math.pi / 3.0 * x * y * z * (1.0 - self.hollow**3) * 0.5**self.kept
+
+    def contains(self, point: Vector3) -> bool:
+        """Whether it holds a point, give or take 1e-9 of its size."""
+        off = [(p - o) / a for p, o, a in zip(point, self.origin, self.outer, strict=True)]
+        return self.hollow - 1e-9 <= math.hypot(*off) <= 1.0 + 1e-9 and all(c >= -1e-9 for c in off[: self.kept])
+
+    def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
+        """Cells of a mesh of a size (m) along a quarter of its largest circle, and across its shells."""
+        largest = max(self.outer)
+        shells = divisions(0.4 * largest if not self.hollow else (1.0 - self.hollow) * largest, size)
+        return 2 * divisions(math.pi * largest / 4, size), shells
+
+    def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
+        """Cells of an element with edges of about `size` (m). Raises UnknownElement."""
+        from softmark.solvers.mesh.balls import ball, filled, shell
+        from softmark.solvers.mesh.structured import rounded
+
+        side, shells = self.counts(size)
+        blocks = shell(side, shells, self.hollow) if self.hollow else ball(side, shells)
+        return rounded(filled(blocks, kind, self.outer, self.origin, self.kept), self.sides)
+
+    def surface(self, size: float) -> Surface:
+        """Points (n, 3) in m and triangles (t, 3) of the surface, outward, with edges of about `size` (m)."""
+        from softmark.solvers.mesh.mesh import surface
+
+        return surface(self.mesh(Tetrahedron.linear, size))
+
+    @property
+    def sides(self) -> tuple[Ellipsoidal, ...]:
+        """Its outer surface, and that of its hollow."""
+        x, y, z = self.outer
+        return tuple(
+            Ellipsoidal((s * x, s * y, s * z), self.origin) for s in ((1.0, self.hollow) if self.hollow else (1.0,))
+        )
+
+
+@dataclass(frozen=True)
+class Sphere(Round):
+    """A solid sphere, or a part of it that planes of symmetry leave.
+
+    Meshed with shells of well-shaped cells around a bulged cube. The mesh is inscribed: its points lie on the sphere,
+    so that a coarse mesh of linear elements holds less volume (the report says how much). A half is that with higher x, a
+    quarter that with higher x and y, an octant that with higher x, y and z than the centre: with `symmetric(...)` on
+    its planes it stands for the whole.
+    """
+
+    convex = True
+
+    radius: Annotated[float, "m in (0, inf)", "its radius"]
+    origin: Annotated[Vector3, "m", "its centre"] = (0.0, 0.0, 0.0)
+    part: Annotated[Part, "how much of it the body is"] = "whole"
+
+    @property
+    def outer(self) -> Vector3:
+        """Its semi-axes, m."""
+        return self.radius, self.radius, self.radius
+
+    @property
+    def even(self) -> float:
+        """Sizes that are this by whole numbers give similar meshes, m."""
+        return self.radius / 2.5
+
+
+@dataclass(frozen=True)
+class Ellipsoid(Round):
+    """A solid ellipsoid with its axes along x, y and z, or a part of it that planes of symmetry leave.
+
+    The mesh is that of a sphere, stretched: `size` is that of cells along the longest axis. The parts are those of
+    `sphere`.
+    """
+
+    convex = True
+
+    semiaxes: Annotated[Vector3, "m in (0, inf)", "half its extents along x, y and z"]
+    origin: Annotated[Vector3, "m", "its centre"] = (0.0, 0.0, 0.0)
+    part: Annotated[Part, "how much of it the body is"] = "whole"
+
+    @property
+    def outer(self) -> Vector3:
+        """Its semi-axes, m."""
+        return self.semiaxes
+
+    @property
+    def even(self) -> float:
+        """Sizes that are this by whole numbers give similar meshes, m."""
+        return max(self.semiaxes) / 2.5
+
+
+@dataclass(frozen=True)
+class SphericalShell(Round):
+    """What is between two spheres with one centre, or a part of it that planes of symmetry leave.
+
+    Meshed with shells of hexahedra, or of tetrahedra made of them. The mesh is inscribed in both spheres: a coarse one
+    of linear elements holds less volume (the report says how much). The parts are those of `sphere`.
+    """
+
+    radius: Annotated[float, "m in (0, inf)", "outer radius"]
+    inner: Annotated[float, "m in (0, inf)", "inner radius"]
+    origin: Annotated[Vector3, "m", "its centre"] = (0.0, 0.0, 0.0)
+    part: Annotated[Part, "how much of it the body is"] = "whole"
+
+    @property
+    def fault(self) -> str:
+        """A wall that is not there."""
+        return "" if self.inner < self.radius else INSIDE_OUT
+
+    @property
+    def outer(self) -> Vector3:
+        """Its semi-axes, m."""
+        return self.radius, self.radius, self.radius
+
+    @property
+    def hollow(self) -> float:
+        """The hollow's radius over its own."""
+        return self.inner / self.radius
