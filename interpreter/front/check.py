@@ -25,9 +25,11 @@ from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
 from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, reach
+from softmark.interpreter.problem.mirrors import plane_fault
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint
 from softmark.interpreter.vocabulary.probes import Nodes
+from softmark.interpreter.vocabulary.supports import Symmetric
 
 
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
@@ -98,6 +100,16 @@ def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
                              "no such shape")  # fmt: skip
 
 
+def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Supports of symmetry that are about no plane, or whose plane the body goes through."""
+    for support in scene.of_kind("support").values():
+        body = scene.declared.get(support.value("body") or "")
+        if isinstance(support.thing, Symmetric) and body is not None:
+            fault = plane_fault(support, body.name, body.thing.shape.bounds)
+            if fault is not None:
+                yield fault
+
+
 def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Probes and point forces outside their body."""
     for declared in (*scene.of_kind("probe").values(), *scene.of_kind("load").values()):
@@ -105,18 +117,21 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if not points:
             continue
         body = scene.declared[declared.thing.body]
+        if body.thing.shape.fault:
+            continue
         outside = {field: point for field, point in reversed(points) if not body.thing.shape.contains(point)}
         for field, point in reversed(outside.items()):
             does = "acts at" if declared.kind == "load" else "looks at"
             where = units.show_all(point, units.LENGTH)
-            spans = reach(*body.thing.shape.bounds)
+            hollow = "" if body.thing.shape.convex else "; it is hollow"
+            spans = reach(*body.thing.shape.bounds) + hollow
             problem = f"`{declared.name}` {does} {where}, outside `{body.name}`"
             remedy = f"the body spans {spans}"
             yield diagnostic("E504", declared.at(field), problem, "not in the body", remedy)
 
 
 def _points(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
-    """The fields that give points, and those of the points that decide for all: of a line in a convex body, its ends."""
+    """The fields that give points, and those that decide for all: in a convex body, the ends of a line."""
     if declared.kind == "load":
         action = declared.thing.action
         return [("at", action.at)] if isinstance(action, AtPoint) else []
@@ -332,7 +347,7 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
-LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _selections, _places, _meshes, _lints)
+LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _symmetric, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (
     _bodies, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses,
     _published, _expectations, _use,

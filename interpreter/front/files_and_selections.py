@@ -81,6 +81,8 @@ def _meets(condition: Condition, shape: Shape) -> bool:
     The body's box is halved again and again; cells in which the condition holds nowhere, and those that lie within the
     body with all their corners, have no part of such a surface.
     """
+    if shape.bounds is None:
+        return True
     low, high = shape.bounds
     if not condition.over(low, high)[1]:
         return True  # selects nothing at all, which is said elsewhere

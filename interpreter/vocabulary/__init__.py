@@ -14,7 +14,7 @@ from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure,
 from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published import Column
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Stability, Sweep
-from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows
+from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows, Symmetric
 
 BODIES: dict[str, type[Any]] = {
     "solid": Solid,
@@ -24,6 +24,7 @@ SUPPORTS: dict[str, type[Any]] = {
     "fixed": Fixed,
     "displaced": Displaced,
     "follows": Follows,
+    "symmetric": Symmetric,
 }
 
 LOADS: dict[str, type[Any]] = {

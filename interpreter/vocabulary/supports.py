@@ -57,6 +57,37 @@ class Fixed(Holding):
 
 
 @dataclass(frozen=True)
+class Symmetric(Holding):
+    """Lets a body stand for itself and its mirror image: a plane of symmetry, in which its points may move.
+
+    `where` selects the plane face that lies in it, as `x <= 0 mm` does of a body with x >= 0; what is normal to the
+    plane is held. The plane is normal to x, y or z, and the body lies on one side of it. A beam model holds the two
+    rotations as well that a section in the plane cannot make. Loads and supports must be symmetric too, and so is the
+    answer: what buckles or vibrates to one side alone is not found.
+    """
+
+    body: Annotated[str, "body", "the body that is held"]
+    where: Annotated[Any, "condition", "the plane face, by coordinates before deformation: `x <= 0 mm`"]
+
+    @property
+    def normal(self) -> tuple[int, float] | None:
+        """Which coordinate is constant on the plane, and where it lies, m; None where this is about no such plane."""
+        found = set()
+        for border in self.where.borders:
+            *normal, d = border.plane or (1.0, 1.0, 1.0, 0.0)
+            along = [i for i, c in enumerate(normal) if c]
+            if len(along) != 1:
+                return None
+            found.add((along[0], -d / normal[along[0]]))
+        return found.pop() if len(found) == 1 else None
+
+    @property
+    def components(self) -> tuple[int, ...]:  # type: ignore[override]
+        """The direction that is held: the plane's normal."""
+        return () if self.normal is None else (self.normal[0],)
+
+
+@dataclass(frozen=True)
 class Displaced(Holding):
     """Moves the selected part of a body by a given vector; components that are not named stay free."""
 

@@ -1,7 +1,7 @@
 """Blocks of hexahedra in the unit ball: shells around a bulged cube, or around a hollow.
 
-The cube is mapped to the ball as Nowell has it (2005, "Mapping a cube to a sphere"), with lines of equal angles along the
-middle circles of its faces; points of the shells lie straight between its surface and the sphere.
+The cube is mapped to the ball as Nowell has it (2005, "Mapping a cube to a sphere"), with lines of equal angles along
+the middle circles of its faces; points of the shells lie straight between its surface and the sphere.
 """
 
 from __future__ import annotations

@@ -93,25 +93,18 @@ def _pattern(own: type[Element], new: type[Element]) -> tuple[Floats, Ints]:
 
 
 def _onto(mesh: Mesh, places: Floats, side: Side, points: Floats, known: tuple[Any, Any, int]) -> None:
-    """Move what lies on facets that are inscribed in a curved side out onto it: `points` are changed.
+    """Move what lies on facets that are inscribed in a curved side onto it: `points` are changed.
 
     `places` (s, 2) are those of the new nodes on a facet, `known` how they were numbered.
     """
     labels, keys, whole = known
-    facet, facets = mesh.element.facet, mesh.facets
+    facet, facets = mesh.element.facet, mesh.facets[side.of(mesh.points[mesh.facets])]
     N = facet.shape(places)
     there = np.einsum("sa,fai->sfi", N, mesh.points[facets])
-    moved = _moved(side, mesh.points[facets], there).swapaxes(0, 1).reshape(-1, 3)
+    moved = np.stack(side.onto(tuple(np.moveaxis(there, 2, 0))), axis=2).swapaxes(0, 1).reshape(-1, 3)
     numbers = np.searchsorted(keys, _keys(N, whole, labels[facets]))
     away = np.linalg.norm(moved - points[numbers], axis=1) > 1e-12 * mesh.extent
     points[numbers[away]] = moved[away]
-
-
-def _moved(side: Side, corners: Floats, points: Floats) -> Floats:
-    """Points (s, f, 3) of facets with nodes (f, k, 3), on a side where all nodes of a facet lie on it."""
-    moved, own = points.copy(), side.of(corners)
-    moved[:, own] = np.stack(side.onto(np.moveaxis(points[:, own], 2, 0)), axis=2)
-    return moved
 
 
 def _on_facet(element: type[Element], places: Floats) -> Floats:

@@ -98,8 +98,8 @@ class Sphere(Round):
     """A solid sphere, or a part of it that planes of symmetry leave.
 
     Meshed with shells of well-shaped cells around a bulged cube. The mesh is inscribed: its points lie on the sphere,
-    so that a coarse mesh of linear elements holds less volume (the report says how much). A half is that with higher x, a
-    quarter that with higher x and y, an octant that with higher x, y and z than the centre: with `symmetric(...)` on
+    so that a coarse mesh of linear elements holds less volume (the report says how much). A half is that with higher x,
+    a quarter that with higher x and y, an octant that with higher x, y and z than the centre: with `symmetric(...)` on
     its planes it stands for the whole.
     """
 

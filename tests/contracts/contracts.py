@@ -69,6 +69,7 @@ LOADED = {
 SUPPORTED = {
     "fixed": "fixed(bar, where = x >= 40 mm, components = (y, z))",
     "displaced": "displaced(bar, where = x >= 40 mm, by = (0, 0, 1) mm)",
+    "symmetric": "symmetric(bar, where = z <= -10 mm)",
     "follows": "follows(bar, where = x >= 40 mm, of = beads, reach = 15 mm)",
 }
 ANALYSED = {
@@ -267,7 +268,7 @@ def _amount(action: Any) -> Any:
 def check_support(cls: type[Any], words: str) -> None:
     """It derives from Support, selects components of a body, and imposes half as much at half its size."""
     assert issubclass(cls, Support)
-    assert {"body", "where", "components"} <= {f.name for f in dataclasses.fields(cls)}
+    assert {"body", "where"} <= {f.name for f in dataclasses.fields(cls)}
     scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}{BEADS}support s = {words}\n")
     assert errors(found) == []
     thing = scene.declared["s"].thing

@@ -12,6 +12,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.beam.rigid import AXES, free_motions, point_rows
 from softmark.interpreter.problem.case import Case, Fault, fault, reach
+from softmark.interpreter.problem.mirrors import must_lie_in_plane
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.energies.energy import Floats, Ints
 
@@ -93,6 +94,7 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
     held = Held(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
     for support in case.supports:
         nodes = np.nonzero(selected(case, support, mesh))[0]
+        must_lie_in_plane(case, support, mesh.points[nodes], mesh.points)
         held.rows.append(point_rows(mesh.points[nodes] - held.centre, support.thing.components))
         moved = displacements(support, mesh.points[nodes], measured)
         for c in support.thing.components:

@@ -1,4 +1,4 @@
-"""The surface of spheres, ellipsoids and shells of spheres: how much of it a condition selects, and where that looks."""
+"""The surface of spheres, ellipsoids and shells of spheres: how much of it is selected, and which way that looks."""
 
 from __future__ import annotations
 

@@ -1,0 +1,57 @@
+"""Planes of symmetry: what `symmetric(...)` asks of the body that it holds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.problem.case import Case, Fault
+from softmark.interpreter.vocabulary.supports import Symmetric
+
+if TYPE_CHECKING:
+    from softmark.solvers.energies.energy import Floats
+    from softmark.solvers.mesh.shape import Bounds
+
+IN_PLANE = 1e-6  # of the body's extent: how far from a plane of symmetry its points may lie
+
+
+def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnostic | None:
+    """What is wrong with a support of symmetry: no plane across x, y or z, or a body on both sides of it."""
+    thing, at = support.thing, support.at("where")
+    if thing.normal is None:
+        return diagnostic("E582", at, f"`{support.name}` names no plane of symmetry", "no plane normal to x, y or z",
+                          "one comparison of one coordinate: `where = x <= 0 mm`; turn an oblique body")  # fmt: skip
+    axis, place = thing.normal
+    if bounds is None:
+        return None
+    low, high = bounds[0][axis], bounds[1][axis]
+    near = IN_PLANE * max(b - a for a, b in zip(*bounds, strict=True))
+    if min(abs(place - low), abs(place - high)) <= near or not low < place < high:
+        return None  # what selects nothing of the body is said elsewhere
+    return diagnostic("E582", at,
+                      f"`{body}` lies on both sides of the plane of symmetry `{support.name}`",
+                      f"it goes from {units.show(low, units.LENGTH)} to {units.show(high, units.LENGTH)} here",
+                      "model the half on one side of it, as in `sphere(radius = 10 mm, part = half)`")  # fmt: skip
+
+
+def must_lie_in_plane(case: Case, support: Declared, X: Floats, points: Floats) -> None:
+    """Points X (n, 3) that a support of symmetry selects lie in its plane, and all points (m, 3) on one side of it.
+
+    In m. Raises Fault.
+    """
+    if not isinstance(support.thing, Symmetric) or support.thing.normal is None:
+        return
+    axis, place = support.thing.normal
+    extent = float((points.max(axis=0) - points.min(axis=0)).max())
+    beyond = points[:, axis] - place
+    both = float(beyond.min()) < -IN_PLANE * extent and float(beyond.max()) > IN_PLANE * extent
+    if both or float(abs(X[:, axis] - place).max()) > IN_PLANE * extent:
+        X = points[:, axis] if both else X[:, axis]
+        raise Fault(diagnostic("E582", support.at("where"),
+                               f"`{case.body.name}` does not end at the plane of symmetry `{support.name}`",
+                               f"from {units.show(float(X.min()), units.LENGTH)} to "
+                               f"{units.show(float(X.max()), units.LENGTH)}",
+                               "the body must end at the plane, and lie on one side of it"))  # fmt: skip
