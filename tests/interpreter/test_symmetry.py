@@ -31,9 +31,9 @@ def found(**parts: str) -> dict[str, list[float]]:
     """Displacements of the point that is looked at, m, of every model."""
     text = BODY.format(**{"loads": "", "down": "-z", **parts})
     report = softmark.loads(text).run()
-    for model in report.models:
-        assert model.status == "converged", (model.name, model.message)
-    return {m.name: [m.metrics[n].value for n in ("first", "second", "third")] for m in report.models}
+    for name, model in report.models.items():
+        assert model.status == "converged", (name, model.message)
+    return {k: [m.metrics[n].value for n in ("first", "second", "third")] for k, m in report.models.items()}
 
 
 def agree(whole: dict[str, list[float]], part: dict[str, list[float]]) -> None:
@@ -45,6 +45,7 @@ def agree(whole: dict[str, list[float]], part: dict[str, list[float]]) -> None:
         assert part[name] == pytest.approx(u, abs=1e-10 * size), name
 
 
+@pytest.mark.slow
 def test_half_and_quarter_of_a_bar() -> None:
     """A bar that hangs: each quarter is a bar with two planes of symmetry."""
     models = SOLIDS.format(size=10)
@@ -61,7 +62,7 @@ def test_half_and_quarter_of_a_bar() -> None:
 @pytest.mark.parametrize(
     ("shape", "at"),
     [
-        ("sphere(radius = 10 mm, part = {part})", "(0, 0, 10)"),
+        pytest.param("sphere(radius = 10 mm, part = {part})", "(0, 0, 10)", marks=pytest.mark.slow),
         pytest.param("ellipsoid(semiaxes = (12, 8, 10) mm, part = {part})", "(12, 0, 0)", marks=pytest.mark.slow),
         pytest.param(
             "spherical_shell(radius = 10 mm, inner = 6 mm, part = {part})", "(6, 0, 0)", marks=pytest.mark.slow

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.mesh.shape import Shape
 
+SAME = 1e-8  # of the extent: how far from zero the level of a border may be where it is a side itself
 SOME = 1000  # curved facets at a time
 
 
@@ -108,7 +109,29 @@ def settled_of(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mask, Fl
         crossed = asked.crossed_facets()
         if len(crossed):
             asked = settled(asked, crossed, deviations(mesh))
+        return asked.settled, asked.settling
+    _beside_sides(shape, condition, asked)
     return asked.settled, asked.settling
+
+
+def _beside_sides(shape: Shape, condition: Condition, asked: Asked) -> None:
+    """Settle borders that are a curved side themselves on the flat facets beside it.
+
+    What such a facet has beyond the side is a sliver between an arc and its chord, and no part of the body.
+    """
+    corners = asked.patches.corners
+    parts = list(by_sides(shape, corners))
+    flat = parts[-1][0]
+    X, extent = corners[flat], asked.patches.extent
+    for own, out in parts[:-1]:
+        if out is None or not own.any():
+            continue
+        there = out(tuple(corners[own].reshape(-1, 3).T))
+        for b, border in enumerate(condition.borders):
+            if border.plane is None and np.abs(border.at(*there)).max() <= SAME * extent**border.power:
+                levels = np.broadcast_to(border.at(*np.moveaxis(X, 2, 0)), X.shape[:2])
+                asked.settled[flat, b] = True
+                asked.settling[flat, b] = levels[np.arange(len(X)), np.abs(levels).argmax(axis=1)]
 
 
 def by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | None]]:
@@ -129,7 +152,7 @@ def _found(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
         if which.any():
             asked = Asked(condition, Patches(corners[which], mesh.extent, out), mask[which], values[which])
             found.append((facets[which], part(asked)))
-    leaning = np.flatnonzero(mask.any(axis=1))
+    leaning = np.flatnonzero(mask.any(axis=1)) if not shape.sides else ()
     whole = Loaded(
         mesh.points,
         np.concatenate([own[p.whole] for own, p in found]),
