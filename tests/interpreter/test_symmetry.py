@@ -70,10 +70,10 @@ def test_half_and_quarter_of_a_bar() -> None:
     ],
 )
 def test_half_and_quarter_of_round_bodies(shape: str, at: str) -> None:
-    """A ball that rests on a cap under its weight and a pressure on all of it."""
+    """A ball that rests on a cap under its weight and a pressure, which the planes of symmetry bear where it meets them."""
     common = {"models": SOLIDS.format(size=5), "at": at}
     hold = "support cap = fixed(bar, where = z <= -8 mm)\n"
-    common["loads"] = "load push = traction(bar, where = z >= 5 mm, vector = (0, 0, -100) Pa)"
+    common["loads"] = "load push = pressure(bar, where = z >= 5 mm, magnitude = 100 Pa)"
     whole = found(shape=shape.format(part="whole"), supports=hold, **common)
     agree(whole, found(shape=shape.format(part="half"), supports=hold + X, **common))
     agree(whole, found(shape=shape.format(part="quarter"), supports=hold + X + Y, **common))
