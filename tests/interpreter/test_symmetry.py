@@ -70,7 +70,7 @@ def test_half_and_quarter_of_a_bar() -> None:
     ],
 )
 def test_half_and_quarter_of_round_bodies(shape: str, at: str) -> None:
-    """A ball that rests on a cap under its weight and a pressure, which the planes of symmetry bear where it meets them."""
+    """A ball that rests on a cap under its weight and a pressure, which planes of symmetry bear where it meets them."""
     common = {"models": SOLIDS.format(size=5), "at": at}
     hold = "support cap = fixed(bar, where = z <= -8 mm)\n"
     common["loads"] = "load push = pressure(bar, where = z >= 5 mm, magnitude = 100 Pa)"
