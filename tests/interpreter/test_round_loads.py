@@ -93,3 +93,19 @@ metric closer = displacement(skin, along = -z)
     assert sum(w.code == "W305" for w in report.warnings) == 1
     # all round pressure p: u = p R (1 - 2 nu) / E of any mesh of a ball, to the shape of its facets
     assert report.models["curved"].metrics["closer"].value == pytest.approx(100 * 0.01 * 0.4 / 60e3, rel=0.01)
+
+
+def test_a_tube_is_drawn_closed_and_cut_by_its_axis() -> None:
+    """The picture's skin is closed and outward, a polygon's share of the volume; half a ring lies below its middle."""
+    from softmark.interpreter.problem.parts.sections import share
+    from softmark.interpreter.problem.prism_surface import skin_of
+
+    tube = Tube(0.1, 0.01, 0.006)
+    X, triangles = skin_of(tube, 128, 4)
+    a, b, c = (X[triangles[:, i]] for i in range(3))
+    volume = float(np.einsum("ti,ti->", a, np.cross(b, c))) / 6.0
+    turn = 2.0 * math.pi / 128
+    assert volume == pytest.approx(tube.volume * math.sin(turn) / turn, rel=1e-12)
+    sides = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    assert set(np.unique(sides, axis=0, return_counts=True)[1].tolist()) == {2}
+    assert share(Condition.comparison("<=", Z, Term.constant(0.0), 1), tube, 0.05) == pytest.approx(0.5, rel=1e-12)
