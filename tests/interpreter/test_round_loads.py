@@ -28,6 +28,7 @@ def within(radius: float, axes: str) -> Condition:
     return Condition.comparison("<=", square, Term.constant(radius**2), 2)
 
 
+@pytest.mark.slow
 def test_areas_of_true_surfaces() -> None:
     """A ball, a zone of it (Archimedes: 2 pi R h), a shell's octant, a tube; a spheroid by its closed form."""
     assert selected(Sphere(0.01), ALL)[0] == pytest.approx(4e-4 * math.pi, rel=1e-12)
@@ -49,6 +50,7 @@ def test_areas_of_true_surfaces() -> None:
     assert selected(Ellipsoid((a, a, c)), ALL)[0] == pytest.approx(whole, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "where"),
     [
@@ -74,6 +76,7 @@ def test_a_hollow_is_selected_without_slivers(shape: Shape, where: Condition, ki
     assert order > 2 or missing[1] > 0.0
 
 
+@pytest.mark.slow
 def test_meshes_that_lose_volume_say_so(tmp_path: Path) -> None:
     """W305 of a coarse ball of linear elements, and of none of curved ones."""
     import softmark
