@@ -16,19 +16,19 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.results import forms
 from softmark.interpreter.run.environment import describe, environment
-from softmark.interpreter.study.analysis.point import SOLVED, Point
+from softmark.interpreter.study.analysis.point import SOLVED, ComparedPoint
 from softmark.interpreter.study.expansion.tasks import FINE, clean, failed
 from softmark.interpreter.study.expansion.truths import marked
 from softmark.interpreter.study.expansion.variations import (
-    Asked,
+    Additions,
     Configuration,
-    Subject,
+    SceneSubject,
     TooMany,
     expand,
     read_vary,
 )
 from softmark.interpreter.study.workers import pool
-from softmark.interpreter.study.workers.journal import Interrupted, Journal, Refused
+from softmark.interpreter.study.workers.journal import Interrupted, Journal, JournalRefused
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Sweep
 from softmark.records import dataclass
 
@@ -46,7 +46,7 @@ Say = Callable[[str, str], None]
 
 
 @dataclass(frozen=True)
-class Request:
+class ComparisonRequest:
     """What is to be compared, and how. `timeout` in s for each task, None: no limit; `repeats` 0: no timing."""
 
     folder: Path
@@ -106,7 +106,7 @@ class Comparison:
         return json.dumps(self.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def compare(subjects: Sequence[Subject], request: Request) -> Comparison:
+def compare(subjects: Sequence[SceneSubject], request: ComparisonRequest) -> Comparison:
     """Carry a comparison out.
 
     Raises SceneError for names or values of the request that cannot be meant, Refused for a folder that cannot be used,
@@ -114,7 +114,7 @@ def compare(subjects: Sequence[Subject], request: Request) -> Comparison:
     """
     started = datetime.now(UTC)
     vary, models = read_vary(request.vary)
-    asked = Asked(vary, (*request.models, *(m for m in models if m not in request.models)), request.study)
+    asked = Additions(vary, (*request.models, *(m for m in models if m not in request.models)), request.study)
     configurations = expand(subjects, asked)
     with Journal.open(request.folder, request.fresh) as journal:
         tasks = {c.key: dict(c.task) for c in configurations if c.reason is None}
@@ -137,11 +137,11 @@ def compare(subjects: Sequence[Subject], request: Request) -> Comparison:
     return Comparison(**saved, found=_analysed(saved, request), unsound=unsound)
 
 
-def _refuse_mixing(journal: Journal, tasks: Mapping[str, Json], request: Request) -> None:
+def _refuse_mixing(journal: Journal, tasks: Mapping[str, Json], request: ComparisonRequest) -> None:
     finished = [key for key in journal.of_kind(ACCURACY) if key in tasks]
     if finished and not request.resume:
         count = f"{len(finished)} finished task" + ("s" if len(finished) > 1 else "")
-        raise Refused(
+        raise JournalRefused(
             f"{request.folder} holds {count} of this comparison; `--resume` goes on from there, `--fresh` starts anew"
         )
 
@@ -167,7 +167,7 @@ class _Done:
 # ------------------------------------------------------------------ accuracy
 
 
-def _accuracy(tasks: Mapping[str, Json], request: Request, done: _Done) -> dict[str, Json]:
+def _accuracy(tasks: Mapping[str, Json], request: ComparisonRequest, done: _Done) -> dict[str, Json]:
     """Outcomes by key: those of the journal, and what is computed now."""
     journal = done.journal
     outcomes = {k: e["outcome"] for k, e in journal.of_kind(ACCURACY).items() if k in tasks and _sound(e)}
@@ -199,7 +199,7 @@ def _counts(record: Json) -> bool:
     return True
 
 
-def _again(outcome: Mapping[str, Any], request: Request) -> bool:
+def _again(outcome: Mapping[str, Any], request: ComparisonRequest) -> bool:
     """Whether an outcome of the journal is worth another try: its process was killed, or it may have more time now."""
     if not outcome.get("unfinished"):
         return False
@@ -208,7 +208,7 @@ def _again(outcome: Mapping[str, Any], request: Request) -> bool:
     return request.timeout is None or request.timeout > float(outcome.get("limit_s") or 0.0)
 
 
-def _computed(waiting: Sequence[Json], request: Request, started: Callable[[str], None]) -> Iterator[Json]:
+def _computed(waiting: Sequence[Json], request: ComparisonRequest, started: Callable[[str], None]) -> Iterator[Json]:
     if not waiting:
         return iter(())
     if request.cluster is not None:
@@ -220,7 +220,7 @@ def _computed(waiting: Sequence[Json], request: Request, started: Callable[[str]
 
 
 def _timing(
-    configurations: Sequence[Configuration], outcomes: Mapping[str, Json], request: Request, journal: Journal
+    configurations: Sequence[Configuration], outcomes: Mapping[str, Json], request: ComparisonRequest, journal: Journal
 ) -> Json:
     """Costs by key, of what was solved: measured alone on this machine, each process's record kept at once."""
     if request.repeats == 0:
@@ -241,7 +241,7 @@ def _solved(configuration: Configuration, outcomes: Mapping[str, Json]) -> bool:
     return found is not None and found["point"]["status"] in SOLVED
 
 
-def _job(configuration: Configuration, request: Request) -> TimingJob:
+def _job(configuration: Configuration, request: ComparisonRequest) -> TimingJob:
     from softmark.interpreter.study.expansion.job import TimingJob
 
     task = configuration.task
@@ -266,7 +266,7 @@ def _references(points: Sequence[Json], outcomes: Mapping[str, Json]) -> tuple[d
     found: dict[str, Json] = {}
     unsound = False
     for p in points:
-        part = Point.from_json(p).part
+        part = ComparedPoint.from_json(p).part
         for name, reference in (outcomes[p["key"]]["references"] if p["key"] in outcomes else {}).items():
             own = found.setdefault(part, {})
             if name not in own or (reference["status"] not in FINE and own[name]["status"] in FINE):
@@ -275,20 +275,20 @@ def _references(points: Sequence[Json], outcomes: Mapping[str, Json]) -> tuple[d
     return found, unsound
 
 
-def _analysed(saved: Json, request: Request) -> Compared:
+def _analysed(saved: Json, request: ComparisonRequest) -> Compared:
     from softmark.interpreter.study.analysis.analysis import Terms
     from softmark.interpreter.study.analysis.compared import Compared
 
     return Compared.from_json(saved, Terms(request.allow_contaminated))
 
 
-def _scene(subject: Subject) -> Json:
+def _scene(subject: SceneSubject) -> Json:
     known = describe(subject.scene)
     chosen = ("title", "file", "standard", "sha256", "text", "parameters", "overrides")
     return {"name": subject.name, **{n: known[n] for n in chosen}}
 
 
-def _studies(subject: Subject) -> Json:
+def _studies(subject: SceneSubject) -> Json:
     """The studies of a scene, for whoever analyses: sweeps, and what is asked of them."""
     found: Json = {}
     for name, declared in subject.scene.of_kind("study").items():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softmark.interpreter.language.conditions import Condition, Term
-from softmark.interpreter.problem.parts.patches import Asked, Floats, Patches
+from softmark.interpreter.problem.parts.patches import ConditionOnPatches, Floats, Patches
 from softmark.interpreter.problem.parts.taken import part
 from softmark.solvers.mesh.sides import Ellipsoidal
 from softmark.solvers.mesh.spheres import Round
@@ -25,7 +25,7 @@ def curved(shape: Round, side: Ellipsoidal, condition: Condition, extent: float)
     mesh = filled(shell(CELLS, 1, 0.5), "hex8", side.semiaxes, side.centre, shape.kept)
     facets = mesh.facets[side.of(mesh.points[mesh.facets])]
     patches = Patches(mesh.points[facets], extent, side.onto)
-    found = part(Asked.of(condition, patches))
+    found = part(ConditionOnPatches.of(condition, patches))
     x, v = np.polynomial.legendre.leggauss(GAUSS)
     xi, w = np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2), np.outer(v, v).ravel()
     f = np.concatenate([np.repeat(found.whole, len(w)), found.f])

@@ -10,7 +10,7 @@ import numpy as np
 
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.problem.parts.deviation import deviations, settled
-from softmark.interpreter.problem.parts.patches import Asked, Floats, Ints, Mask, Out, Patches
+from softmark.interpreter.problem.parts.patches import ConditionOnPatches, Floats, Ints, Mask, Out, Patches
 from softmark.interpreter.problem.parts.taken import Part, part
 from softmark.records import dataclass
 from softmark.solvers.elements import moments
@@ -104,7 +104,7 @@ def loaded(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
 
 def settled_of(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
     """What a condition means on facets of a mesh: borders that do not cut them (f, b), and their levels there."""
-    asked = Asked.of(condition, Patches(mesh.points[mesh.facets], mesh.extent))
+    asked = ConditionOnPatches.of(condition, Patches(mesh.points[mesh.facets], mesh.extent))
     if not shape.sides:
         crossed = asked.crossed_facets()
         if len(crossed):
@@ -114,7 +114,7 @@ def settled_of(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mask, Fl
     return asked.settled, asked.settling
 
 
-def _beside_sides(shape: Shape, condition: Condition, asked: Asked) -> None:
+def _beside_sides(shape: Shape, condition: Condition, asked: ConditionOnPatches) -> None:
     """Settle borders that are a curved side themselves on the flat facets beside it.
 
     What such a facet has beyond the side is a sliver between an arc and its chord, and no part of the body.
@@ -150,7 +150,7 @@ def _found(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
     found: list[tuple[Ints, Part]] = []
     for which, out in by_sides(shape, corners):
         if which.any():
-            asked = Asked(condition, Patches(corners[which], mesh.extent, out), mask[which], values[which])
+            asked = ConditionOnPatches(condition, Patches(corners[which], mesh.extent, out), mask[which], values[which])
             found.append((facets[which], part(asked)))
     leaning = np.flatnonzero(mask.any(axis=1)) if not shape.sides else ()
     whole = Loaded(
