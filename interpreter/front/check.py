@@ -11,7 +11,7 @@ from dataclasses import replace
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.front import files_and_selections as given
-from softmark.interpreter.front import lints
+from softmark.interpreter.front import lints, regions
 from softmark.interpreter.front.comparisons import comparisons
 from softmark.interpreter.front.course_steps import unresolved
 from softmark.interpreter.front.refinements import doubts as doubts_of_refined
@@ -69,7 +69,7 @@ def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Conditions that select nothing, and supports that leave nothing free, as far as bounds tell."""
     everywhere: dict[str, list[Declared]] = {}
-    for declared in (*scene.of_kind("support").values(), *scene.of_kind("load").values()):
+    for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
         condition = declared.value("where")
         body = scene.declared.get(declared.value("body") or "")
         if condition is None or body is None or body.thing.shape.bounds is None:
@@ -311,6 +311,12 @@ def _given(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from given.faults(scene, found)
 
 
+def _regions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    if scene.of_kind("region"):
+        for ask in (regions.foreign, regions.idle, regions.overlaps, regions.untaken):
+            yield from ask(scene)
+
+
 def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """What nothing asks for; not worth saying while something else is wrong."""
     if not any(d.severity == "error" for d in found):
@@ -321,7 +327,7 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (
-    _bodies, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses,
+    _bodies, _regions, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses,
     _published, _expectations, _use,
 )  # fmt: skip
 
