@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.evidence.materials import alone
+from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.parts.surface import settled_of

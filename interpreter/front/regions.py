@@ -26,7 +26,7 @@ def foreign(scene: Scene) -> Iterator[Diagnostic]:
             if body is None or owner == body:
                 continue
             problem = f"`{name}` is a region of `{owner}`, and `{declared.name}` is about `{body}`"
-            yield diagnostic("E581", declared.at(field), problem, "of another body",
+            yield diagnostic("E591", declared.at(field), problem, "of another body",
                              f"declare one of `{body}`: `region NAME = part({body}, where = ...)`")  # fmt: skip
 
 
@@ -36,7 +36,7 @@ def idle(scene: Scene) -> Iterator[Diagnostic]:
         for name in region.thing.over:
             lacking = region.name if region.thing.material is None else name
             if scene.declared[lacking].thing.material is None:
-                yield diagnostic("W384", region.at("over"), f"`over` orders materials, and `{lacking}` has none",
+                yield diagnostic("W392", region.at("over"), f"`over` orders materials, and `{lacking}` has none",
                                  "says nothing",
                                  f"give `{lacking}` a `material`, or leave `over` out")  # fmt: skip
 
@@ -64,11 +64,12 @@ def untaken(scene: Scene) -> Iterator[Diagnostic]:
         if not case.parts:
             continue
         names = ", ".join(f"`{part.name}`" for part in case.parts)
-        if not model.thing.parts:
-            yield diagnostic("E583", model.at(), f"`{model.name}` knows one material, and `{case.body.name}` has parts of"
-                             f" others: {names}", "one material only",
+        if not model.thing.composite:
+            yield diagnostic("E593", model.at(),
+                             f"`{model.name}` knows one material, and `{case.body.name}` has parts of others: {names}",
+                             "one material only",
                              "use `fem(...)` in full, or leave out the `material` of the regions")  # fmt: skip
         elif model.thing.other_material is not None:
-            yield diagnostic("E583", model.at("material"), f"`{model.name}` takes a material in place of that of"
+            yield diagnostic("E593", model.at("material"), f"`{model.name}` takes a material in place of that of"
                              f" `{case.body.name}`, which has parts of others: {names}", "in place of which?",
                              "leave `material` out, and vary the materials of the scene")  # fmt: skip

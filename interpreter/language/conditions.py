@@ -197,8 +197,8 @@ class Border:
 class Condition:
     """A selection of points: `holds` works on floats and on arrays, `over` on a box; `said` is its text with values.
 
-    `borders` are the surfaces that can bound it: between them it is true or false throughout. `regions` are the names of
-    those that it is made of.
+    `borders` are the surfaces that can bound it: between them it is true or false throughout. `regions` names those
+    that it is made of.
     """
 
     _test: Callable[[tuple[Any, Any, Any], float], Any] = field(repr=False)

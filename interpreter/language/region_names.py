@@ -2,32 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from softmark.grammar import tree
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language.condition_syntax import Named
 from softmark.interpreter.language.conditions import Condition
-
-if TYPE_CHECKING:
-    from softmark.interpreter.language.compile import Compiler
-    from softmark.interpreter.language.expressions import Place
-    from softmark.interpreter.language.sources import Module
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.language.sources import Module, Symbol, Table
 
 KIND = "region"  # of declarations whose names stand for conditions
 
 
-def regions_of(compiler: Compiler, module: Module, place: Place) -> Named:
-    """What names in a text of a module select; Bad is raised for a region in error, or for a circle of them."""
+def regions_of(module: Module, table: Table, declared: Callable[[tree.Name], Declared]) -> Named:
+    """What names in a text of a module select; `declared` finds one, and raises Bad for one in error or in a circle."""
 
     def named(name: tree.Name) -> Condition | str | None:
-        symbol = compiler.table.symbols.get(module.prefix + name.text)
+        symbol = table.symbols.get(module.prefix + name.text)
         if symbol is None:
-            return nearest(name.text, compiler.scope.names(module, [KIND]))
-        if not isinstance(symbol.node, tree.Declare) or symbol.node.kind != KIND:
+            own = [n for n, s in table.symbols.items() if n.startswith(module.prefix) and _is_region(s)]
+            return nearest(name.text, [n.removeprefix(module.prefix) for n in own])
+        if not _is_region(symbol):
             return None
-        region = compiler.named(name, KIND, module, place)
-        return replace(region.thing.where, regions=(region.name, *region.thing.where.regions))
+        region = declared(name)
+        where: Condition = region.thing.where
+        return replace(where, regions=(region.name, *where.regions))
 
     return named
+
+
+def _is_region(symbol: Symbol) -> bool:
+    return isinstance(symbol.node, tree.Declare) and symbol.node.kind == KIND

@@ -40,7 +40,9 @@ class Case:
     other_material: Any = None  # that a model takes instead of the body's
     parts: tuple[Declared, ...] = ()  # regions with a material of their own
     wide: bool = False  # supports hold whatever cells and facets they select a part of, on meshes that do not end there
-    leaning: int = 0  # 1 or -1: cells that a border of parts passes are of the last or first material, not of most of it
+    leaning: int = (
+        0  # 1 or -1: cells that a border of parts passes are of the last or first material, not of most of it
+    )
 
     @property
     def shape(self) -> Shape:
@@ -64,6 +66,11 @@ class Case:
     def materials(self) -> tuple[Any, ...]:
         """What it is made of: the material of the body, and those of its parts in their order."""
         return (self.material, *(part.thing.material for part in self.parts))
+
+    @property
+    def largest_poisson(self) -> float:
+        """Poisson's ratio of the material that keeps its volume best."""
+        return float(max(material.poisson for material in self.materials))
 
     @property
     def gravity(self) -> tuple[float, float, float]:

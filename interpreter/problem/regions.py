@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import combinations
+from typing import Any
 
 from softmark.interpreter.language.conditions import Condition, Point
 from softmark.interpreter.language.scene import Declared
@@ -25,6 +26,18 @@ def remaining(case: Case) -> tuple[Condition, ...]:
     return tuple(found)
 
 
+def number(case: Case, X: Any) -> Any:
+    """Which of the case's materials each point X (n, 3), m, is of (n,): 0 that of the body."""
+    import numpy as np
+
+    found = np.zeros(len(X), dtype=np.int64)
+    bounds = case.shape.bounds or (X.min(axis=0), X.max(axis=0))
+    x, y, z = X.T
+    for i, where in enumerate(remaining(case), start=1):
+        found[np.broadcast_to(where.holds(x, y, z, math.dist(*bounds)), len(X))] = i
+    return found
+
+
 def unordered(case: Case) -> list[tuple[Declared, Declared]]:
     """Pairs of parts of different materials of which none is said to lie over the other."""
     return [
@@ -36,7 +49,7 @@ def unordered(case: Case) -> list[tuple[Declared, Declared]]:
 def overlap(a: Declared, b: Declared, label: str) -> Fault:
     """A Fault of two parts that overlap."""
     return fault(
-        "E582", b.at("where"), f"`{a.name}` and `{b.name}` overlap and are of different materials", label,
+        "E592", b.at("where"), f"`{a.name}` and `{b.name}` overlap and are of different materials", label,
         f"say which lies over the other: `over = [{a.name}]` in `{b.name}`, or select without the other: "
         f"`where = ... and not {a.name}`",
     )  # fmt: skip

@@ -34,4 +34,4 @@ class Part(Region):
     body: Annotated[str, "body", "the body that it is a part of"]
     where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
     material: Annotated[Any | None, "material", "what it is made of; the material of the body without"] = None
-    over: Annotated[tuple[str, ...], "regions", "regions that it displaces where they overlap, as in `over = [wall]`"] = ()
+    over: Annotated[tuple[str, ...], "regions", "regions whose material it displaces, as in `over = [wall]`"] = ()

@@ -19,6 +19,7 @@ from softmark.solvers.elements import ELEMENTS
 
 LEFT = 50.0  # times the estimate of what rounding leaves
 
+
 def balance_of(model: Fem, case: Case, mesh: Moved | None) -> Balance:
     """The forces of finite elements found again. Raises Unchecked."""
     if mesh is None or mesh.kind not in ELEMENTS:
@@ -53,7 +54,7 @@ def _near(chosen: Any, mesh: Moved) -> Any:
 
 
 def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pressed:
-    """The solid of a formulation with pressures, deformed: of `which` cells, those of one material. Raises Unchecked."""
+    """The solid of a formulation with pressures, deformed: of `which` cells, of one material. Raises Unchecked."""
     E, nu = case.material.young, case.material.poisson
     split = split_of(case.material, model.strain, E, nu)
     if split is None:

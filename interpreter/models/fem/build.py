@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import field, fields, replace
 from functools import reduce
 from operator import add
@@ -28,9 +28,9 @@ from softmark.interpreter.models.shared.loading import mass_matrix, single_loads
 from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note, with_quality
 from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.regions import Piece, pieces
 from softmark.interpreter.models.shared.regions import facts as facts_of_regions
 from softmark.interpreter.models.shared.regions import notes as notes_of_regions
-from softmark.interpreter.models.shared.regions import Piece, pieces
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.problem.data import located
@@ -83,7 +83,7 @@ class PreparedSolid(OnMesh):
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
     pieces: tuple[Piece, ...] = ()  # the cells of every material
-    regions: Mapping[str, Any] = field(default_factory=dict)  # what the mesh has of parts of other materials
+    regions: dict[str, Any] = field(default_factory=dict)  # what the mesh has of parts of other materials
 
     def warm(self) -> None:
         """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""

@@ -121,9 +121,8 @@ def of_parts(model: Fem, pieces: Sequence[Piece], make: Forming) -> tuple[list[E
     Each with pressures has its own, behind those of the energies before: across a border of materials they jump.
     """
     found = [make(model, own.case, own.mesh, own.parts) for own in pieces]
-    internal, twins = ([energies[i] for energies in found] for i in (0, 1))
-    twinned = [twin for twin in twins if twin is not None]
-    return _apart(internal), _apart(twinned) if twinned else None
+    twins = [twin for _, twin in found if twin is not None]
+    return _apart([energy for energy, _ in found]), _apart(twins) if twins else None
 
 
 def _apart(energies: list[Energy]) -> list[Energy]:
@@ -236,7 +235,9 @@ def must_breathe(declared: Declared, case: Case, assembly: Assembly) -> None:
     for energy in energies:
         same[energy.pressures] = energies[0].unit / energy.unit
     pressures = assembly.free >= 3 * energies[0].nodes
-    B = assembly.tangent(np.zeros(assembly.dofs), 0.0)[~pressures][:, pressures].multiply(same[assembly.free][pressures])
+    B = assembly.tangent(np.zeros(assembly.dofs), 0.0)[~pressures][:, pressures].multiply(
+        same[assembly.free][pressures]
+    )
     if B.size and np.abs(B.sum(axis=1)).max() > 1e-9 * abs(B).sum(axis=1).max():
         return
     at = case.supports[-1].at()

@@ -72,7 +72,7 @@ class Fem(Model):
     """
 
     recovers = True
-    parts = True
+    composite = True
     finely = ("size",)
 
     element: Annotated[str, "element", "the element: tet4, tet10, hex8, hex20 or hex27"]

@@ -160,7 +160,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
             continue
         at = declared.at("size" if declared.thing.own_mesh is None else "mesh")
         yield diagnostic(
-            "W383", at,
+            "W391", at,
             f"cells of `{declared.name}` with {100 * own.off:.3g} % of the volume of `{part.name}` are of the wrong "
             "material",
             f"{100 * own.missed / own.asked:.3g} % missed, {100 * own.beyond / own.asked:.3g} % too much",
