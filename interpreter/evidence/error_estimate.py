@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.evidence import orders, region_error, rounding
+from softmark.interpreter.evidence import orders, rounding
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.doubts import DOUBTS, doubts_of, is_doubt
 from softmark.interpreter.evidence.kinds import voucher_of
@@ -77,7 +77,10 @@ class Stated(Answer):
             "solver": self._solver,
         }
         found |= selection(self)
-        found |= region_error.parts(self)
+        if self.case.parts:
+            from softmark.interpreter.evidence.region_error import parts
+
+            found |= parts(self)
         found |= of_selections(self.result.loads)
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 

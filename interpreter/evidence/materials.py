@@ -13,7 +13,6 @@ import numpy as np
 
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.problem.regions import remaining
 
 INWARD = 1e-6  # of the way to its centroid: where a cell is looked at, so that its border is not
 
@@ -31,6 +30,8 @@ def alone(case: Case, mesh: Moved) -> list[tuple[Case, Any]]:
 
 def _seen(case: Case, mesh: Moved) -> Any:
     """The number of the material that all points of a cell are of (m,), -1 where they are of several."""
+    from softmark.interpreter.problem.regions import remaining
+
     corners = mesh.points[mesh.cells]
     middle = corners.mean(axis=1, keepdims=True)
     X = np.concatenate([corners + INWARD * (middle - corners), middle], axis=1)

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 def parts(whole: Answer) -> dict[str, Callable[[Seen], float]]:
     """The part of the stated error that comes of parts of other materials; none where meshes follow them."""
-    if not whole.case.parts:
-        return {}
     from softmark.interpreter.models.shared.regions import missed
 
     left, side = missed(whole.case, whole.prepared)

@@ -11,7 +11,7 @@ from dataclasses import replace
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.front import files_and_selections as given
-from softmark.interpreter.front import lints, regions
+from softmark.interpreter.front import lints
 from softmark.interpreter.front.comparisons import comparisons
 from softmark.interpreter.front.course_steps import unresolved
 from softmark.interpreter.front.refinements import doubts as doubts_of_refined
@@ -313,6 +313,8 @@ def _given(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _regions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     if scene.of_kind("region"):
+        from softmark.interpreter.front import regions
+
         for ask in (regions.foreign, regions.idle, regions.overlaps, regions.untaken):
             yield from ask(scene)
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from softmark.interpreter.metrics.measurement import Measurement
 from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.undefined import Undefined
-from softmark.interpreter.problem.regions import number
 from softmark.records import dataclass
 from softmark.solvers.materials.isotropic import Isotropic
 
@@ -103,9 +102,12 @@ def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
     materials = case.materials
     if not all(isinstance(material, Isotropic) for material in materials):
         raise Undefined("the material has no shear modulus and no Lamé constant at rest")
-    at = number(case, X)
-    mu = np.array([material.shear_modulus for material in materials])[at]
-    lam = np.array([material.lame_lambda for material in materials])[at]
+    mu = np.array([material.shear_modulus for material in materials])
+    lam = np.array([material.lame_lambda for material in materials])
+    if case.parts:
+        from softmark.interpreter.problem.regions import number
+
+        mu, lam = mu[at := number(case, X)], lam[at]
     if not np.isfinite(lam).all():
         raise Undefined("in an incompressible material any change of volume has infinite energy")
     trace = np.trace(E, axis1=1, axis2=2)

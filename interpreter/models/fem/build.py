@@ -27,10 +27,8 @@ from softmark.interpreter.models.shared.holding import solid_supports
 from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
 from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note, with_quality
 from softmark.interpreter.models.shared.on_mesh import OnMesh
+from softmark.interpreter.models.shared.pieces import Piece, pieces, said
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
-from softmark.interpreter.models.shared.regions import Piece, pieces
-from softmark.interpreter.models.shared.regions import facts as facts_of_regions
-from softmark.interpreter.models.shared.regions import notes as notes_of_regions
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.problem.data import located
@@ -263,14 +261,15 @@ def at_rest(
     )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
     shape = model.mesh or case.shape
+    regions, doubts = said(declared, case, mesh)
     notes = (
         *volume_note(declared, case, mesh),
         *sliver_note(declared, shape, mesh),
         *held_notes(declared, case, mesh),
-        *notes_of_regions(declared, case, mesh),
+        *doubts,
     )
     static = PreparedSolid(model, declared, shape, mesh, elastic, problem, size, notes, applied=(*applied,))
-    return replace(static, pieces=each, regions=facts_of_regions(case, mesh)), parts
+    return replace(static, pieces=each, regions=regions), parts
 
 
 def levered(static: PreparedSolid, workshop: Workshop, disturbance: Disturbance | None = None) -> PreparedSolid:

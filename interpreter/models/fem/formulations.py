@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.fem.words import Fem
-    from softmark.interpreter.models.shared.regions import Piece
+    from softmark.interpreter.models.shared.pieces import Piece
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.energies.energy import Energy

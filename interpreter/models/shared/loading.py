@@ -10,7 +10,7 @@ import numpy as np
 from softmark.interpreter.language import units
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.shared.regions import pieces
+from softmark.interpreter.models.shared.pieces import pieces
 from softmark.interpreter.problem.case import Case, fault
 from softmark.interpreter.problem.parts.surface import Loaded, loaded
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass, Vector3

@@ -18,6 +18,7 @@ from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.gripping import MISSED, SMALL, WHOLE, cells_of, fractions
+from softmark.interpreter.models.shared.pieces import Piece
 from softmark.interpreter.problem.case import Case, fault
 from softmark.interpreter.problem.regions import overlap, remaining, unordered
 from softmark.records import dataclass
@@ -58,31 +59,14 @@ class Owners:
     crossed: Floats  # m^3 of cells that a border passes and that would change their material: leaning by 1, by -1
 
 
-@dataclass(frozen=True)
-class Piece:
-    """The cells of one material: a case of that material alone, a mesh of these cells over all nodes.
-
-    `which` (k,) are their numbers in the whole mesh.
-    """
-
-    case: Case
-    mesh: Mesh
-    parts: Integration
-    which: Any
-
-
-def pieces(case: Case, mesh: Mesh, parts: Integration) -> tuple[Piece, ...]:
-    """The cells of every material that has some; of a body of one material the whole. Raises Fault."""
-    if not case.parts:
-        return (Piece(case, mesh, parts, slice(None)),)
-    found = []
+def pieces(case: Case, mesh: Mesh, parts: Integration) -> Iterator[Piece]:
+    """The cells of every material that has some. Raises Fault."""
     for number, material in enumerate(case.materials):
         which = np.flatnonzero(owners(case, mesh).cells == number)
         if len(which):
             own = Integration(np.ascontiguousarray(parts.dNdX[which]), parts.w[which], parts.N)
             alone = replace(case, other_material=material, parts=())
-            found.append(Piece(alone, Mesh(mesh.points, mesh.cells[which], mesh.kind), own, which))
-    return tuple(found)
+            yield Piece(alone, Mesh(mesh.points, mesh.cells[which], mesh.kind), own, which)
 
 
 def owners(case: Case, mesh: Mesh) -> Owners:
@@ -142,9 +126,7 @@ def _disjoint(case: Case, mesh: Mesh) -> None:
 
 
 def facts(case: Case, mesh: Mesh) -> dict[str, Any]:
-    """The `regions` of what a report says of a solution; nothing of a body of one material."""
-    if not case.parts:
-        return {}
+    """The `regions` of what a report says of a solution."""
     found = {}
     for part, own in zip(case.parts, owners(case, mesh).taken, strict=True):
         found[part.name] = {
@@ -155,7 +137,7 @@ def facts(case: Case, mesh: Mesh) -> dict[str, Any]:
 
 def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
     """Warnings where cells do not follow a part."""
-    for part, own in zip(case.parts, owners(case, mesh).taken if case.parts else (), strict=True):
+    for part, own in zip(case.parts, owners(case, mesh).taken, strict=True):
         if own.off <= MISSED:
             continue
         at = declared.at("size" if declared.thing.own_mesh is None else "mesh")
