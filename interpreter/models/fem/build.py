@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import field, fields, replace
+from dataclasses import fields, replace
 from functools import reduce
 from operator import add
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -27,7 +27,8 @@ from softmark.interpreter.models.shared.holding import solid_supports
 from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
 from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note, with_quality
 from softmark.interpreter.models.shared.on_mesh import OnMesh
-from softmark.interpreter.models.shared.pieces import Piece, pieces, said
+from softmark.interpreter.models.shared.pieces import Piece, pieces
+from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.conforming import cuts_of
@@ -81,7 +82,6 @@ class PreparedSolid(OnMesh):
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
     pieces: tuple[Piece, ...] = ()  # the cells of every material
-    regions: dict[str, Any] = field(default_factory=dict)  # what the mesh has of parts of other materials
 
     def warm(self) -> None:
         """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
@@ -139,7 +139,7 @@ class PreparedSolid(OnMesh):
         u = x.reshape(-1, 3)
         solution = outcome.found(found, displacement_of(self.mesh, u))
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *outcome.doubts(self.declared, found))
-        facts = solution.facts | mesh_facts(self.mesh) | self.regions
+        facts = solution.facts | mesh_facts(self.mesh)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
         return replace(solution, message=message, facts=facts, notes=notes, mesh=self._deformed(u, found.x, left))
@@ -261,15 +261,16 @@ def at_rest(
     )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
     shape = model.mesh or case.shape
-    regions, doubts = said(declared, case, mesh)
     notes = (
         *volume_note(declared, case, mesh),
         *sliver_note(declared, shape, mesh),
         *held_notes(declared, case, mesh),
-        *doubts,
+        *notes_of_parts(declared, case, mesh),
     )
-    static = PreparedSolid(model, declared, shape, mesh, elastic, problem, size, notes, applied=(*applied,))
-    return replace(static, pieces=each, regions=regions), parts
+    static = PreparedSolid(
+        model, declared, shape, mesh, elastic, problem, size, notes, applied=(*applied,), pieces=each
+    )
+    return static, parts
 
 
 def levered(static: PreparedSolid, workshop: Workshop, disturbance: Disturbance | None = None) -> PreparedSolid:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
-from softmark.solvers.mesh.interpolation import Integration
-from softmark.solvers.mesh.mesh import Mesh
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.interpolation import Integration
+    from softmark.solvers.mesh.mesh import Mesh
 
 
 @dataclass(frozen=True)
@@ -31,13 +33,22 @@ def pieces(case: Case, mesh: Mesh, parts: Integration) -> tuple[Piece, ...]:
         return (Piece(case, mesh, parts, slice(None)),)
     from softmark.interpreter.models.shared import regions
 
-    return tuple(regions.pieces(case, mesh, parts))
+    return tuple(Piece(*own) for own in regions.pieces(case, mesh, parts))
 
 
-def said(declared: Declared, case: Case, mesh: Mesh) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
-    """What a report says of the parts on a mesh, and warnings; nothing of a body of one material."""
-    if not case.parts:
-        return {}, ()
+def facts(case: Case, mesh: Mesh | None) -> dict[str, Any]:
+    """What a report says of the parts on a mesh; nothing of a body of one material."""
+    if not case.parts or mesh is None:
+        return {}
     from softmark.interpreter.models.shared import regions
 
-    return regions.facts(case, mesh), tuple(regions.notes(declared, case, mesh))
+    return regions.facts(case, mesh)
+
+
+def notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
+    """Warnings about the parts on a mesh; none of a body of one material."""
+    if not case.parts:
+        return ()
+    from softmark.interpreter.models.shared import regions
+
+    return tuple(regions.notes(declared, case, mesh))

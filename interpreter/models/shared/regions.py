@@ -18,7 +18,6 @@ from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.gripping import MISSED, SMALL, WHOLE, cells_of, fractions
-from softmark.interpreter.models.shared.pieces import Piece
 from softmark.interpreter.problem.case import Case, fault
 from softmark.interpreter.problem.regions import overlap, remaining, unordered
 from softmark.records import dataclass
@@ -59,14 +58,14 @@ class Owners:
     crossed: Floats  # m^3 of cells that a border passes and that would change their material: leaning by 1, by -1
 
 
-def pieces(case: Case, mesh: Mesh, parts: Integration) -> Iterator[Piece]:
-    """The cells of every material that has some. Raises Fault."""
+def pieces(case: Case, mesh: Mesh, parts: Integration) -> Iterator[tuple[Case, Mesh, Integration, Ints]]:
+    """The cells of every material that has some, as `Piece` has them (pieces.py). Raises Fault."""
     for number, material in enumerate(case.materials):
         which = np.flatnonzero(owners(case, mesh).cells == number)
         if len(which):
             own = Integration(np.ascontiguousarray(parts.dNdX[which]), parts.w[which], parts.N)
             alone = replace(case, other_material=material, parts=())
-            yield Piece(alone, Mesh(mesh.points, mesh.cells[which], mesh.kind), own, which)
+            yield alone, Mesh(mesh.points, mesh.cells[which], mesh.kind), own, which
 
 
 def owners(case: Case, mesh: Mesh) -> Owners:
