@@ -34,7 +34,9 @@ from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.models.shared.prepared import Prepared
 from softmark.interpreter.problem.parts.resultants import of_selections
 from softmark.interpreter.problem.view import View
-from softmark.interpreter.results.report import ModelResult, ProbeResult, clean
+from softmark.interpreter.results.plain import clean
+from softmark.interpreter.results.report import ModelResult, ProbeResult
+from softmark.interpreter.results.stated import StatedError
 from softmark.interpreter.vocabulary.analyses import Dynamic
 
 __all__ = ["DOUBTS", "Seen", "Stated", "Unknown", "doubts_of", "is_doubt", "stated"]
@@ -51,23 +53,23 @@ COARSE = orders.COARSE  # relative: more than that is no statement, of parts tha
 class Stated(Answer):
     """The parts of the error of an answer."""
 
-    def of(self, seen: Seen) -> dict[str, Any]:
+    def of(self, seen: Seen) -> StatedError:
         """The parts of the error of what a probe sees, and their sum; `reason` where there is none."""
         parts: dict[str, float | None] = {}
         reasons: dict[str, list[str]] = {}
         for name, part in self._parts().items():
             try:
                 with self.budget:
-                    parts[name] = part(seen)
+                    parts[name] = float(part(seen))
                 if not math.isfinite(parts[name] or 0.0):
                     raise Unknown("a part of the error is not finite")
             except Unknown as unknown:
                 parts[name] = None
                 reasons.setdefault(str(unknown), []).append(name)
         known = [v for v in parts.values() if v is not None]
-        value = sum(known) if len(known) == len(parts) else None
+        value = clean(sum(known)) if len(known) == len(parts) else None
         reason = "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
-        return {"value": value, "unit": seen.unit, "parts": parts, "reason": reason or None}
+        return StatedError(value, seen.unit, parts, reason or None)
 
     def _parts(self) -> dict[str, Callable[[Seen], float]]:
         found: dict[str, Callable[[Seen], float]] = {
@@ -154,7 +156,7 @@ def stated(
     measured: Mapping[str, Any],
     warnings: Sequence[Diagnostic],
     asked: bool = True,
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, StatedError]:
     """What a model states of every metric and of every probe, by name; empty where it has no answer.
 
     Where nobody `asked`, what costs next to nothing.
@@ -165,19 +167,19 @@ def stated(
     doubts, found = doubts_of(scene, declared, warnings), {}
     void = next((f"{code}: {DOUBTS[code]}" for code in VOID if code in doubts), None)
     for name, seen in _asked(scene, result, view).items():
-        said = _safely(whole, seen) if void is None else {"value": None, "parts": {}, "reason": void}
-        found[name] = clean({**said, "doubts": doubts})
+        said = _safely(whole, seen) if void is None else StatedError(reason=void)
+        found[name] = replace(said, doubts=tuple(doubts))
     return found
 
 
-def _safely(whole: Stated, seen: Seen) -> dict[str, Any]:
+def _safely(whole: Stated, seen: Seen) -> StatedError:
     try:
         return whole.of(seen)
     except Exception as error:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
         reason = f"stating it stopped with an error ({type(error).__name__}: {error})"
-        return {"value": None, "parts": {}, "reason": reason}
+        return StatedError(reason=reason)
 
 
 def _asked(scene: Scene, result: ModelResult, view: View) -> dict[str, Seen]:

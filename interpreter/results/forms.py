@@ -30,7 +30,10 @@ POINT = {
 }  # fmt: skip
 COMPARISON = {"points!": [POINT], "references!": {"*!": {"*!": {}}}, "environment": {}, "scenes": [{}]}
 
-OUTCOME = {"key": str, "point!": {"status!": str}, "references!": {"*!": {"status!": str}}, "limit_s": NUMBER}
+OUTCOME = {
+    "key": str, "point!": {"status!": str}, "references!": {"*!": {"status!": str, "probes": {"*!": {}}}},
+    "truths": {"*!": {"stated": {}}}, "limit_s": NUMBER,
+}  # fmt: skip
 RECORD = {"key!": str, "status": str, "message": str, "host": str, "kind": str, "elapsed_s": NUMBER}
 ENTRIES: Mapping[str, Form] = {"accuracy": {"outcome!": OUTCOME}, "timing": {"record!": RECORD}}
 

@@ -7,11 +7,11 @@ there is no value. Not-a-number never gets in: whoever makes a part refuses it, 
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
+from softmark.interpreter.results.plain import clean as clean
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -19,19 +19,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.results.loads import Resultant
+    from softmark.interpreter.results.stated import StatedError
 
 SCHEMA = "softmark-report/1"
-
-
-def clean(value: Any) -> Any:
-    """The same as plain values, with None for every number that is not finite."""
-    if isinstance(value, Mapping):
-        return {k: clean(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [clean(v) for v in value]
-    if hasattr(value, "tolist"):  # of numpy, which is not imported for it
-        return clean(value.tolist())
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 @dataclass(frozen=True)
@@ -151,7 +141,7 @@ class ModelResult:
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
     shape: Shape | None = None
     mesh: Any = None  # the mesh and its nodal displacements, for files that other programs read
-    stated: Mapping[str, Any] = field(default_factory=dict)  # the error that it states itself, where it was asked
+    stated: Mapping[str, StatedError] = field(default_factory=dict)  # errors, where it was asked
     loads: Mapping[str, Resultant] = field(default_factory=dict)  # what acts, and what was asked
     reactions: Mapping[str, Any] = field(default_factory=dict)  # of each support: the share that is held
     kind: Kind | None = None  # of one that has others of its kind
@@ -170,7 +160,7 @@ class ModelResult:
             "loads": {n: r.to_json() for n, r in self.loads.items()},
         }
         own |= {"reactions": dict(self.reactions)} if self.reactions else {}
-        return own | {"stated": dict(self.stated)} if self.stated else own
+        return own | {"stated": clean(self.stated)} if self.stated else own
 
 
 def _timing(name: str, timing: Timing | None) -> dict[str, Any]:

@@ -65,8 +65,10 @@ def _shown(report: Report) -> Report:
 
 def _plain(result: Any) -> Any:
     metrics = {n: replace(m, reason=all_visible(m.reason)) for n, m in result.metrics.items()}
-    stated = {"stated": all_visible(dict(result.stated))} if isinstance(result, ModelResult) else {}
-    return replace(result, message=all_visible(result.message), metrics=metrics, **stated)
+    shown = replace(result, message=all_visible(result.message), metrics=metrics)
+    if not isinstance(shown, ModelResult):
+        return shown
+    return replace(shown, stated={n: replace(s, reason=all_visible(s.reason)) for n, s in shown.stated.items()})
 
 
 class _Paint:

@@ -315,5 +315,4 @@ def _small(markup: str) -> str:
 def stated_of(result: Result, metric: Metric) -> float | None:
     """The error that a model states of a number, SI; None where it states none."""
     said = result.stated.get(metric.name) if isinstance(result, ModelResult) and not metric.clock else None
-    value = None if said is None else said.get("value")
-    return None if value is None else float(value)
+    return None if said is None else said.value
