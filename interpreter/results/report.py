@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
+from softmark.interpreter.results.names import Names
 from softmark.interpreter.results.plain import clean as clean
 from softmark.records import dataclass
 
@@ -244,6 +245,7 @@ class Report:
     expectations: tuple[ExpectationResult, ...]
     warnings: tuple[Warned, ...]
     partial: bool = False
+    names: Names = field(default_factory=Names)
 
     @property
     def outcomes(self) -> tuple[ModelResult | ReferenceResult, ...]:

@@ -49,6 +49,7 @@ from softmark.interpreter.results.report import (
     clean,
 )
 from softmark.interpreter.run.environment import describe, environment
+from softmark.interpreter.run.names import names_of
 
 if TYPE_CHECKING:
     from softmark.solvers.statics.equilibrium import Iteration
@@ -494,4 +495,5 @@ def _report(work: _Run, partial: bool) -> Report:
         expectations,
         warnings,
         partial,
+        names_of(work.scene),
     )
