@@ -224,7 +224,9 @@ def test_the_command_from_end_to_end(file: Path, capsys: pytest.CaptureFixture[s
     status = main(["stress", "beam.scene", "--model", "rod", "-p", "m=6", "--json", "found.json"])
     shown = capsys.readouterr()
     found = json.loads(Path("found.json").read_text(encoding="utf-8"))
-    assert found == json.loads(Path("beam-stress/stress.json").read_text(encoding="utf-8"))
+    written = Path("beam-stress/stress.json").read_text(encoding="utf-8")
+    assert found == json.loads(written)
+    assert Stress.from_json(found).dumps() == written, "read and written again it is the same to the letter"
     assert set(found) == {"schema", "created", "environment", "command", "scene", "studies", "summary"}
     assert (found["schema"], found["scene"]["title"]) == ("softmark-stress/1", "Two rods")
     assert status == (1 if found["summary"]["silent"] else 0)
