@@ -31,12 +31,20 @@ class Timing:
 
     seconds: tuple[float, ...]
 
+    @property
+    def median(self) -> float:
+        """Of all runs."""
+        ordered, middle = sorted(self.seconds), len(self.seconds) // 2
+        return ordered[middle] if len(ordered) % 2 else 0.5 * (ordered[middle - 1] + ordered[middle])
+
+    @property
+    def runs(self) -> int:
+        """How many there were."""
+        return len(self.seconds)
+
     def to_json(self) -> dict[str, float | int]:
         """Median, least and largest, and how many."""
-        ordered = sorted(self.seconds)
-        middle = len(ordered) // 2
-        median = ordered[middle] if len(ordered) % 2 else 0.5 * (ordered[middle - 1] + ordered[middle])
-        return {"median": median, "min": ordered[0], "max": ordered[-1], "runs": len(ordered)}
+        return {"median": self.median, "min": min(self.seconds), "max": max(self.seconds), "runs": self.runs}
 
 
 @dataclass(frozen=True)

@@ -174,7 +174,7 @@ def _line(cells: Sequence[str], widths: Sequence[int], ends: bool) -> str:
 
 def _effort(m: ModelResult) -> list[str]:
     timing = m.time.get("solve_s")
-    clock = units.show(timing.to_json()["median"], units.TIME) if timing and m.status == "converged" else "-"
+    clock = units.show(timing.median, units.TIME) if timing and m.status == "converged" else "-"
     iterations, unknowns = str(m.solve.get("iterations", "-")), str(m.size.get("dofs", "-"))
     return [unknowns, iterations, _short(clock), STATUS[m.status]]
 

@@ -64,7 +64,7 @@ def command(findings: Findings) -> str:
     parts += [part for override in _overrides(findings) for part in ("-p", override)]
     parts += [part for name in _only(findings) for part in ("--model", name)]
     times = [timing for m in findings.report.models.values() if (timing := m.time.get("solve_s"))]
-    runs = max((len(timing.seconds) for timing in times), default=1)
+    runs = max((timing.runs for timing in times), default=1)
     return shlex.join([*parts, "--repeat", str(runs)] if runs > 1 else parts)
 
 
