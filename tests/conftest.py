@@ -8,7 +8,8 @@ Tests of one file run in one worker, and so do all that look at the report of on
 to a scene by its parameter, or by its file (OWNERS).
 
 Tests marked `slow` (kill and resume, sieges, the breadth of sweeps) are left to `-m slow`, which .ci/run adds; `-m ""`
-runs all. So are those that look at the report of a scene that takes long (BROAD).
+runs all. So are those that look at the report of a scene that takes long (BROAD), and the further cases of broad
+tests (tests/shared/breadth.py).
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 import pytest  # noqa: E402
+from breadth import is_broad  # noqa: E402
 from hypothesis import HealthCheck, settings  # noqa: E402
 
 import softmark  # noqa: E402
@@ -48,7 +50,7 @@ OWNERS = {
 # scenes of many models or of public data, whose reports take long: the tests of these reports are slow
 BROAD = {
     "silicone-beam-as-published", "silicone-beam-refined", "silicone-beam-scanned", "silicone-beam-calibrated",
-    "silicone-beam-trade", "beam-at-the-extremes", "truth-cube", "cantilevers",
+    "silicone-beam-trade", "silicone-beam-release", "beam-at-the-extremes", "truth-cube", "cantilevers",
 }  # fmt: skip
 WORKERS = 8  # at most: each holds a few hundred MB
 # files and scenes whose tests begin first, in this order: one that compiles most kernels, those that need none
@@ -95,7 +97,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Reports that take long make tests slow; in a worker, tests come in the order in which they are to begin."""
     for item in items:
-        if "report_of" in getattr(item, "fixturenames", ()) and shared_by(item.nodeid) in BROAD:
+        long = "report_of" in getattr(item, "fixturenames", ()) and shared_by(item.nodeid) in BROAD
+        if long or is_broad(item):
             item.add_marker(pytest.mark.slow)
     if hasattr(config, "workerinput"):
         items.sort(key=lambda item: turn(shared_by(item.nodeid)))

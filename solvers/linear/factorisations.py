@@ -11,6 +11,7 @@ Pardiso where it is installed and worth its analysis, and to SuperLU.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
@@ -20,7 +21,7 @@ from softmark.records import dataclass
 from softmark.solvers.base import memory
 from softmark.solvers.base.threads import ALONE
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.sparse.banded import banded
+from softmark.solvers.sparse.banded import Indefinite, banded
 from softmark.solvers.sparse.motions import Modes
 
 if TYPE_CHECKING:
@@ -123,6 +124,30 @@ class Triangular:
         pivots = self.lu.U.diagonal()
         # a neutral direction, such as the plane in which a round column bends, has a pivot of zero to rounding
         return int(np.sum(pivots < -NEUTRAL * np.abs(pivots).max())) or int(elsewhere)
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """A symmetric K that is known to have a negative eigenvalue: whom that is enough for need no factor."""
+
+    K: sparse.csr_matrix
+    name: str = NAME
+    tolerance: float = 0.0
+    iterations: int = 0
+
+    @cached_property
+    def factor(self) -> Triangular:
+        """Made when it is asked for. Raises Singular."""
+        return _triangular(self.K, True)
+
+    def solve(self, b: Floats) -> Floats:
+        """x with K x = b. Raises Singular."""
+        return self.factor.solve(b)
+
+    @property
+    def negative_pivots(self) -> int | None:
+        """How many pivots are negative. Raises Singular."""
+        return self.factor.negative_pivots
 
 
 @dataclass(frozen=True)
@@ -262,7 +287,10 @@ def _made(modes: Modes) -> Floats | None:
 
 def _chosen(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: Modes) -> Factor:
     if K.nnz < LARGE:
-        return (banded(K) if symmetric else None) or _triangular(K, symmetric)
+        try:
+            return (banded(K) if symmetric else None) or _triangular(K, symmetric)
+        except Indefinite:
+            return Waiting(K)
     if symmetric:
         return _symmetric(K, precision, modes) or _triangular(K, symmetric)
     from softmark.solvers.sparse import pardiso

@@ -22,6 +22,7 @@ from softmark.solvers.energies.energy import Floats
 NAME = "banded Cholesky (LAPACK)"
 WIDEST = 32  # diagonals up to which LAPACK goes column by column: nothing that threads could share
 KEPT = 8  # patterns known at a time
+NEUTRAL = 1e-13  # of the largest pivot: smaller ones have no sign
 _LOCK = threading.Lock()
 
 
@@ -29,6 +30,10 @@ _LOCK = threading.Lock()
 def _lapack() -> Any:
     """What `scipy.linalg.lapack` has its functions from."""
     return lone("scipy.linalg._flapack")
+
+
+class Indefinite(Exception):
+    """A pivot is negative beyond rounding: the matrix has a negative eigenvalue."""
 
 
 @dataclass(frozen=True)
@@ -60,13 +65,22 @@ _KNOWN: list[tuple[Any, Any, _Band | None]] = []
 
 
 def banded(K: sparse.csr_matrix) -> Banded | None:
-    """The factor of a symmetric matrix; None where its band is not narrow, or it is not positive definite."""
+    """The factor of a symmetric matrix; None where its band is not narrow, or a pivot vanishes to rounding.
+
+    Raises Indefinite where a pivot is negative. LAPACK stops at the first that is not positive, and leaves it in place:
+    bands this narrow are factorised column by column.
+    """
     band = None if K.dtype != np.float64 else _band_of(K)
     if band is None:
         return None
     filled = np.append(K.data, 0.0).take(band.entries)
     factor, info = _lapack().dpbtrf(filled.reshape(band.shape).T, overwrite_ab=1)
-    return None if info else Banded(factor)
+    if not info:
+        return Banded(factor)
+    pivots = factor[-1, :info]
+    if pivots[-1] < -NEUTRAL * np.max(pivots[:-1] ** 2, initial=-pivots[-1]):
+        raise Indefinite
+    return None
 
 
 def _band_of(K: sparse.csr_matrix) -> _Band | None:

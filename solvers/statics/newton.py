@@ -10,7 +10,7 @@ import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats, Space
-from softmark.solvers.linear.factorisations import Factor, Singular
+from softmark.solvers.linear.factorisations import Factor, Singular, Waiting
 from softmark.solvers.linear.systems import TIGHTEST, Systems
 from softmark.solvers.statics.problem import Criterion, Iteration, NotConverged, Statics
 
@@ -119,7 +119,7 @@ class Newton:
             if done or number == most or not np.isfinite(residual):
                 break
             self._aim(residual)
-            d = self._direction(g, x, load, projected=False)
+            d = self._direction(x, g, self._factor(x, load, projected=False))
             self._judge(x, g, d)
             x, length = self._inside(x, d)
             self._record(load, number, residual, length)
@@ -224,7 +224,8 @@ class Newton:
 
     def _indefinite(self) -> bool:
         """Whether the last tangent has negative eigenvalues; that of follower loads is not asked."""
-        return bool(self.assembly.conservative and self.last is not None and self.last.negative_pivots)
+        last = self.last
+        return self.assembly.conservative and (isinstance(last, Waiting) or bool(last and last.negative_pivots))
 
     def _moved(self, x: Floats, d: Floats, length: float) -> Floats:
         self.moved = self._farther(d, length)
@@ -254,9 +255,13 @@ class Newton:
     def _decrease(self, x: Floats, load: float, g: Floats, value: float, merit: Merit) -> tuple[Floats, float, float]:
         """Backtrack along the Newton direction, or that of the definite tangent where the first fails."""
         for projected in (False, True):
-            d = self._direction(g, x, load, projected)
-            self._judge(x, g, d, projected)
+            factor = self._factor(x, load, projected)
             if not projected and self._indefinite():  # it leads to a saddle
+                self._close = self._tiny = False
+                continue
+            d = self._direction(x, g, factor)
+            self._judge(x, g, d, projected)
+            if not projected and self._indefinite():  # conjugate gradients find that while they solve
                 continue
             if self._close or self._tiny:  # differences of energy are noise now
                 y = self._moved(x, d, 1.0)
@@ -354,9 +359,8 @@ class Newton:
                 return y
         raise NotConverged("it is unstable, and no state beside it has less energy", tuple(self.history))
 
-    def _direction(self, g: Floats, x: Floats, load: float, projected: bool) -> Floats:
+    def _direction(self, x: Floats, g: Floats, factor: Factor) -> Floats:
         d = np.zeros(self.space.dofs, dtype=x.dtype)
-        factor = self._factor(x, load, projected)
         try:
             d[self.assembly.free] = -factor.solve(g[self.assembly.free])
         except Singular as error:

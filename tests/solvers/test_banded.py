@@ -55,15 +55,27 @@ def test_a_band_solves_as_superlu_does(held: tuple[int, ...]) -> None:
 
 
 def test_negative_eigenvalues_are_counted_as_before() -> None:
-    """A band has no factor where pivots are negative: SuperLU says how many."""
+    """A band has no factor where pivots are negative: SuperLU says how many, to whom that is not enough."""
     K = tangent()
     values = np.linalg.eigvalsh(K.toarray())
     between = float(np.sqrt(values[2] * values[3]))
-    shifted = sparse.csr_matrix(K - between * sparse.eye(K.shape[0]))
+    shifted = K.copy()
+    shifted.setdiag(K.diagonal() - between)
     found = factorisations.factor(shifted)
+    assert isinstance(found, factorisations.Waiting)
     assert (found.name, found.negative_pivots) == (factorisations.NAME, 3)
     b = np.ones(K.shape[0])
     np.testing.assert_allclose(shifted @ found.solve(b), b, rtol=1e-7)
+
+
+def test_what_vanishes_to_rounding_is_not_negative() -> None:
+    """A direction without stiffness has no sign: 1e-15 below zero is left to SuperLU, which says that none is."""
+    stiff = np.full(20, 2.0)
+    stiff[7] = -1e-15
+    K = sparse.csr_matrix(sparse.diags([np.zeros(19), stiff, np.zeros(19)], [-1, 0, 1]))
+    found = factorisations.factor(K)
+    assert isinstance(found, factorisations.Triangular)
+    assert found.negative_pivots == 0
 
 
 def test_what_is_no_chain_or_not_symmetric_is_left_to_superlu() -> None:

@@ -21,7 +21,8 @@ DEPTH = 18  # halvings of a facet
 MOST = 60_000  # triangles at once: a border that needs more is followed no further
 RAYS = (8, 12)  # of two rules: the second is taken, the first says how good it is
 EXACT = 1e-12  # of the local area of a facet: what two rules may differ by
-ALONG, INSIDE = 6, 8  # Gauss points on each side of a border; points along each side of a whole triangle
+ALONG = 6  # Gauss points on each side of a border
+INSIDE = (8, 8, 8, 8, 5, 5, 5, 5, 3)  # along each side of a triangle of so many halvings: an error of order 2 n
 
 
 @dataclass
@@ -39,8 +40,9 @@ class Points:
         self.xi.append(xi.reshape(-1, 2))
         self.w.append(w.ravel())
 
-    def triangles(self, f: Ints, tri: Floats, n: int = INSIDE) -> None:
-        """Whole triangles (n, 3, 2)."""
+    def triangles(self, f: Ints, tri: Floats, depth: int) -> None:
+        """Whole triangles (n, 3, 2) of facets that were halved so often."""
+        n = INSIDE[min(depth, len(INSIDE) - 1)]
         s, t, w = _fan(n, n)
         ends = tri[:, 1, None] + t[:, None] * (tri[:, 2] - tri[:, 1])[:, None]
         self.add(f, tri[:, :1] + s[:, None] * (ends - tri[:, :1]), 2.0 * np.abs(areas(tri))[:, None] * s * w)
@@ -63,14 +65,14 @@ def follow(asked: Asked, f: Ints, tri: Floats, points: Points) -> None:
     for depth in range(DEPTH + 1):
         looked = asked.look(f, tri)
         plain = ~looked.crossed.any(axis=0)
-        _decided(asked, f[plain], tri[plain], points)
+        _decided(asked, f[plain], tri[plain], points, depth)
         simple = np.zeros(len(f), dtype=np.bool_)
         once = looked.crossed.sum(axis=0) == 1
         for b in range(len(looked.values)):
             some = np.flatnonzero(once & looked.crossed[b])
             if len(some):
                 touched = some[_touching(asked, looked, b, some, f, tri)]
-                _decided(asked, f[touched], tri[touched], points)
+                _decided(asked, f[touched], tri[touched], points, depth)
                 simple[touched] = True
                 some = np.setdiff1d(some, touched)
                 corner, fit = _simple(looked, b, some, asked.slack[b])
@@ -81,15 +83,15 @@ def follow(asked: Asked, f: Ints, tri: Floats, points: Points) -> None:
         if not len(f) or depth == DEPTH or 4 * len(f) > MOST:
             break
         f, tri = np.repeat(f, 4), _quartered(tri)
-    _decided(asked, f, tri, points)
+    _decided(asked, f, tri, points, depth)
     if len(f):
         points.left.append((f, tri.mean(axis=1), np.abs(areas(tri))))
 
 
-def _decided(asked: Asked, f: Ints, tri: Floats, points: Points) -> None:
+def _decided(asked: Asked, f: Ints, tri: Floats, points: Points, depth: int) -> None:
     if len(f):
         inside = asked.holds(f, asked.patches.at(f, tri.mean(axis=1, keepdims=True))[:, 0])
-        points.triangles(f[inside], tri[inside])
+        points.triangles(f[inside], tri[inside], depth)
 
 
 def _quartered(tri: Floats) -> Floats:

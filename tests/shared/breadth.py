@@ -1,0 +1,132 @@
+"""Which cases of broad tests are quick: one or a few of each kind. The others, and what has none, wait for `-m slow`.
+
+A test is here where its cases take seconds together, and where the quick ones find what breaks all of them. A case
+is quick if its id contains one of the words that stand here.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+NONE: tuple[str, ...] = ()
+STEPS = ("trapezoidal", "bdf2", "central_differences")  # one step with velocities, several steps, explicit
+
+QUICK: dict[str, dict[str, tuple[str, ...]]] = {
+    "tests/interpreter/test_authors_mesh.py": {"test_tip": NONE},
+    "tests/interpreter/test_cli_run.py": {"test_interruption_keeps_what_was_finished": NONE},
+    "tests/interpreter/test_compare_page.py": {"test_in_chromium": ("usual",)},
+    "tests/interpreter/test_compile.py": {"test_ten_thousand_lines": NONE},
+    "tests/interpreter/test_converged_beam.py": {"test_tip_within_half_a_per_cent_of_the_length": ("hex8",)},
+    "tests/interpreter/test_fuzz_corpus.py": {"test_reading_a_scene_does_nothing_but_read": NONE},
+    "tests/interpreter/test_incompressible.py": {"test_the_limit_in_a_scene": ("0.4999-", "0.5")},
+    "tests/interpreter/test_large_stretch.py": {
+        "test_three_times_its_length_in_every_formulation": ("equibiaxial",),
+        "test_a_gripped_strip_at_three_times_its_length": NONE,
+    },
+    "tests/interpreter/test_measured.py": {"test_with_the_printed_modulus_it_is_six_millimetres_away": NONE},
+    "tests/interpreter/test_motion_scenes.py": {
+        "test_overshoot": ("sudden",),
+        "test_what_comes_to_rest_rests_where_the_static_analysis_is": ("generalized_alpha",),
+        "test_a_pulse_between_two_steps_moves_the_body": ("trapezoidal", "bdf2"),
+    },
+    "tests/interpreter/test_parts.py": {
+        "test_areas_on_flat_faces": ("tet10",),
+        "test_random_selections_are_those_of_samples_and_of_the_watchdog": ("0", "2", "7"),
+        "test_selections_along_a_sphere_take_all_of_it": ("tet10-2", "hex8-2", "tet4-2"),
+        "test_cut_by_a_plane_the_sphere_has_the_area_of_its_facets": ("tet4", "hex8"),
+        "test_bands_and_segments_on_a_cylinder": ("tet10",),
+        "test_a_border_along_the_surface_says_what_is_open": NONE,
+    },
+    "tests/interpreter/test_recovery_scenes.py": {"test_the_same_equilibrium_or_none": ("scrambled", "inverted")},
+    "tests/interpreter/test_reduced_models.py": {"test_a_training_without_equilibrium_is_told": NONE},
+    "tests/interpreter/test_report_browser.py": {
+        "test_in_chromium": ("1280",),
+        "test_shapes_in_chromium": ("500",),
+    },
+    "tests/interpreter/test_self_converged.py": {
+        "test_a_sheared_column": ("methods2",),
+        "test_a_hanging_column_is_round": NONE,
+        "test_a_short_round_beam_is_that_of_another_method": NONE,
+        "test_a_pressed_column": ("methods1",),
+    },
+    "tests/interpreter/test_stated.py": {"test_the_error_in_a_norm_of_strains_is_stated_in_it": NONE},
+    "tests/interpreter/test_stated_finer.py": {
+        "test_they_hold_the_true_ones_and_shrink_with_the_mesh": ("tet4",),
+        "test_elements_that_lock_have_one_that_holds_or_none": ("hex8",),
+        "test_what_means_of_the_volume_leave_out_is_no_error_of_a_strain": NONE,
+        "test_a_finer_space_is_solved_in_what_bends_too": NONE,
+        "test_a_mesh_from_a_file_has_one": ("tet4", "tet10", "hex8"),
+        "test_a_cylinder_of_hexahedra_states_what_its_flat_facets_miss": NONE,
+    },
+    "tests/interpreter/test_stretches.py": {
+        "test_shares_of_cross_sections": tuple(f"shape{i}-" for i in range(7)),
+        "test_shares_of_oblique_sections_against_points": ("0", "3", "5"),
+    },
+    "tests/interpreter/test_study_clock.py": {"test_a_run_beside_a_busy_loop_is_flagged": NONE},
+    "tests/interpreter/test_supports_as_geometry.py": {
+        "test_narrow_and_wide_hold_the_conforming_answer_between_them": ("0", "1"),
+    },
+    "tests/interpreter/test_watchdog.py": {"test_solids_with_pressures_are_checked_again": ("0.5",)},
+    "tests/solvers/test_damping_state.py": {
+        "test_the_first_overshoot_of_a_nearly_incompressible_body_does_not_hang_on_the_step": (
+            "mean_dilatation-trapezoidal", "tet10-bdf2",
+        ),
+        "test_what_is_stiff_does_not_brake_what_is_slow": ("bdf2", "trapezoidal"),
+        "test_a_body_without_forces_flies_on": ("trapezoidal", "bdf2", "newmark"),
+    },
+    "tests/solvers/test_dynamics.py": {
+        "test_a_support_that_moves": ("trapezoidal", "implicit_euler", "central_differences"),
+        "test_rayleigh_damping_ratio": STEPS,
+        "test_amplification_and_period": STEPS,
+    },
+    "tests/solvers/test_dynamics_balance.py": {
+        "test_steps_over_six_decades_are_right_or_said_to_be_wrong": STEPS,
+        "test_a_cantilever_over_six_decades_of_steps": STEPS,
+        "test_a_stiff_body_that_spins_too_fast_for_the_step_never_comes_out_as_converged_with_a_gain": (
+            "newmark", "midpoint", "bdf2",
+        ),
+    },
+    "tests/solvers/test_dynamics_lagged.py": {
+        "test_with_damping_moving_supports_and_courses_of_loads": ("generalized_alpha",),
+    },
+    "tests/solvers/test_dynamics_solids.py": {
+        "test_step_load_on_a_clamped_bar": STEPS,
+        "test_every_mode_of_a_solid_moves_as_one_oscillator": STEPS,
+    },
+    "tests/solvers/test_folds.py": {"test_none_is_missed_and_none_is_blamed": ("tet10", "hex8", "hex20")},
+    "tests/solvers/test_jit.py": {
+        "test_a_kernel_that_was_spoilt_is_compiled_anew": ("cut off",),
+        "test_a_source_that_is_edited_while_a_process_starts": NONE,
+        "test_a_folder_in_the_place_of_a_kernel_is_done_without": NONE,
+        "test_a_kernel_elsewhere_whose_constant_is_edited": NONE,
+    },
+    "tests/solvers/test_mesh.py": {"test_other_cells_fill_the_same_body": ("tet10", "hex8", "hex20")},
+    "tests/solvers/test_mesh_distort.py": {
+        "test_the_worst_cell_has_the_quality_that_was_asked_for": ("tet4", "tet10", "hex8"),
+    },
+    "tests/solvers/test_orders_solids.py": {
+        "test_order_of_a_manufactured_solution": ("small", "hex8-full"),
+        "test_straight_edges_limit_quadratic_tetrahedra": NONE,
+    },
+    "tests/solvers/test_orders_time.py": {
+        "test_order_of_a_linear_vibration": STEPS,
+        "test_order_of_a_nonlinear_problem": STEPS,
+    },
+    "tests/solvers/test_recovery.py": {
+        "test_scrambled_tetrahedra_find_back": ("neo_hookean-1.0", "corotational-10.0"),
+        "test_st_venant_kirchhoff_finds_back_or_names_its_inverted_cells": NONE,
+        "test_springs_say_that_they_are_folded": NONE,
+    },
+    "tests/solvers/test_refine.py": {
+        "test_it_is_the_same_body_and_holds_the_coarse_space": ("box", "tet4", "hex8", "hex20", "hex27"),
+    },
+    "tests/solvers/test_statics.py": {"test_what_is_not_a_number_is_never_returned": ("0.001-True", "-1.0")},
+}  # fmt: skip
+
+
+def is_broad(item: pytest.Item) -> bool:
+    """Whether a test waits for the slow ones."""
+    file, _, test = item.nodeid.partition("::")
+    name, _, case = test.partition("[")
+    words = QUICK.get(file, {}).get(name)
+    return words is not None and not any(word in case.removesuffix("]") + "-" for word in words)
