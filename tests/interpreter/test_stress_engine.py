@@ -182,6 +182,16 @@ def test_outcomes_that_had_too_little_time_are_tried_again(tmp_path: Path) -> No
         assert known(6.0) == set()
 
 
+@pytest.mark.parametrize("damaged", [{}, {"point": []}, {"point": {"status": 1}}, {"point": {"status": "converged"},
+    "references": {"theory": {"sizes": [1]}}}, {"point": {"status": "converged", "warnings": [None]}}])  # fmt: skip
+def test_a_damaged_outcome_is_computed_anew(tmp_path: Path, damaged: dict[str, Any]) -> None:
+    from softmark.interpreter.study.workers.journal import Journal
+
+    with Journal.open(tmp_path) as journal:
+        journal.append(waiting_points.KIND, "a", outcome=damaged)
+        assert waiting_points.Desk(journal, 1, 5.0, 4.0, lambda n, key: None).outcomes == {}
+
+
 # ------------------------------------------------------------------ workers
 
 

@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from softmark.interpreter.results import forms
 from softmark.interpreter.study.expansion.outcome import PointTask
 from softmark.interpreter.study.stability.truth import LeanOutcome, lean
 from softmark.interpreter.study.workers import pool
@@ -35,7 +36,9 @@ class Desk:
     _ready: deque[Callable[[], None]] = field(default_factory=deque)
 
     def __post_init__(self) -> None:
-        known = {key: LeanOutcome.from_json(entry["outcome"]) for key, entry in self.journal.of_kind(KIND).items()}
+        entries = self.journal.of_kind(KIND).items()
+        sound = {key: entry["outcome"] for key, entry in entries if forms.misfit(entry, forms.ENTRIES[KIND]) is None}
+        known = {key: LeanOutcome.from_json({**outcome, "key": key}) for key, outcome in sound.items()}
         self.outcomes = {key: o for key, o in known.items() if not o.again(self.timeout)}
 
     def soon(self, action: Callable[[], None]) -> None:
