@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Literal
 from unicodedata import category, east_asian_width
 
@@ -228,6 +228,8 @@ def all_visible(value: Any) -> Any:
         return {k: all_visible(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
         return type(value)(map(all_visible, value))
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{f.name: all_visible(getattr(value, f.name)) for f in fields(value)})
     return value
 
 

@@ -9,7 +9,7 @@ plan        what a scene asks for, and what that needs
 models      ways to answer: words, and what builds arrays of them
 front       all that a scene can say, and all that can be wrong with it
 evidence    what vouches for an answer: forces found again, stated errors, expectations
-run         the pipeline: from a scene to its report
+run         the pipeline: from a text to its report
 study       many runs: comparisons, and walks to the edges of models
 report      pages, tables, figures, files
 face        softmark from Python

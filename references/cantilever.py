@@ -33,6 +33,10 @@ class Section(Protocol):
     """The cross-section of a beam, uniform along it and symmetric about the plane of bending."""
 
     @property
+    def extents(self) -> tuple[float, float]:
+        """Along gravity and across, m."""
+
+    @property
     def area(self) -> float:
         """A, m^2."""
 
@@ -52,6 +56,11 @@ class Disc:
 
     def __post_init__(self) -> None:
         _refuse_unless_positive("radius", self.radius)
+
+    @property
+    def extents(self) -> tuple[float, float]:
+        """Its diameter, m."""
+        return 2.0 * self.radius, 2.0 * self.radius
 
     @property
     def area(self) -> float:
@@ -78,6 +87,11 @@ class Rectangle:
     def __post_init__(self) -> None:
         _refuse_unless_positive("height", self.height)
         _refuse_unless_positive("width", self.width)
+
+    @property
+    def extents(self) -> tuple[float, float]:
+        """Height and width, m."""
+        return self.height, self.width
 
     @property
     def area(self) -> float:

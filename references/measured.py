@@ -12,7 +12,7 @@ Every measurement carries its uncertainty: a difference below it says nothing ab
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from softmark.records import dataclass
 
@@ -125,6 +125,12 @@ class MeasuredPoints:
     names: tuple[str, ...]  # of the points
     grid: Ints | None = None  # (n, 3): indices i, j, k of points that lie on a grid
     notes: tuple[str, ...] = ()
+    residual: ClassVar[None] = None  # nothing is registered
+
+    @property
+    def resolution(self) -> float:
+        """Differences below this say nothing, m."""
+        return self.uncertainty
 
     @property
     def x(self) -> Array:
@@ -135,3 +141,6 @@ class MeasuredPoints:
         """Displacements (k, 3), m, of some of the points, given by where they lay (k, 3), m."""
         nearest = [int(((self.X - x) ** 2).sum(axis=1).argmin()) for x in X]
         return self.u[nearest]
+
+
+Measured = MeasuredSurface | MeasuredPoints

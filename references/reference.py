@@ -16,6 +16,9 @@ class Reference:
     """
 
     how: ClassVar[How] = "solved"
+    kind: ClassVar[str]  # what it is, in a word or two
+    source: ClassVar[str]  # who says so
+    error_meaning: ClassVar[str]  # what its estimated error bounds
 
     @property
     def registered(self) -> str:

@@ -190,7 +190,7 @@ def test_a_scene_with_a_beam_alone_makes_no_mesh_and_imports_no_kernel(tmp_path:
         m
         for m in found
         if m.startswith("softmark.solvers.mesh")
-        and m.removeprefix("softmark.solvers.mesh") not in ("", ".cuts", ".divisions", ".shapes")
+        and m.removeprefix("softmark.solvers.mesh") not in ("", ".cuts", ".divisions", ".shape", ".shapes")
     }
     assert not meshes
     assert not found & {
@@ -275,3 +275,18 @@ def test_a_folder_called_softmark_does_not_mix_in(tmp_path: Path) -> None:
         check=False,
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_messages_at_a_place_have_one_builder() -> None:
+    """`Diagnostic(code, message, at.source, at.span, ...)` stood in 62 places, ten of them private functions for it."""
+    built = []
+    for file in sorted((ROOT / "interpreter").rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Diagnostic":
+                source, span, *_ = [*node.args[2:4], None, None]
+                if isinstance(source, ast.Attribute) and isinstance(span, ast.Attribute) and source.attr == "source":
+                    built.append(file.relative_to(ROOT).as_posix())
+    assert built == [
+        "interpreter/language/message_limit.py",
+        "interpreter/language/messages.py",
+    ]  # where the last stood

@@ -21,6 +21,7 @@ from softmark.interpreter.evidence.kinds import voucher_of
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found
 from softmark.interpreter.evidence.load_check import Unchecked
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.shared.prepared import Prepared, Solution
 from softmark.interpreter.problem.case import Case
@@ -101,12 +102,10 @@ def loose(scene: Scene, models: Mapping[str, ModelResult]) -> list[Diagnostic]:
 
 
 def _loose(analysis: Declared, what: str) -> Diagnostic:
-    at = analysis.at("tolerance")
-    return Diagnostic(
+    return diagnostic(
         "W352",
+        analysis.at("tolerance"),
         f"a tolerance of {analysis.thing.tolerance:.0e} cannot {what}",
-        at.source,
-        at.span,
         "solved less well than it is read",
         "use a tolerance well below the differences that matter; the usual one is 1e-8",
     )
@@ -159,12 +158,10 @@ def _folded(declared: Declared, solution: Solution, found: Mapping[str, Any]) ->
     """A warning where cells are inside out, unless the model said so itself."""
     if not found.get("inverted") or any(note.code == "W324" for note in solution.notes):
         return
-    at = declared.at()
-    yield Diagnostic(
+    yield diagnostic(
         "W351",
+        declared.at(),
         f"`{declared.name}` has {found['inverted']} of {found['of_cells']} cells inside out",
-        at.source,
-        at.span,
         "folded",
         "matter cannot do that; near those cells the displacements are those of no solid",
     )
@@ -174,12 +171,10 @@ def _unseen(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic
     """A warning where forces should have been found again and were not, for whatever reason."""
     if found.get("residual", 0.0) is not None:
         return
-    at = declared.at()
-    yield Diagnostic(
+    yield diagnostic(
         "W353",
+        declared.at(),
         f"the forces of `{declared.name}` were not found again: {found['reason']}",
-        at.source,
-        at.span,
         "not checked by other formulas",
         "its answer stands on the word of its solver alone; compare it with another model",
     )

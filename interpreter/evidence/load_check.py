@@ -98,7 +98,7 @@ def _pushed(
         raise Unchecked("the border of what is loaded runs along the surface")
     extent = float(np.sqrt((np.ptp(mesh.points, axis=0) ** 2).sum()))
     settled, settling = settled_of(case.shape, mesh, load.where)
-    side = case.shape.side(corners) if hasattr(case.shape, "side") else np.zeros(len(facets), dtype=np.bool_)
+    side = case.shape.side(corners)
     found: Floats = np.zeros_like(surface)
     empty, unsure = True, 0.0
     for which in (np.flatnonzero(~side), np.flatnonzero(side)):

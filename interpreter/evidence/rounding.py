@@ -11,6 +11,7 @@ from softmark.interpreter.evidence.probe_answers import Floats, Seen, Unknown
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.report import ModelResult
+from softmark.solvers.mesh.shape import Prism
 
 EPS = float(np.finfo(np.float64).eps)
 USUAL = 1e6 * EPS  # what rounding does at least where the stiffness was not looked at: a condition number of 1e6
@@ -44,7 +45,7 @@ def _points(mesh: Moved | None, seen: Seen) -> Floats:
 def _extent(case: Case, mesh: Moved | None, seen: Seen) -> float:
     """Of the body, m."""
     bounds = np.ptp(_points(mesh, seen), axis=0).max()
-    return float(bounds) or float(getattr(case.shape, "length", 0.0)) or 1.0
+    return float(bounds) or (case.shape.length if isinstance(case.shape, Prism) else 0.0) or 1.0
 
 
 def _reach(case: Case, mesh: Moved | None, count: int, seen: Seen) -> tuple[float, float]:

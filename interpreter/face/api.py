@@ -49,11 +49,12 @@ class LoadedScene:
         if models is not None and not only:
             raise arguments.BadArgument("`models` is empty; leave it out to run all models")
         arguments.count("repeat", repeat)
-        from softmark.interpreter.run.pipeline import Options, run
+        from softmark.interpreter.run.options import Options, Sound
+        from softmark.interpreter.run.pipeline import report_of
 
         if problems := unknown_models(self.scene, only):
             raise SceneError(problems)
-        return run(self.scene, list(self.warnings), Options(only=only, repeat=int(repeat), free=True))
+        return report_of(Sound(self.scene, self.warnings), Options(only=only, repeat=int(repeat), free=True))
 
 
 def load(file: str | Path, /, **parameters: str | float) -> LoadedScene:

@@ -19,6 +19,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compile import recompiled
 from softmark.interpreter.language.conditions import Point
 from softmark.interpreter.language.message_limit import shortened
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.overrides import Override
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
@@ -27,7 +28,7 @@ from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, re
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint
 from softmark.interpreter.vocabulary.probes import Nodes
-from softmark.solvers.mesh.shapes import contains
+from softmark.solvers.mesh.shape import Prism
 
 
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
@@ -39,10 +40,6 @@ def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
 
 
 Found = list[Diagnostic]  # by the checks before
-
-
-def _diagnostic(code: str, at: Location, message: str, label: str, help: str) -> Diagnostic:
-    return Diagnostic(code, message, at.source, at.span, label, help)
 
 
 def _blamed(declared: Declared, found: Found) -> bool:
@@ -64,25 +61,25 @@ def _inside(diagnostic: Diagnostic, declared: Declared) -> bool:
 
 def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for extra in list(scene.of_kind("analysis").values())[1:]:
-        yield _diagnostic("E222", extra.at(), "a scene has one analysis, this is another",
-                          "the second analysis",
-                          "keep one, and write another scene for the other")  # fmt: skip
+        yield diagnostic("E222", extra.at(), "a scene has one analysis, this is another",
+                         "the second analysis",
+                         "keep one, and write another scene for the other")  # fmt: skip
 
 
 def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Conditions that select nothing, and supports that leave nothing free, as far as bounds tell."""
     everywhere: dict[str, list[Declared]] = {}
     for declared in (*scene.of_kind("support").values(), *scene.of_kind("load").values()):
-        condition = getattr(declared.thing, "where", None)
-        body = scene.declared.get(getattr(declared.thing, "body", ""))
-        if condition is None or body is None or not hasattr(body.thing.shape, "bounds"):
+        condition = declared.value("where")
+        body = scene.declared.get(declared.value("body") or "")
+        if condition is None or body is None or body.thing.shape.bounds is None:
             continue
         low, high = body.thing.shape.bounds
         false, true = condition.over(low, high)
         if not true:
-            yield _diagnostic("E302", declared.at("where"),
-                              f"`{declared.name}` selects no part of `{body.name}`", "selects nothing",
-                              f"the body spans {reach(low, high)}")  # fmt: skip
+            yield diagnostic("E302", declared.at("where"),
+                             f"`{declared.name}` selects no part of `{body.name}`", "selects nothing",
+                             f"the body spans {reach(low, high)}")  # fmt: skip
         elif not false and declared.kind == "support":
             everywhere.setdefault(body.name, []).append(declared)
     for name, supports in everywhere.items():
@@ -90,7 +87,7 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             last = supports[-1]
             help = "nothing would be left to deform: select a part of the body, or leave components free"
             problem = f"`{last.name}` selects all of `{name}`"
-            yield _diagnostic("E303", last.at("where"), problem, "selects everything", help)
+            yield diagnostic("E303", last.at("where"), problem, "selects everything", help)
 
 
 def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -98,14 +95,14 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for declared in (*scene.of_kind("probe").values(), *scene.of_kind("load").values()):
         for field, point in _points(declared):
             body = scene.declared[declared.thing.body]
-            if not hasattr(body.thing.shape, "section") or contains(body.thing.shape, point):
+            if not isinstance(body.thing.shape, Prism) or body.thing.shape.contains(point):
                 continue
             does = "acts at" if declared.kind == "load" else "looks at"
             where = units.show_all(point, units.LENGTH)
             spans = reach(*body.thing.shape.bounds)
             problem = f"`{declared.name}` {does} {where}, outside `{body.name}`"
             remedy = f"the body spans {spans}"
-            yield _diagnostic("E504", declared.at(field), problem, "not in the body", remedy)
+            yield diagnostic("E504", declared.at(field), problem, "not in the body", remedy)
 
 
 def _points(declared: Declared) -> list[tuple[str, Point]]:
@@ -121,9 +118,9 @@ def _points(declared: Declared) -> list[tuple[str, Point]]:
 def _meshes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Probes of the nodes of a shape that has none."""
     for probe in scene.of_kind("probe").values():
-        if isinstance(probe.thing, Nodes) and not getattr(probe.thing.mesh, "prebuilt", False):
-            yield _diagnostic("E507", probe.at("mesh"), f"the `mesh` of `{probe.name}` is a shape without cells",
-                              "not a mesh", 'name a file: `mesh = mesh("file.msh", unit = 1 mm)`')  # fmt: skip
+        if isinstance(probe.thing, Nodes) and not probe.thing.mesh.prebuilt:
+            yield diagnostic("E507", probe.at("mesh"), f"the `mesh` of `{probe.name}` is a shape without cells",
+                             "not a mesh", 'name a file: `mesh = mesh("file.msh", unit = 1 mm)`')  # fmt: skip
 
 
 # ------------------------------------------------------------------ what hangs together
@@ -158,7 +155,7 @@ def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         body = case.body.name
         remedy = f"hold a part of it: `support wall = fixed({body}, where = x <= 0 mm)`"
         problem = f"nothing holds `{body}`: it is free to move and turn"
-        yield _diagnostic("E306", case.body.at(), problem, "no support", remedy)
+        yield diagnostic("E306", case.body.at(), problem, "no support", remedy)
 
 
 def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -166,8 +163,8 @@ def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     still = {case.body.name: case for _, case in _cases(scene, "model") if not case.loads and not _driven(case)}
     for case in still.values():
         body = case.body.name
-        yield _diagnostic("W313", case.body.at(), f"nothing loads `{body}`: it stays at rest", "no load",
-                          "declare one, such as `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
+        yield diagnostic("W313", case.body.at(), f"nothing loads `{body}`: it stays at rest", "no load",
+                         "declare one, such as `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
 
 
 def _driven(case: Case) -> bool:
@@ -181,8 +178,8 @@ def _paths(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for model, case in _cases(scene, "model"):
         if case.analysis.path == "arc_length" and model.thing.reduces is not None:
             problem = f"`{model.name}` is reduced to motions that it knows, and a path leads to others"
-            yield _diagnostic("E541", model.at(), problem, "not along a path",
-                              f"follow the path of `{model.thing.reduces}`, or use `path = load`")  # fmt: skip
+            yield diagnostic("E541", model.at(), problem, "not along a path",
+                             f"follow the path of `{model.thing.reduces}`, or use `path = load`")  # fmt: skip
 
 
 def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -228,9 +225,9 @@ def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             continue
         looked, known = _looks_at(scene, metric.name), _body(scene, against)
         if None not in (looked, known) and looked != known:
-            yield _diagnostic("E505", metric.at("against"),
-                              f"`{metric.name}` compares points of `{looked}` with a solution for `{known}`",
-                              "different bodies", "use a probe and a reference of the same body")  # fmt: skip
+            yield diagnostic("E505", metric.at("against"),
+                             f"`{metric.name}` compares points of `{looked}` with a solution for `{known}`",
+                             "different bodies", "use a probe and a reference of the same body")  # fmt: skip
 
 
 def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -245,7 +242,7 @@ def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
                 at = Location(expectation.location.source, name.span)
                 problem = f"`{owner}` is about `{known}`, and `{metric}` looks at `{looked}`"
                 remedy = "use a metric whose probe is of the same body"
-                yield _diagnostic("E505", at, problem, "different bodies", remedy)
+                yield diagnostic("E505", at, problem, "different bodies", remedy)
 
 
 def _published(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -255,12 +252,12 @@ def _published(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         due = units.parse(unit).dimension
         if len(thing.of) != len(thing.values.values):
             models, values = _count(len(thing.of), "model"), _count(len(thing.values.values), "value")
-            yield _diagnostic("E506", column.at("values"), f"`{column.name}` has {models} and {values}",
-                              "not one for each", "give as many values as models, in the same order")  # fmt: skip
+            yield diagnostic("E506", column.at("values"), f"`{column.name}` has {models} and {values}",
+                             "not one for each", "give as many values as models, in the same order")  # fmt: skip
         elif thing.values.dimension != due:
             name, given = units.named(due), units.named(thing.values.dimension)
-            yield _diagnostic("E204", column.at("values"), f"expected {name}, found {given}", given,
-                              f"`{thing.metric}` is {name}; give the values in {units.usual(due)}")  # fmt: skip
+            yield diagnostic("E204", column.at("values"), f"expected {name}, found {given}", given,
+                             f"`{thing.metric}` is {name}; give the values in {units.usual(due)}")  # fmt: skip
 
 
 def _count(number: int, what: str) -> str:
@@ -286,9 +283,9 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             continue
         first = moved.setdefault(support.thing.body, support)
         if first.thing.course != support.thing.course:
-            yield _diagnostic("E501", support.at("course"),
-                              f"`{support.name}` and `{first.name}` move by different courses",
-                              "another course", "all supports that move share one course")  # fmt: skip
+            yield diagnostic("E501", support.at("course"),
+                             f"`{support.name}` and `{first.name}` move by different courses",
+                             "another course", "all supports that move share one course")  # fmt: skip
     yield from unresolved(scene)
 
 
@@ -332,5 +329,7 @@ WHOLE: tuple[Check, ...] = (
 def varied(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
     """A sound scene with further overrides, and all diagnostics about it; its studies are left out of account."""
     other, diagnostics = recompiled(scene, more)
-    complete = not any(d.severity == "error" for d in diagnostics)
-    return other, diagnostics + check(other, complete)
+    if check not in other.known:
+        complete = not any(d.severity == "error" for d in diagnostics)
+        other.known[check] = check(other, complete)
+    return other, diagnostics + other.known[check]

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from typing import Literal
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.energy_norm import EnergyNorm
@@ -56,8 +57,7 @@ def comparisons(scene: Scene) -> Iterator[Diagnostic]:
     for metric in scene.of_kind("metric").values():
         refusal = _probe(scene, metric) or _time(scene, metric) or _reference(scene, metric)
         if refusal is not None:
-            at = metric.at(refusal.field)
-            yield Diagnostic("E509", refusal.message, at.source, at.span, refusal.label, refusal.help)
+            yield diagnostic("E509", metric.at(refusal.field), refusal.message, refusal.label, refusal.help)
 
 
 def _tracked(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
@@ -68,7 +68,7 @@ def _tracked(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
     known, at = known_of(scene.declared[of]), declared.at("of")
     does = "looks at" if declared.kind == "probe" else "follows"
     else_ = "; to look at a surface, use `surface(...)`" if declared.kind == "probe" else ""
-    yield Diagnostic("E509", f"`{declared.name}` {does} tracked points, and `{of}` has none", at.source, at.span,
+    yield diagnostic("E509", at, f"`{declared.name}` {does} tracked points, and `{of}` has none",
                      KNOWN[known], f'points that were tracked are `markers("beads.csv", ...)`{else_}')  # fmt: skip
 
 
@@ -106,7 +106,8 @@ def _needs_surface(scene: Scene, metric: Declared) -> bool:
 
 
 def _nearest(metric: Declared) -> str:
-    return ", or use `along = nearest`" if getattr(metric.thing, "along", "") == "normal" else ""
+    normal = isinstance(metric.thing, SurfaceDistance) and metric.thing.along == "normal"
+    return ", or use `along = nearest`" if normal else ""
 
 
 def _time(scene: Scene, metric: Declared) -> _Refusal | None:

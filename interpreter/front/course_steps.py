@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth
@@ -38,16 +39,16 @@ def unresolved(scene: Scene) -> Iterator[Diagnostic]:
         if isinstance(course, Sine):
             yield from _swinging(declared, course, analysis.step)
         elif course.start >= analysis.duration:
-            yield _said(declared, "W378", f"`{declared.name}` begins after the end of the analysis",
-                        f"at {_time(course.start)}, and the end is at {_time(analysis.duration)}",
-                        "it plays no part; analyse a longer `duration`")  # fmt: skip
+            yield diagnostic("W378", declared.at("course"), f"`{declared.name}` begins after the end of the analysis",
+                             f"at {_time(course.start)}, and the end is at {_time(analysis.duration)}",
+                             "it plays no part; analyse a longer `duration`")  # fmt: skip
         elif declared.kind == "support":
             yield from _moved(declared, course, analysis.step)
         elif isinstance(course, Pulse) and _width(course) < analysis.step * (1.0 - NEAR):
-            yield _said(declared, "W378", f"the pulse of `{declared.name}` is shorter than a step",
-                        f"{_time(_width(course))} of a step of {_time(analysis.step)}",
-                        "its impulse is right, and so is what is slow; to see how it acts, take a step of"
-                        f" {_time(_round(_width(course) / SHOWN))} or less")  # fmt: skip
+            yield diagnostic("W378", declared.at("course"), f"the pulse of `{declared.name}` is shorter than a step",
+                             f"{_time(_width(course))} of a step of {_time(analysis.step)}",
+                             "its impulse is right, and so is what is slow; to see how it acts, take a step of"
+                             f" {_time(_round(_width(course) / SHOWN))} or less")  # fmt: skip
 
 
 def shows(case: Case, step: float) -> bool:
@@ -64,34 +65,37 @@ def _swinging(declared: Declared, course: Sine, step: float) -> Iterator[Diagnos
     label = f"{count:.3g} steps of {_time(step)} to a swing of {_time(1.0 / course.frequency)}"
     better = _time(_round(1.0 / (SHOWN * course.frequency)))
     if count < SEEN:
-        yield _said(declared, "E381", f"the step does not show the swings of `{declared.name}`", label,
-                    "what is computed would be another, slower swing: take a step of"
-                    f" {better} or less")  # fmt: skip
+        yield diagnostic("E381", declared.at("course"),
+                         f"the step does not show the swings of `{declared.name}`", label,
+                         "what is computed would be another, slower swing: take a step of"
+                         f" {better} or less")  # fmt: skip
     else:
-        yield _said(declared, "W377", f"there are few steps to a swing of `{declared.name}`", label,
-                    f"its size and its phase are off by several percent: take a step of {better} or less")  # fmt: skip
+        yield diagnostic("W377", declared.at("course"), f"there are few steps to a swing of `{declared.name}`", label,
+                         "its size and its phase are off by several percent: take a step of"
+                         f" {better} or less")  # fmt: skip
 
 
 def _moved(declared: Declared, course: Pulse | Ramp | Smooth, step: float) -> Iterator[Diagnostic]:
     """Of a support that moves: where it is between two steps plays no part."""
     if not isinstance(course, Pulse):
         if course.over < step * (1.0 - NEAR):
-            yield _said(declared, "W378", f"`{declared.name}` moves all the way within a step",
-                        f"{_time(course.over)} of a step of {_time(step)}",
-                        "how quickly it does is not seen: take a step of"
-                        f" {_time(_round(course.over / SHOWN))} or less")  # fmt: skip
+            yield diagnostic("W378", declared.at("course"), f"`{declared.name}` moves all the way within a step",
+                             f"{_time(course.over)} of a step of {_time(step)}",
+                             "how quickly it does is not seen: take a step of"
+                             f" {_time(_round(course.over / SHOWN))} or less")  # fmt: skip
         return
     width = _width(course)
     if width < HELD * step * (1.0 - NEAR):
-        yield _said(declared, "E382", f"the step does not show the pulse of `{declared.name}`",
-                    f"{width / step:.2g} steps of {_time(step)}",
-                    "where a support is between two steps is not seen: take a step of"
-                    f" {_time(_round(width / SHOWN))} or less")  # fmt: skip
+        yield diagnostic("E382", declared.at("course"), f"the step does not show the pulse of `{declared.name}`",
+                         f"{width / step:.2g} steps of {_time(step)}",
+                         "where a support is between two steps is not seen: take a step of"
+                         f" {_time(_round(width / SHOWN))} or less")  # fmt: skip
     elif width < SHOWN * step and not (_whole(course.start / step) and _whole(course.until / step)):
-        yield _said(declared, "W378", f"the pulse of `{declared.name}` begins or ends between two steps",
-                    f"{width / step:.3g} steps of {_time(step)}",
-                    "a support is moved for whole steps: take one that divides its times, or one of"
-                    f" {_time(_round(width / SHOWN))} or less")  # fmt: skip
+        yield diagnostic("W378", declared.at("course"),
+                         f"the pulse of `{declared.name}` begins or ends between two steps",
+                         f"{width / step:.3g} steps of {_time(step)}",
+                         "a support is moved for whole steps: take one that divides its times, or one of"
+                         f" {_time(_round(width / SHOWN))} or less")  # fmt: skip
 
 
 def _width(course: Pulse) -> float:
@@ -113,8 +117,3 @@ def _round(step: float) -> float:
 
 def _time(t: float) -> str:
     return units.show(float(f"{t:.4g}"), units.TIME)
-
-
-def _said(declared: Declared, code: str, message: str, label: str, help: str) -> Diagnostic:
-    at = declared.at("course")
-    return Diagnostic(code, message, at.source, at.span, label, help)

@@ -6,14 +6,14 @@ import math
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.conditions import Condition, Point
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Location, Scene
 from softmark.interpreter.problem.case import Fault, case_for, reach
 from softmark.interpreter.vocabulary.loads import Follower, PerArea
-from softmark.solvers.mesh.shapes import contains
+from softmark.solvers.mesh.shape import Prism
 
 CHEAP = 4_000_000  # bytes of a table that is read when a scene is checked
 FINEST = 2e-3  # of the extent of a body: cells so small are not divided
@@ -30,14 +30,14 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
             case = case_for(scene, model)
         except Fault:
             continue
-        own = getattr(model.thing, "mesh", None)
+        own = model.thing.own_mesh
         shape, at = (own, model.at("mesh")) if own is not None else (case.shape, case.body.at("shape"))
-        path = str(getattr(shape, "path", "")) if getattr(shape, "prebuilt", False) else ""
+        path = shape.file if shape.prebuilt else ""
         doubt = _doubt(path) if path and not path.startswith("data:") else None
         if doubt is not None and at not in said:
             said.add(at)
             problem = f"the mesh of `{case.body.name}` cannot be used: {doubt[0]}"
-            yield Diagnostic("E403", problem, at.source, at.span, "no solid mesh", doubt[1])
+            yield diagnostic("E403", at, problem, "no solid mesh", doubt[1])
 
 
 def _doubt(path: str) -> tuple[str, str] | None:
@@ -55,7 +55,7 @@ def tables(scene: Scene) -> Iterator[Diagnostic]:
         if (unfit := reference.thing.unfit()) is not None:
             at, (reason, remedy) = reference.at("path"), unfit
             problem = f"the table of `{reference.name}` cannot be used: {reason}"
-            yield Diagnostic("E395", problem, at.source, at.span, "no table of tracked points", remedy)
+            yield diagnostic("E395", at, problem, "no table of tracked points", remedy)
 
 
 # ------------------------------------------------------------------ loads on surfaces
@@ -68,14 +68,14 @@ def loads(scene: Scene) -> Iterator[Diagnostic]:
         if not isinstance(action, PerArea | Follower) or load.thing.body not in scene.declared:
             continue
         body = scene.declared[load.thing.body]
-        if hasattr(body.thing.shape, "section") and not _meets(action.where, body.thing.shape):
+        if isinstance(body.thing.shape, Prism) and not _meets(action.where, body.thing.shape):
             at: Location = load.at("where")
             problem = f"`{load.name}` selects no part of the surface of `{body.name}`"
             help = f"it acts on the surface, and this lies inside; the body spans {reach(*body.thing.shape.bounds)}"
-            yield Diagnostic("E302", problem, at.source, at.span, "selects nothing", help)
+            yield diagnostic("E302", at, problem, "selects nothing", help)
 
 
-def _meets(condition: Condition, shape: Any) -> bool:
+def _meets(condition: Condition, shape: Prism) -> bool:
     """Whether a selection may hold somewhere on the surface of a convex body; False only where it is certain not to.
 
     The body's box is halved again and again; cells in which the condition holds nowhere, and those that lie within the
@@ -96,10 +96,10 @@ def _meets(condition: Condition, shape: Any) -> bool:
     return False
 
 
-def _within(shape: Any, low: Point, high: Point, margin: float) -> bool:
+def _within(shape: Prism, low: Point, high: Point, margin: float) -> bool:
     """Whether a cell and a margin around it lie in a convex body: all its corners do."""
     sides = [(a - margin, b + margin) for a, b in zip(low, high, strict=True)]
-    return all(contains(shape, (x, y, z)) for x, y, z in product(*sides))
+    return all(shape.contains((x, y, z)) for x, y, z in product(*sides))
 
 
 def _halves(low: Point, high: Point) -> list[tuple[Point, Point]]:

@@ -12,8 +12,9 @@ from typing import Any
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Location, Scene
-from softmark.interpreter.plan.plan import plan_of
+from softmark.interpreter.plan.plan import asked_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import PerMass
 
@@ -21,10 +22,6 @@ LIGHTEST, HEAVIEST = 10.0, 30_000.0  # kg/m^3: a light foam, and more than osmiu
 SOFTEST, STIFFEST = 10.0, 2e12  # Pa: a gel that flows out of its mould, and more than diamond
 STRONGEST_PULL = 100.0  # m/s^2
 DENSITY: units.Dimension = (-3, 1, 0, 0, 0)
-
-
-def _warning(code: str, at: Location, message: str, label: str, help: str) -> Diagnostic:
-    return Diagnostic(code, message, at.source, at.span, label, help)
 
 
 def _materials(scene: Scene) -> Iterator[tuple[Any, Callable[[str], Location]]]:
@@ -45,9 +42,9 @@ def _densities(scene: Scene) -> Iterator[Diagnostic]:
             meant = units.show(density * factor, DENSITY)
             likely = LIGHTEST <= density * factor <= HEAVIEST
             help = "water has 1000 kg/m^3, or 1 g/cm^3" + (f"; did you mean {meant}?" if likely else "")
-            yield _warning("W303", at("density"),
-                           f"a density of {units.show(density, DENSITY)} is unlikely for a solid",
-                           "a thousand times off?" if likely else "off by far", help)  # fmt: skip
+            yield diagnostic("W303", at("density"),
+                             f"a density of {units.show(density, DENSITY)} is unlikely for a solid",
+                             "a thousand times off?" if likely else "off by far", help)  # fmt: skip
 
 
 def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
@@ -59,7 +56,7 @@ def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
             help = "steel has 210 GPa, diamond 1.1 TPa"
         else:
             continue
-        yield _warning(
+        yield diagnostic(
             "W310", at("young"), f"a Young's modulus of {_pascals(young)} is unlikely for a solid", "off by far", help
         )
 
@@ -73,9 +70,9 @@ def _gravities(scene: Scene) -> Iterator[Diagnostic]:
         action = declared.thing.action
         pull = math.hypot(*action.acceleration) if isinstance(action, PerMass) else 0.0
         if pull > STRONGEST_PULL * (1.0 + 1e-12):  # a direction is of length one but for rounding
-            yield _warning("W307", declared.at(declared.thing.strength),
-                           f"gravity of {pull:g} m/s^2 is {pull / 9.81:.0f} times that of Earth",
-                           "very strong", "on Earth it is 9.81 m/s^2")  # fmt: skip
+            yield diagnostic("W307", declared.at(declared.thing.strength),
+                             f"gravity of {pull:g} m/s^2 is {pull / 9.81:.0f} times that of Earth",
+                             "very strong", "on Earth it is 9.81 m/s^2")  # fmt: skip
 
 
 def _settled(scene: Scene) -> Iterator[Diagnostic]:
@@ -84,18 +81,18 @@ def _settled(scene: Scene) -> Iterator[Diagnostic]:
         # a name with a dot is a metric of a model, be the model in error or not, or a parameter of a used scene
         names = (n.text for n, _ in tree.walk(expectation.node) if isinstance(n, tree.Name) and n.parts[1:])
         if all(name in scene.parameters for name in names):
-            yield _warning("W311", expectation.location, "nothing that is computed enters this expectation",
-                           "the same in every run",
-                           "compare a metric of a model or reference, such as `rod.eta`")  # fmt: skip
+            yield diagnostic("W311", expectation.location, "nothing that is computed enters this expectation",
+                             "the same in every run",
+                             "compare a metric of a model or reference, such as `rod.eta`")  # fmt: skip
 
 
 def _registered(scene: Scene) -> Iterator[Diagnostic]:
     for reference in scene.of_kind("reference").values():
         if reference.thing.registered == "icp":
-            yield _warning("W316", reference.at("register"),
-                           f"`{reference.name}` is moved onto each computed surface before it is compared",
-                           "hides errors",
-                           "errors that look like a motion disappear; `clamp` registers the held face")  # fmt: skip
+            yield diagnostic("W316", reference.at("register"),
+                             f"`{reference.name}` is moved onto each computed surface before it is compared",
+                             "hides errors",
+                             "errors that look like a motion disappear; `clamp` registers the held face")  # fmt: skip
 
 
 def _courses(scene: Scene) -> Iterator[Diagnostic]:
@@ -104,20 +101,21 @@ def _courses(scene: Scene) -> Iterator[Diagnostic]:
         return
     for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
         if declared.thing.course is not None:
-            yield _warning("W317", declared.at("course"),
-                           f"the course of `{declared.name}` plays no part in a static analysis",
-                           "a state of rest has no time",
-                           "it acts in full; declare `analysis NAME = dynamic(...)` to follow the motion")  # fmt: skip
+            yield diagnostic("W317", declared.at("course"),
+                             f"the course of `{declared.name}` plays no part in a static analysis",
+                             "a state of rest has no time",
+                             "it acts in full; declare `analysis NAME = dynamic(...)` to follow"
+                             " the motion")  # fmt: skip
 
 
 def idle(scene: Scene) -> Iterator[Diagnostic]:
     """Models that nothing asks about."""
-    plan = plan_of(scene)
+    asked = asked_of(scene)
     for name, model in scene.of_kind("model").items():
-        if name not in plan.models:
-            yield _warning("W308", model.at(), f"nothing asks for `{name}`, so it is not computed",
-                           "not asked for",
-                           "add a probe, a metric or an expectation of its body")  # fmt: skip
+        if name not in asked:
+            yield diagnostic("W308", model.at(), f"nothing asks for `{name}`, so it is not computed",
+                             "not asked for",
+                             "add a probe, a metric or an expectation of its body")  # fmt: skip
 
 
 def unused(scene: Scene) -> Iterator[Diagnostic]:
@@ -130,7 +128,7 @@ def unused(scene: Scene) -> Iterator[Diagnostic]:
             kind = scene.declared[name].kind
         if kind in ("parameter", "material", "shape", "body", "scene"):
             remedy = "refer to it, or remove it"
-            yield _warning("W309", at, f"nothing uses the {kind} `{name}`", "not used", remedy)
+            yield diagnostic("W309", at, f"nothing uses the {kind} `{name}`", "not used", remedy)
 
 
 LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (

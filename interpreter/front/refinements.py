@@ -10,10 +10,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for
@@ -22,6 +23,9 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 from softmark.references.orders import unlike
 from softmark.references.self_converged import SelfConverged
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Shape
 
 LEAST = 3  # sizes: two tell no order
 RATIO = 1.3  # of neighbouring cell sizes, at least (Celik et al. 2008, step 2 of the procedure)
@@ -64,30 +68,28 @@ def doubts(scene: Scene) -> Iterator[Diagnostic]:
                 yield from found or _warnings(scene, reference)
 
 
-def _error(reference: Declared, field: str, problem: str, label: str, help: str, code: str = "E531") -> Diagnostic:
-    at = reference.at(field)
-    return Diagnostic(code, problem, at.source, at.span, label, help)
-
-
 def _sizes(reference: Declared) -> Iterator[Diagnostic]:
     sizes = reference.thing.sizes
     if sizes.dimension != units.LENGTH:
         given = units.named(sizes.dimension)
-        yield _error(reference, "sizes", f"expected a length, found {given}", given,
-                     "sizes of cells are lengths, such as `[12, 9, 6] mm`", "E204")  # fmt: skip
+        yield diagnostic("E204", reference.at("sizes"), f"expected a length, found {given}", given,
+                         "sizes of cells are lengths, such as `[12, 9, 6] mm`")  # fmt: skip
     elif len(sizes.values) < LEAST:
         count = f"{len(sizes.values)} size" + ("" if len(sizes.values) == 1 else "s")
-        yield _error(reference, "sizes", f"`{reference.name}` has {count}, and an order of convergence needs three",
-                     "too few", "add a finer one, such as half the finest")  # fmt: skip
+        yield diagnostic("E531", reference.at("sizes"),
+                         f"`{reference.name}` has {count}, and an order of convergence needs three",
+                         "too few", "add a finer one, such as half the finest")  # fmt: skip
     elif any(b >= a for a, b in pairwise(sizes.values)) or min(sizes.values) <= 0:
-        yield _error(reference, "sizes", f"the sizes of `{reference.name}` do not go from coarse to fine",
-                     "not decreasing", "write the largest first, such as `[12, 9, 6] mm`")  # fmt: skip
+        yield diagnostic("E531", reference.at("sizes"),
+                         f"the sizes of `{reference.name}` do not go from coarse to fine",
+                         "not decreasing", "write the largest first, such as `[12, 9, 6] mm`")  # fmt: skip
 
 
 def _methods(scene: Scene, reference: Declared, well_sized: bool) -> Iterator[Diagnostic]:
     if len(reference.thing.methods) < 2:
-        yield _error(reference, "methods", f"`{reference.name}` refines one model only", "nothing to compare with",
-                     "name two that share no element and integration, so that each checks the other")  # fmt: skip
+        yield diagnostic("E531", reference.at("methods"),
+                         f"`{reference.name}` refines one model only", "nothing to compare with",
+                         "name two that share no element and integration, so that each checks the other")  # fmt: skip
         return
     seen: dict[tuple[str, str], Declared] = {}
     for name in reference.thing.methods:
@@ -119,7 +121,7 @@ def _unfit(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic 
         problem, label = f"`{reference.name}` knows the state of rest, and no motion", "a dynamic analysis"
         help = "refine the step and the mesh by a study, or leave the analysis static"
     if problem:
-        return _error(reference, "methods", problem, label, help)
+        return diagnostic("E531", reference.at("methods"), problem, label, help)
     return _elsewhere(scene, reference, declared)
 
 
@@ -131,8 +133,9 @@ def _elsewhere(scene: Scene, reference: Declared, declared: Declared) -> Diagnos
         return None
     if own == theirs:
         return None
-    return _error(reference, "methods", f"`{reference.name}` is about `{own}`, and `{declared.name}` about `{theirs}`",
-                  "different bodies", "name models of one body", "E505")  # fmt: skip
+    return diagnostic("E505", reference.at("methods"),
+                      f"`{reference.name}` is about `{own}`, and `{declared.name}` about `{theirs}`",
+                      "different bodies", "name models of one body")  # fmt: skip
 
 
 def _alike(reference: Declared, declared: Declared, twin: Declared, first: Declared) -> Diagnostic | None:
@@ -140,12 +143,14 @@ def _alike(reference: Declared, declared: Declared, twin: Declared, first: Decla
     mine, theirs = declared.thing, first.thing
     if twin is not declared:
         both = f"`{twin.name}` and `{declared.name}`"
-        return _error(reference, "methods", f"{both} have the same element and integration", "share their errors",
-                      "take another element, or hex8 with `integration = selective`")  # fmt: skip
+        return diagnostic("E531", reference.at("methods"),
+                          f"{both} have the same element and integration", "share their errors",
+                          "take another element, or hex8 with `integration = selective`")  # fmt: skip
     for field in ("strain", "material"):
         if getattr(mine, field) != getattr(theirs, field):
-            return _error(reference, "methods", f"`{first.name}` and `{declared.name}` differ in `{field}`",
-                          "different limits", "the limit of refinement is one only for one problem")  # fmt: skip
+            return diagnostic("E531", reference.at("methods"),
+                              f"`{first.name}` and `{declared.name}` differ in `{field}`",
+                              "different limits", "the limit of refinement is one only for one problem")  # fmt: skip
     return None
 
 
@@ -166,11 +171,12 @@ def _too_fine(scene: Scene, reference: Declared, declared: Declared) -> Diagnost
 # ------------------------------------------------------------------ what makes it of little use
 
 
-def uneven(shape: Any, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
+def uneven(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
     """Why meshes of a shape at these sizes cannot be extrapolated, if they cannot: not similar, or hardly finer."""
-    if not hasattr(shape, "counts"):
+    found = [shape.counts(size, cuts) for size in sizes[-LEAST:]]
+    counts = [own for own in found if own is not None]
+    if len(counts) < len(found):
         return None
-    counts = [counted(shape, size, cuts) for size in sizes[-LEAST:]]
     means = [math.prod(own) ** (1 / len(own)) for own in counts]
     ratio, place = min((b / a, i) for i, (a, b) in enumerate(pairwise(means)))
     if ratio >= 0.98 * RATIO:
@@ -179,32 +185,26 @@ def uneven(shape: Any, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
     return f"cells of {b} are only {ratio:.3g} times finer than those of {a}, and an order needs {RATIO:g} times"
 
 
-def counted(shape: Any, size: float, cuts: Cuts) -> tuple[int, ...]:
-    """Cells of a mesh of a size (m) along the directions of a shape, with nodes on cuts."""
-    counts: tuple[int, ...] = shape.counts(size, cuts) if cuts else shape.counts(size)
-    return counts
-
-
 def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
     """Meshes that tell no order, and methods that share what is wrong with them."""
     methods = methods_of(scene, reference)
     shape, sizes, cuts = methods[0].case.shape, reference.thing.sizes.values, cuts_of(methods[0].case)
     if (why := uneven(shape, sizes, cuts)) is not None:
         at = reference.at("sizes")
-        yield Diagnostic("W332", f"the meshes of `{reference.name}` tell no order of convergence", at.source, at.span,
+        yield diagnostic("W332", at, f"the meshes of `{reference.name}` tell no order of convergence",
                          "nothing is extrapolated", _better(shape, cuts), (why,))  # fmt: skip
     nu = methods[0].case.material.poisson
     if all(own.declared.thing.locks_at(nu) for own in methods):
         at = reference.at("methods")
-        yield Diagnostic("W333", f"all methods of `{reference.name}` lock at a Poisson's ratio of {nu:g}", at.source,
-                         at.span, "may agree and be too stiff",
+        yield diagnostic("W333", at, f"all methods of `{reference.name}` lock at a Poisson's ratio of {nu:g}",
+                         "may agree and be too stiff",
                          "take one that does not: tet10, or hex8 with `integration = selective` or "
                          "`formulation = mean_dilatation`")  # fmt: skip
 
 
-def _better(shape: Any, cuts: Cuts) -> str:
+def _better(shape: Shape, cuts: Cuts) -> str:
     """Sizes that give similar meshes, if some are known."""
-    sizes = tuple(float(f"{shape.even / k:.5g}") for k in (1, 2, 3))
-    if uneven(shape, sizes, cuts) is None:
+    sizes = () if shape.even is None else tuple(float(f"{shape.even / k:.5g}") for k in (1, 2, 3))
+    if sizes and uneven(shape, sizes, cuts) is None:
         return f"take sizes that give similar meshes, such as {units.show_all(sizes, units.LENGTH)}"
     return "take sizes of which each is half the one before, and that divide the body in whole cells"

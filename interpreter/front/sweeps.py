@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.front.check import varied
 from softmark.interpreter.language import schema
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.language.sweeps import Target, Variant
 from softmark.interpreter.plan import stability
@@ -28,8 +29,8 @@ def check(scene: Scene) -> Iterator[Diagnostic]:
     sweeps = {n: s.thing for n, s in studies.items() if isinstance(s.thing, Sweep)}
     if len(sweeps) > MOST:
         last = list(sweeps)[MOST]
-        yield _at(studies[last], "", "E510", f"the scene has {len(sweeps)} sweeps", "one too many",
-                  f"a scene has at most {MOST}: write several scenes")  # fmt: skip
+        yield diagnostic("E510", studies[last].at(), f"the scene has {len(sweeps)} sweeps", "one too many",
+                         f"a scene has at most {MOST}: write several scenes")  # fmt: skip
         return
     size = scene.table.size if scene.table else 0
     each = max(FEWEST, min(TRIED, TEXT // (size + 1)) // max(1, len(sweeps)))
@@ -71,11 +72,11 @@ def _sweep(scene: Scene, study: Declared, tried: Sequence[_Tried]) -> Iterator[D
     targets = [link.thing.target.name for link in links if isinstance(link.thing, Sweep)]
     twice = next((name for name in targets if targets.count(name) > 1), None)
     if twice is not None:
-        yield _at(study, "with", "E510", f"`{study.name}` varies `{twice}` twice", "the same again",
-                  "combine it with a sweep of something else")  # fmt: skip
+        yield diagnostic("E510", study.at("with"), f"`{study.name}` varies `{twice}` twice", "the same again",
+                         "combine it with a sweep of something else")  # fmt: skip
     for name in study.thing.models or ():
         if scene.declared[name].kind != "model" or "." in name:
-            yield _at(study, "models", "E510", f"`{name}` is not a model of this scene", "not its own", "")
+            yield diagnostic("E510", study.at("models"), f"`{name}` is not a model of this scene", "not its own", "")
     for one in tried:
         if one.errors:
             yield _variant_error(study.thing.target, one)
@@ -96,7 +97,7 @@ def _consequence(name: str, variant: Variant, error: Diagnostic) -> Diagnostic:
         note = f"{error.code} in {error.source.name}, line {error.span.line}"
     message = f"with `{name} = {variant.text}` the scene is in error: {error.message}"
     notes = (note,) if note else ()
-    return Diagnostic("E511", message, variant.at.source, variant.at.span, "not possible here", error.help, notes)
+    return diagnostic("E511", variant.at, message, "not possible here", error.help, notes)
 
 
 def _asking(scene: Scene, study: Declared, tried: Mapping[str, Sequence[_Tried]]) -> Iterator[Diagnostic]:
@@ -114,21 +115,16 @@ def _asking(scene: Scene, study: Declared, tried: Mapping[str, Sequence[_Tried]]
     numbers = {one.number for one in values if one.number is not None}
     if len(numbers) < FEWEST:
         message = f"`{study.name}` needs at least {FEWEST} different numbers to see an order"
-        yield _at(study, "over", "E510", message, f"`{sweep.name}` has {len(numbers)}",
-                  "add values to the sweep, such as halves of the last")  # fmt: skip
+        yield diagnostic("E510", study.at("over"), message, f"`{sweep.name}` has {len(numbers)}",
+                         "add values to the sweep, such as halves of the last")  # fmt: skip
 
 
 def _is_sweep(scene: Scene, study: Declared, field: str) -> Iterator[Diagnostic]:
-    name = getattr(study.thing, "with_" if field == "with" else field)
+    name = study.value(field)
     other = scene.declared[name]
     if not isinstance(other.thing, Sweep):
         word = other.constructor.name
         sweeps = [n for n, d in scene.of_kind("study").items() if isinstance(d.thing, Sweep)]
         example = "declare one: `study NAME = sweep(h, over = [10, 5] mm)`"
         help = f"sweeps: {schema.listed(sweeps)}" if sweeps else example
-        yield _at(study, field, "E213", f"expected a sweep, found the {word} `{name}`", f"a {word}", help)
-
-
-def _at(study: Declared, field: str, code: str, message: str, label: str, help: str) -> Diagnostic:
-    at = study.at(field)
-    return Diagnostic(code, message, at.source, at.span, label, help)
+        yield diagnostic("E213", study.at(field), f"expected a sweep, found the {word} `{name}`", f"a {word}", help)

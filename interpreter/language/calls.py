@@ -274,7 +274,7 @@ class Binder:
         limits = field.interval.words(field.dimension or units.NONE)
         shown = units.show(value, field.dimension or units.NONE)
         help = aliases.ADVICE.get((field.name, value >= field.interval.high)) or field.meaning
-        literal = isinstance(node, tree.Number) or isinstance(getattr(node, "operand", None), tree.Number)
+        literal = isinstance(node.operand if isinstance(node, tree.Unary) else node, tree.Number)
         raise place.fail(
             "E301",
             node.span,

@@ -28,6 +28,7 @@ from softmark.interpreter.language.sources import Module, Symbol, Table
 
 STATEMENTS = ("param", "use", "expect", "scene")
 DEEPEST = 80  # declarations that refer to one another in a row
+KEPT = 200  # variations of a scene: a check compiles no more of a sweep, and each holds tens of kilobytes
 
 
 def compile_scene(
@@ -44,16 +45,29 @@ def compile_scene(
 
 
 def recompiled(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
-    """The scene with further overrides, and all diagnostics; its text is not parsed again."""
+    """The scene with further overrides, and all diagnostics; made once of each, and no text is parsed again."""
     if scene.table is None:
         raise ValueError("the scene does not know its texts")
+    kept: dict[tuple[Any, ...], tuple[Scene, list[Diagnostic]]] = scene.known.setdefault(recompiled, {})
+    key = tuple((o.text, o.written, o.place.source.name, o.name_span, o.node.span) for o in more)
+    if key not in kept:
+        made = _recompiled(scene, scene.table, more)
+        if scene.varied or len(kept) == KEPT:
+            return made
+        kept[key] = made
+    other, diagnostics = kept[key]
+    return other, list(diagnostics)
+
+
+def _recompiled(scene: Scene, known: Table, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
     diagnostics = Ledger()
-    table = scene.table.again(diagnostics)
+    table = known.again(diagnostics)
     added = [replace(o, place=Place(o.place.source, diagnostics)) for o in more]
-    texts = (*scene.overrides, *(o.text for o in more))
+    varied = tuple(o.text for o in more)
+    texts = (*scene.overrides, *varied)
     given = overrides.read(scene.overrides, diagnostics) + added
     other, found = _compiled(table, scene.path, given, diagnostics, texts)
-    return replace(other, chosen=scene.chosen), found
+    return replace(other, chosen=scene.chosen, varied=scene.varied + varied), found
 
 
 def _reduced(scene: Scene) -> tuple[Any, ...]:

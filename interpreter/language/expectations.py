@@ -60,7 +60,8 @@ class Expectations:
         table = self.compiler.table
         if table.is_broken(name.parts[0]):
             raise Bad  # reported where it is declared
-        if isinstance(getattr(table.symbols.get(name.text), "node", None), tree.Param):
+        symbol = table.symbols.get(name.text)
+        if symbol is not None and isinstance(symbol.node, tree.Param):
             return self.compiler.scope.lookup(name, self.module, self.place)
         owner = self._kinds.get(name.parts[0], "")
         if len(name.parts) == 1:

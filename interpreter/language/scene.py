@@ -56,6 +56,11 @@ class Declared:
     fields: Mapping[str, Location] = field(default_factory=dict)  # where each given field stands
     name_at: Location | None = None
 
+    def value(self, name: str) -> Any:
+        """Of the field that scenes call `name`, None where it has none of this name."""
+        known = self.constructor.field(name)
+        return None if known is None else getattr(self.thing, known.attribute)
+
     def at(self, name: str = "") -> Location:
         """Where a field is given, or else the name that is declared."""
         return self.fields.get(name, self.name_at or self.location)
@@ -88,6 +93,7 @@ class Scene:
     unused: Mapping[str, Location] = field(default_factory=dict)
     table: Table | None = field(default=None, repr=False, compare=False)  # what it was compiled from
     chosen: tuple[str, ...] = ()  # models that are asked for, with what they need; all of them without
+    varied: tuple[str, ...] = ()  # of the overrides, those that a study gave: `L=120 mm`
 
     @property
     def vocabulary(self) -> Vocabulary:
@@ -104,6 +110,11 @@ class Scene:
         """Those of a kind, without models that were not asked for."""
         own = self.of_kind(kind)
         return {n: d for n, d in own.items() if n in self.chosen} if self.chosen and kind == "model" else own
+
+    @cached_property
+    def known(self) -> dict[Any, Any]:
+        """What was worked out of it, by who asked: cases, and itself with other values. Each is found once."""
+        return {}
 
     @cached_property
     def _kinds(self) -> dict[str, dict[str, Declared]]:
@@ -123,7 +134,7 @@ class Scene:
         found: dict[tuple[str, str | None], list[tuple[int, Declared]]] = {}
         for kind in ("support", "load"):
             for place, declared in enumerate(self.of_kind(kind).values()):
-                found.setdefault((kind, getattr(declared.thing, "body", None)), []).append((place, declared))
+                found.setdefault((kind, declared.value("body")), []).append((place, declared))
         return found
 
 

@@ -15,6 +15,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from softmark.interpreter.language import units
 from softmark.interpreter.language.units import Dimension
+from softmark.ranges import Range
 from softmark.records import dataclass
 
 Form = Literal[
@@ -39,17 +40,8 @@ Form = Literal[
 
 
 @dataclass(frozen=True)
-class Interval:
-    """A range in SI, with open or closed ends."""
-
-    low: float
-    high: float
-    low_open: bool
-    high_open: bool
-
-    def __contains__(self, value: float) -> bool:
-        above = value > self.low if self.low_open else value >= self.low
-        return above and (value < self.high if self.high_open else value <= self.high)
+class Interval(Range):
+    """A range in SI, and how it is told."""
 
     def words(self, dimension: Dimension) -> str:
         """`greater than 0`, `between -1 and 0.5 (exclusive)`."""
@@ -237,7 +229,7 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
     if base is str and not spec:
         return {"form": "text"}
     if base is int or int in get_args(base):
-        return {"form": "integer", "interval": _interval(spec)}
+        return {"form": "integer", "interval": Interval.read(spec)}
     if spec in ("shape", "material", "element", "course", "stiffness"):
         return {"form": "value", "kind": spec}
     if spec in ("body", "reference", "probe", "analysis", "metric", "model", "study"):
@@ -251,14 +243,4 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
     unit = spec.split(" in ")[0]
     vector = tuple in (get_origin(base), *(get_origin(part) for part in get_args(base)))
     form = "vector" if vector else "quantity"
-    return {"form": form, "dimension": units.parse(unit).dimension, "interval": _interval(spec)}
-
-
-_RANGE = re.compile(r"in ([(\[])(\S+), (\S+)([)\]])$")
-
-
-def _interval(spec: str) -> Interval | None:
-    match = _RANGE.search(spec)
-    if match is None:
-        return None
-    return Interval(float(match[2]), float(match[3]), match[1] == "(", match[4] == ")")
+    return {"form": form, "dimension": units.parse(unit).dimension, "interval": Interval.read(spec)}

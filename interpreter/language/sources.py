@@ -115,7 +115,7 @@ def read(path: Path, shown: str | None = None) -> Source:
         with path.open("rb") as file:
             data = beginning(file, name)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
+        reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
         raise Missing(f"cannot read {name}: {reason[:1].lower()}{reason[1:]}") from error
     return Source(name, _text(data, name))
 

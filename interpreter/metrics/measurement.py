@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
 
@@ -15,18 +15,11 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.case import Case
     from softmark.interpreter.results.history import History
     from softmark.interpreter.results.report import Timing
+    from softmark.references.measured import MeasuredSurface
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int64]
     Field = Callable[[Floats], Floats]
-
-
-class Measured(Protocol):
-    """A measured surface: points (n, 3) in m in the scene's frame, triangles (k, 3), and how uncertain it is in m."""
-
-    points: Floats
-    triangles: Ints
-    uncertainty: float
 
 
 @dataclass(frozen=True)
@@ -36,7 +29,7 @@ class Known:
     name: str
     u: Floats | None = None  # (n, 3) m at the points of the metric's probe
     displacement: Field | None = None  # (n, 3) -> (n, 3), of any material point
-    surface: Measured | None = None
+    surface: MeasuredSurface | None = None
     uncertainty: float = 0.0  # m
     times: Floats | None = None  # (t,) s, and
     course: Floats | None = None  # (t, n, 3) m at the points of the probe, of a model with a history

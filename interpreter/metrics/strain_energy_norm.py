@@ -9,6 +9,7 @@ from softmark.interpreter.metrics.measurement import Measurement
 from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
+from softmark.solvers.materials.isotropic import Isotropic
 
 if TYPE_CHECKING:
     import numpy as np
@@ -98,10 +99,9 @@ def green_lagrange(u: Field, X: Floats, step: float) -> Floats:
 
 def _energy(E: Floats, w: Floats, case: Case) -> float:
     """sum w E : C : E, J."""
-    mu = getattr(case.material, "shear_modulus", None)
-    lam = getattr(case.material, "lame_lambda", None)
-    if mu is None or lam is None:
+    if not isinstance(case.material, Isotropic):
         raise Undefined("the material has no shear modulus and no Lamé constant at rest")
+    mu, lam = case.material.shear_modulus, case.material.lame_lambda
     if not np.isfinite(lam):
         raise Undefined("in an incompressible material any change of volume has infinite energy")
     trace = np.trace(E, axis1=1, axis2=2)

@@ -28,6 +28,6 @@ def named_by(scene: Scene, declared: Declared, form: str) -> Iterator[str]:
     """Declarations that fields of this form name."""
     for field in declared.constructor.fields:
         if field.form == form:
-            value = getattr(declared.thing, field.attribute)
+            value = declared.value(field.name)
             names = (value,) if form == "name" else value
             yield from (n for n in names or () if n in scene.declared)

@@ -38,9 +38,7 @@ class Plan:
 
 def plan_of(scene: Scene, only: tuple[str, ...] = ()) -> Plan:
     """The plan of a scene; `only` restricts the models. Raises Fault for a model of an unclear body."""
-    askers = _askers(scene)
-    places = {n: askers.get(("body", body_of(scene, d))) or askers.get(("name", n)) for n, d in _workers(scene).items()}
-    asked = {n: place for n, place in places.items() if place is not None}
+    asked = asked_of(scene)
     models = tuple(n for n in scene.of_kind("model") if n in asked and (not only or n in only))
     references = tuple(n for n in scene.of_kind("reference") if n in asked)
     tasks = (
@@ -51,6 +49,13 @@ def plan_of(scene: Scene, only: tuple[str, ...] = ()) -> Plan:
     )
     idle = tuple(n for n in _workers(scene) if n not in asked)
     return Plan(tasks, models, references, idle)
+
+
+def asked_of(scene: Scene) -> dict[str, Location]:
+    """Models and references that something asks for, and what does. Raises Fault for one of an unclear body."""
+    askers = _askers(scene)
+    places = {n: askers.get(("body", body_of(scene, d))) or askers.get(("name", n)) for n, d in _workers(scene).items()}
+    return {n: place for n, place in places.items() if place is not None}
 
 
 def _workers(scene: Scene) -> dict[str, Declared]:
@@ -106,7 +111,7 @@ def _solve(scene: Scene, name: str, asked: Location) -> Task:
 
 def _known(reference: Declared) -> str:
     """What a reference is; `self_converged: quads and hexes at (12, 9, 6) mm, 6 solutions` of one that refines."""
-    if not hasattr(reference.thing, "methods"):
+    if reference.thing.how != "refined":
         return reference.constructor.name
     names, sizes = reference.thing.methods, reference.thing.sizes.values
     each = f"{' and '.join(names)} at {units.show_all(sizes, units.LENGTH)}"

@@ -117,7 +117,7 @@ def quantity_of(scene: Scene, name: str) -> Quantity:
     field = declared.constructor.field(attribute)
     if field is None:
         raise KeyError(name)
-    value = getattr(declared.thing, field.attribute)
+    value = declared.value(attribute)
     if field.form in ("choice", "flag") or (field.form == "value" and field.kind == "element"):
         return _of_choice(scene, name, field, value)
     if value is None:
@@ -147,9 +147,8 @@ def usual(scene: Scene) -> Iterator[Quantity]:
 
 
 def _has(declared: Declared, attribute: str) -> bool:
-    field = declared.constructor.field(attribute)
-    given = field is not None and getattr(declared.thing, field.attribute) is not None
-    return given and (attribute in declared.fields or attribute in ("precision", "tolerance"))
+    given = attribute in declared.fields or attribute in ("precision", "tolerance")
+    return given and declared.value(attribute) is not None
 
 
 # ------------------------------------------------------------------ by form
@@ -261,12 +260,12 @@ def _tried(scene: Scene, name: str, value: float) -> tuple[Scene, list[Any]]:
 
 def _is_poisson(scene: Scene, name: str, value: float) -> bool:
     """Whether a parameter is Poisson's ratio of a material: a change of it is one of the material's."""
-    own = {n: d.thing.poisson for n, d in scene.declared.items() if getattr(d.thing, "poisson", None) == value}
+    own = {n: d.thing.poisson for n, d in scene.declared.items() if d.value("poisson") == value}
     if not own or not -1 < value < ladder.INCOMPRESSIBLE:
         return False
     changed = value - 1e-3 * (ladder.INCOMPRESSIBLE - value)
     other, _ = _tried(scene, name, changed)
-    return any(getattr(other.declared[n].thing, "poisson", None) == changed for n in own if n in other.declared)
+    return any(other.declared[n].value("poisson") == changed for n in own if n in other.declared)
 
 
 def _must_be_whole(scene: Scene, name: str, value: float) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.grammar.suggest import nearest
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.language.sweeps import Target
 from softmark.interpreter.metrics.metric import OfDisplacements
@@ -95,7 +96,7 @@ def doubts(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
             yield found
     for name in study.thing.models or ():
         if scene.declared[name].kind != "model" or "." in name:
-            yield _at(study.at("models"), "E512", f"`{name}` is not a model of this scene", "not its own", "")
+            yield diagnostic("E512", study.at("models"), f"`{name}` is not a model of this scene", "not its own", "")
 
 
 def no_judge(scene: Scene, at: Location | None, name: str) -> Diagnostic:
@@ -124,22 +125,23 @@ def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
         help = f"metrics that can: {', '.join(usable)}" if usable else no_judge(scene, None, study.name).help
         what = "cannot tell" if thing.unit == "1" and against is not None else "is no relative error, so it cannot tell"
         message = f"`{name}` {what} right from wrong: {why}"
-        yield _at(study.at("metric"), "E513", message, "cannot judge", help)
+        yield diagnostic("E513", study.at("metric"), message, "cannot judge", help)
 
 
 def _target(scene: Scene, study: Declared, target: Target, again: bool) -> Diagnostic | None:
     at = Location(study.at("over").source, target.span)
     if again:
-        return _at(at, "E512", f"`{study.name}` walks `{target.name}` twice", "the same again", "name it once")
+        return diagnostic("E512", at, f"`{study.name}` walks `{target.name}` twice", "the same again", "name it once")
     try:
         quantity = quantity_of(scene, target.name)
     except Unwalkable as unfit:
-        return _at(at, "E512", str(unfit), "cannot be walked", unfit.help)
+        return diagnostic("E512", at, str(unfit), "cannot be walked", unfit.help)
     except KeyError:
         return _no_field(scene, at, target.name)
     if not quantity.ladders and len(quantity.options) < 2:
-        return _at(at, "E512", f"`{target.name}` has nowhere to go: its range ends where it is", "cannot be walked",
-                   "widen its range: `param h = 10 mm in 1 mm .. 100 mm`")  # fmt: skip
+        return diagnostic("E512", at, f"`{target.name}` has nowhere to go: its range ends where it is",
+                          "cannot be walked",
+                          "widen its range: `param h = 10 mm in 1 mm .. 100 mm`")  # fmt: skip
     return None
 
 
@@ -149,8 +151,4 @@ def _no_field(scene: Scene, at: Location, name: str) -> Diagnostic:
     close = nearest(attribute, [f.name for f in constructor.fields])
     fields = ", ".join(f.name for f in constructor.fields) or "none"
     help = f"did you mean `{close}`?" if close else f"fields of `{constructor.name}`: {fields}"
-    return _at(at, "E205", f"`{constructor.name}` has no field `{attribute}`", "not a field", help)
-
-
-def _at(at: Location, code: str, message: str, label: str, help: str) -> Diagnostic:
-    return Diagnostic(code, message, at.source, at.span, label, help)
+    return diagnostic("E205", at, f"`{constructor.name}` has no field `{attribute}`", "not a field", help)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from softmark.interpreter.language.expressions import Place, Quantity
 from softmark.interpreter.language.overrides import Override
 from softmark.interpreter.language.scene import Declared, Scene
@@ -19,18 +21,27 @@ def override_of(sweep: Sweep, variant: Variant) -> Override:
 def chain(scene: Scene, sweep: Declared) -> list[Declared]:
     """A sweep and those that it is combined with, outermost first. Stops at what is no sweep."""
     found = [sweep]
-    while (name := getattr(found[-1].thing, "with_", None)) is not None:
-        found.append(scene.declared[name])
+    while isinstance(last := found[-1].thing, Sweep) and last.with_ is not None:
+        found.append(scene.declared[last.with_])
     return found
+
+
+def value_of(scene: Scene, name: str) -> float | list[Any] | str | None:
+    """What a parameter or a field is in a scene: a number or a list of numbers, SI, or a text; None where it is not."""
+    if name in scene.parameters:
+        value = scene.parameters[name].value
+        return value.value if isinstance(value, Quantity) else list(value.values)
+    owner, _, attribute = name.rpartition(".")
+    declared = scene.declared.get(owner)
+    found = declared.value(attribute) if declared else None
+    if found is None:
+        return None
+    if isinstance(found, int | float) and not isinstance(found, bool):
+        return float(found)
+    return list(found) if isinstance(found, tuple) else str(found)
 
 
 def value_in(scene: Scene, name: str) -> float | None:
     """The number, SI, that a parameter or a field has in a scene; None where it is none."""
-    if name in scene.parameters:
-        value = scene.parameters[name].value
-        return value.value if isinstance(value, Quantity) else None
-    owner, _, attribute = name.rpartition(".")
-    declared = scene.declared.get(owner)
-    field = declared.constructor.field(attribute) if declared else None
-    found = getattr(declared.thing, field.attribute) if declared and field else None
-    return float(found) if isinstance(found, int | float) and not isinstance(found, bool) else None
+    found = value_of(scene, name)
+    return None if isinstance(found, str | list) else found

@@ -11,12 +11,13 @@ from softmark.interpreter.problem.stretches import coverage, inside
 from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.interpreter.vocabulary.supports import Holding
 from softmark.references.cantilever import ALIGNMENT, Cantilever, Disc, Rectangle, Refused
+from softmark.solvers.mesh.shapes import Box, Cylinder
 
 
 def cantilever_of(reference: Declared, case: Case) -> Cantilever:
     """The beam that a reference is about. Raises Fault where an assumption of beam theory is broken."""
     shape = case.shape
-    if not hasattr(shape, "section"):
+    if not isinstance(shape, Cylinder | Box):
         raise _refused(reference, f"`{case.body.name}` is not a straight body with a constant section",
                        "beam theory needs a cylinder or a box")  # fmt: skip
     for load in case.loads:
@@ -41,7 +42,7 @@ def _refused(reference: Declared, reason: str, remedy: str) -> Fault:
 
 def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
     """Root and axis, away from the clamp; exactly one end must be clamped, and nothing else held."""
-    shape = case.shape
+    shape = case.prism
     clamped = []
     for support in case.supports:
         if not isinstance(support.thing, Holding) or support.thing.moves or len(support.thing.components) < 3:
@@ -74,11 +75,14 @@ def _section(case: Case) -> Disc | Rectangle:
 
     Nothing is taken from the section that models compute with, so that a mistake there shows as a difference.
     """
-    if not hasattr(case.shape, "size"):
-        return Disc(case.shape.radius)
-    first, second = (i for i in range(3) if abs(case.shape.axis[i]) < 0.5)
+    shape = case.shape
+    if isinstance(shape, Cylinder):
+        return Disc(shape.radius)
+    if not isinstance(shape, Box):
+        raise TypeError("neither a cylinder nor a box")
+    first, second = (i for i in range(3) if abs(shape.axis[i]) < 0.5)
     pulls = abs(case.gravity[first]), abs(case.gravity[second])
     if min(pulls) > ALIGNMENT * math.hypot(*pulls):
         raise Refused("gravity is oblique to the sides of the section", "the beam would bend sideways; turn gravity")
     height, width = (first, second) if pulls[0] > pulls[1] else (second, first)
-    return Rectangle(height=case.shape.size[height], width=case.shape.size[width])
+    return Rectangle(height=shape.size[height], width=shape.size[width])

@@ -8,10 +8,12 @@ from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.records import dataclass
+from softmark.solvers.mesh.shape import Prism, Shape
 
 
 class Fault(Exception):
@@ -24,7 +26,7 @@ class Fault(Exception):
 
 def fault(code: str, at: Location, message: str, label: str = "", help: str = "") -> Fault:
     """A Fault at a place of the scene."""
-    return Fault(Diagnostic(code, message, at.source, at.span, label, help))
+    return Fault(diagnostic(code, at, message, label, help))
 
 
 @dataclass(frozen=True)
@@ -39,9 +41,17 @@ class Case:
     wide: bool = False  # supports hold whatever cells and facets they select a part of, on meshes that do not end there
 
     @property
-    def shape(self) -> Any:
+    def shape(self) -> Shape:
         """The body's geometry."""
-        return self.body.thing.shape
+        found: Shape = self.body.thing.shape
+        return found
+
+    @property
+    def prism(self) -> Prism:
+        """The same where it is known to be one. Raises TypeError."""
+        if not isinstance(self.shape, Prism):
+            raise TypeError(f"`{self.body.name}` is no straight prism")
+        return self.shape
 
     @property
     def material(self) -> Any:
@@ -57,7 +67,15 @@ class Case:
 
 
 def case_of(scene: Scene, body: str) -> Case:
-    """The case of a body."""
+    """The case of a body, made once for a scene."""
+    key = Case, body
+    if key not in scene.known:
+        scene.known[key] = _made(scene, body)
+    case: Case = scene.known[key]
+    return case
+
+
+def _made(scene: Scene, body: str) -> Case:
     analyses = list(scene.of_kind("analysis").values())
     return Case(
         body=scene.declared[body],
@@ -69,14 +87,20 @@ def case_of(scene: Scene, body: str) -> Case:
 
 def case_for(scene: Scene, worker: Declared) -> Case:
     """The case of a model or reference, with the material that it takes instead of the body's. Raises Fault."""
-    other = getattr(worker.thing, "material", None)
+    other = worker.thing.other_material if worker.kind == "model" else None
     case = case_of(scene, body_of(scene, worker))
-    return case if other is None else replace(case, other_material=other)
+    if other is None:
+        return case
+    key = Case, case.body.name, id(other)  # which lives as long as the case that is kept
+    if key not in scene.known:
+        scene.known[key] = replace(case, other_material=other)
+    found: Case = scene.known[key]
+    return found
 
 
 def body_of(scene: Scene, declared: Declared) -> str:
     """The body that a model, reference or probe is about: the one it names, or the only one. Raises Fault."""
-    named: str | None = getattr(declared.thing, "body", None)
+    named: str | None = declared.value("body")
     if named is not None:
         return named
     bodies = list(scene.of_kind("body"))

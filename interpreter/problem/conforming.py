@@ -10,12 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise, product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.conditions import Border, Condition
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
 from softmark.solvers.mesh.cuts import SAME, Cut
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Shape
 
 Cuts = tuple[Cut, ...]
 Place = Mapping[str, float]  # a point in a shape's own coordinates
@@ -27,11 +30,11 @@ NARROW = 1e-4  # of a span: an interval that may hold one crossing is halved to 
 MOST = 32  # intervals that may hold a crossing: with more, the border is no such surface; and cuts of one condition
 
 
-def cuts_of(case: Case, shape: Any = None) -> Cuts:
+def cuts_of(case: Case, shape: Shape | None = None) -> Cuts:
     """The cuts that the supports of a case ask of meshes of its shape; none of a mesh from a file."""
     shape = shape or case.shape
     found: list[Cut] = []
-    for support in case.supports if hasattr(shape, "spans") else ():
+    for support in case.supports if shape.spans else ():
         found += _Asking(shape, support.thing.where).cuts()
     return tuple(dict.fromkeys(found))
 
@@ -40,19 +43,19 @@ def cuts_of(case: Case, shape: Any = None) -> Cuts:
 class _Asking:
     """A condition in a shape."""
 
-    shape: Any
+    shape: Shape
     condition: Condition
 
     @property
     def extent(self) -> float:
         """Of the body, m."""
-        return math.dist(*self.shape.bounds)
+        return self.shape.diagonal
 
     def cuts(self) -> list[Cut]:
         """Where the mesh needs nodes for it."""
         where = [(axis, at) for border in self.condition.borders for axis, at in self._places(border)][:MOST]
         found = [Cut(axis, at, self._held_to_the_end(axis, at)) for axis, at in where if self._bounds(axis, at, where)]
-        chords = (self.shape.chord(b.plane) for b in self.condition.borders if b.plane and hasattr(self.shape, "chord"))
+        chords = (self.shape.chord(b.plane) for b in self.condition.borders if b.plane)
         return found + [chord for chord in chords if chord is not None and self._along(chord, where)]
 
     # -------------------------------------------------------------- where a border lies
@@ -72,7 +75,7 @@ class _Asking:
         others = {n: a + (b - a) * _strewn(share, i) for i, (n, (a, b)) in enumerate(spans.items())}
 
         def at(t: float) -> tuple[float, float, float]:
-            return self.shape.place(**{**others, axis: t})  # type: ignore[no-any-return]
+            return self.shape.place(**{**others, axis: t})
 
         low, high = spans[axis]
         slack = SAME * (high - low)

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TypeVar
 
 from softmark.interpreter.language.scene import Location
 from softmark.interpreter.problem.case import fault
+from softmark.solvers.mesh.shape import Shape
+from softmark.solvers.mesh.shapes import MeshFile
+
+AnyShape = TypeVar("AnyShape", bound=Shape)
 
 
-def located(shape: Any, at: Location) -> Any:
+def located(shape: AnyShape, at: Location) -> AnyShape:
     """A shape whose file, if it is a data set, is here now. Raises Fault where it cannot be had."""
-    path = getattr(shape, "path", "")
-    if not path.startswith("data:"):
+    path = shape.file
+    if not isinstance(shape, MeshFile) or not path.startswith("data:"):
         return shape
     from softmark.references.data import Unavailable, find
 
     try:
-        return replace(shape, path=str(find(path)))
+        here: AnyShape = replace(shape, path=str(find(path)))
+        return here
     except Unavailable as failure:
         raise fault(
             "E406", at, f"the data set `{path}` is not available: {failure.reason}", help=failure.remedy

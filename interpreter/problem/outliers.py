@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, fault
 from softmark.interpreter.problem.data import located
-from softmark.solvers.mesh.shapes import Disc, transverse
+from softmark.solvers.mesh.shape import Prism, transverse
+from softmark.solvers.mesh.shapes import MeshFile
 
 Floats = NDArray[np.float64]
 
@@ -37,22 +37,23 @@ def kept(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np.bool_], tup
         raise fault("E504", at, problem, "not in the body", help_)
     first = units.show_all(tuple(float(x) for x in X[int(np.argmax(far))]), units.LENGTH)
     problem = f"{count} of {len(X)} points of `{probe.name}` lie outside `{body}`, by up to {most}, and are left out"
-    return inside, (Diagnostic("W379", problem, at.source, at.span, f"the farthest is at {first}", help_),)
+    return inside, (diagnostic("W379", at, problem, f"the farthest is at {first}", help_),)
 
 
 def distances(case: Case, X: Floats) -> tuple[Floats, float]:
     """How far each point X (n, 3) lies outside a body (n,), and the body's diagonal, both in m."""
     shape = case.shape
-    if getattr(shape, "prebuilt", False):
+    if isinstance(shape, MeshFile):
         from softmark.solvers.mesh.files.reading import read
         from softmark.solvers.mesh.interpolation import locate
 
         known = located(shape, case.body.at("shape"))
         mesh = read(known.path, known.unit, known.coincident)
         return locate(mesh, X).outside, mesh.extent
+    assert shape.bounds is not None  # but of a file
     low, high = (np.array(end) for end in shape.bounds)
     extent = float(np.linalg.norm(high - low))
-    return (_of_prism(shape, X) if hasattr(shape, "section") else _of_box(low, high, X)), extent
+    return (_of_prism(shape, X) if isinstance(shape, Prism) else _of_box(low, high, X)), extent
 
 
 def _of_box(low: Floats, high: Floats, X: Floats) -> Floats:
@@ -61,16 +62,11 @@ def _of_box(low: Floats, high: Floats, X: Floats) -> Floats:
     return found
 
 
-def _of_prism(shape: Any, X: Floats) -> Floats:
+def _of_prism(shape: Prism, X: Floats) -> Floats:
     """Of a cylinder or a box, exactly."""
-    offset, section = X - np.array(shape.root), shape.section
+    offset = X - np.array(shape.root)
     first, second = (np.array(t) for t in transverse(shape.axis))
     s, u, v = (offset @ t for t in (np.array(shape.axis), first, second))
     along = np.maximum(np.maximum(-s, s - shape.length), 0.0)
-    if isinstance(section, Disc):
-        across = np.maximum(np.hypot(u, v) - section.radius, 0.0)
-    else:
-        sides = np.abs(u) - 0.5 * section.width, np.abs(v) - 0.5 * section.height
-        across = np.hypot(*(np.maximum(side, 0.0) for side in sides))
-    found: Floats = np.hypot(along, across)
+    found: Floats = np.hypot(along, shape.section.outside(u, v))
     return found

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial, reduce
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.conditions import Condition
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.data import located
@@ -24,6 +25,10 @@ from softmark.interpreter.vocabulary.supports import Holding
 from softmark.records import dataclass
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
+from softmark.solvers.mesh import shape as geometry
+
+if TYPE_CHECKING:
+    from softmark.references.measured import Measured
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -53,7 +58,7 @@ class Place:
 def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Place:
     """The points of a probe; `tracked` gives those of a measurement by its name. Raises Fault."""
     own = probe.thing.cells is not None
-    if not own and not getattr(case.shape, "prebuilt", False):
+    if not own and not case.shape.prebuilt:
         return _place(probe, case, tracked)
     from softmark.solvers.mesh.files.reading import Unreadable
 
@@ -86,9 +91,9 @@ def _of_body(probe: Declared, case: Case, X: Floats) -> Place:
     return Place(chosen[inside], notes=notes)
 
 
-def _size(shape: Any) -> float:
+def _size(shape: geometry.Shape) -> float:
     """An edge length that resolves a shape; of a mesh from a file, which has its own, any."""
-    if not hasattr(shape, "bounds"):
+    if shape.bounds is None:
         return 1.0
     low, high = shape.bounds
     return float(max(b - a for a, b in zip(low, high, strict=True)) / FINENESS)
@@ -112,13 +117,11 @@ def _missed(probe: Declared, share: float) -> tuple[Diagnostic, ...]:
     """A warning where triangles that a curved border crosses are a part of what a probe selects."""
     if 1.0 - share <= MISSED:
         return ()
-    at = probe.at("where")
     return (
-        Diagnostic(
+        diagnostic(
             "W380",
+            probe.at("where"),
             f"`{probe.name}` looks at {100 * share:.3g} % of the surface that it selects",
-            at.source,
-            at.span,
             "its triangles do not end at a curved border",
             "give the probe a smaller `size`",
         ),
@@ -149,7 +152,7 @@ def _nothing(probe: Declared) -> Fault:
     )
 
 
-def _volume(shape: Any, size: float) -> Place:
+def _volume(shape: geometry.Shape, size: float) -> Place:
     """Four points in every tetrahedron, by which integrals of squares of linear fields are exact: at its centroid alone
     the strains of linear elements are better than anywhere else, and their error seems less than it is."""
     mesh = shape.mesh(Tet4.name, size)
@@ -161,11 +164,11 @@ def _volume(shape: Any, size: float) -> Place:
 def drawn(case: Case) -> Place:
     """A surface of the body for pictures."""
     shape = located(case.shape, case.body.at("shape"))
-    if hasattr(shape, "section"):
+    if isinstance(shape, geometry.Prism):
         return Place(*skin_of(shape))
     size = _size(shape)
     X, triangles = shape.surface(size)
-    if len(X) > DRAWN and not getattr(shape, "prebuilt", False):
+    if len(X) > DRAWN and not shape.prebuilt:
         X, triangles = shape.surface(size * (len(X) / DRAWN) ** 0.5)
     return Place(X, triangles)
 
@@ -173,7 +176,7 @@ def drawn(case: Case) -> Place:
 def scanned(case: Case) -> Place:
     """A surface of the body fine enough to be put through a scanner."""
     shape = located(case.shape, case.body.at("shape"))
-    return Place(*skin_of(shape, *SCANNED)) if hasattr(shape, "section") else drawn(case)
+    return Place(*skin_of(shape, *SCANNED)) if isinstance(shape, geometry.Prism) else drawn(case)
 
 
 def held_face(case: Case) -> tuple[Floats, Ints] | None:
@@ -219,10 +222,10 @@ def above(u: Floats, error: float) -> Floats:
     return small
 
 
-def facts_of(data: Any) -> dict[str, Any]:
+def facts_of(data: Measured) -> dict[str, Any]:
     """What a report says of a measurement."""
     found: dict[str, Any] = {"uncertainty": data.uncertainty, "notes": list(data.notes)}
-    residual = getattr(data, "residual", None)
+    residual = data.residual
     if residual is not None:
         found["registration"] = {
             "mean": residual.mean,

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Prism
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -14,11 +16,11 @@ Ints = NDArray[np.int64]
 AROUND, ALONG = 32, 48
 
 
-def skin_of(shape: Any, around: int = AROUND, along: int = ALONG) -> tuple[Floats, Ints]:
-    """Points (n, 3) in m and triangles (t, 3), outward, of a shape with `section`, `axis`, `root` and `length`."""
-    from softmark.solvers.mesh.shapes import transverse
+def skin_of(shape: Prism, around: int = AROUND, along: int = ALONG) -> tuple[Floats, Ints]:
+    """Points (n, 3) in m and triangles (t, 3), outward."""
+    from softmark.solvers.mesh.shape import transverse
 
-    ring = _outline(shape.section, around)  # (k, 2), counter-clockwise
+    ring = shape.section.outline(around)  # (k, 2), counter-clockwise
     k = len(ring)
     frame = np.array(transverse(shape.axis))  # (2, 3)
     stations = np.linspace(0.0, shape.length, along + 1)
@@ -31,20 +33,6 @@ def skin_of(shape: Any, around: int = AROUND, along: int = ALONG) -> tuple[Float
     rows = [_between(k * s, i, j, k) for s in range(along)]
     caps = [_fan(first, j, i), _fan(last, i + k * along, j + k * along)]
     return points, np.concatenate([*rows, *caps]).astype(np.int64)
-
-
-def _outline(section: Any, around: int) -> Floats:
-    if hasattr(section, "radius"):
-        turn = 2 * math.pi * np.arange(around) / around
-        circle: Floats = section.radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        return circle
-    n = around // 4
-    t = np.linspace(-0.5, 0.5, n + 1)[:-1]
-    half = np.full(n, 0.5)
-    sides = [(t, -half), (half, t), (-t, half), (-half, -t)]
-    unit = np.concatenate([np.stack(side, axis=1) for side in sides])
-    rectangle: Floats = unit * np.array([section.width, section.height])
-    return rectangle
 
 
 def _between(start: int, i: Ints, j: Ints, k: int) -> Ints:

@@ -6,6 +6,7 @@ from typing import Any
 
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea
+from softmark.solvers.mesh.shape import Prism
 
 
 def bending_angle(case: Case) -> float | None:
@@ -14,7 +15,7 @@ def bending_angle(case: Case) -> float | None:
     w L^3 / (6 EI) under a distributed and P L^2 / (2 EI) under an end force; Timoshenko (1955).
     """
     shape = case.shape
-    if not hasattr(shape, "section"):
+    if not isinstance(shape, Prism):
         return None
     EI: float = case.material.young * min(shape.section.moments)
     per_length = case.material.density * shape.section.area
@@ -26,7 +27,7 @@ def bending_angle(case: Case) -> float | None:
     return (distributed * length**3 / 6 + end * length**2 / 2) / EI
 
 
-def _force(action: Any, shape: Any) -> tuple[float, ...]:
+def _force(action: Any, shape: Prism) -> tuple[float, ...]:
     if isinstance(action, AtPoint):
         return action.force
     if isinstance(action, PerArea):  # as if on the end face; an estimate

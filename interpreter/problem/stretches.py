@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Border, Condition, Point
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Prism
 
 END = 1e-6  # of the length: borders closer to an end face are that face
 SAME = 1e-8  # of the length: stations that are nearer are one
@@ -17,18 +19,18 @@ HALVINGS = 45  # of a stretch, to the rounding of its stations
 LITTLE = 1e-7  # of a cross-section: less is nothing
 
 
-def coverage(condition: Condition, shape: Any, station: float) -> str:
+def coverage(condition: Condition, shape: Prism, station: float) -> str:
     """How much of the cross-section at `station` (m from the root) a condition selects: all, some or none."""
     return next(iter(coverages(condition, shape, [station])))
 
 
-def coverages(condition: Condition, shape: Any, stations: Sequence[float]) -> set[str]:
+def coverages(condition: Condition, shape: Prism, stations: Sequence[float]) -> set[str]:
     """The coverage at each of some stations, in ascending order; stops at the first that is `some`.
 
     Bounds over whole slabs of the body settle most stations at once, so that the work grows like the
     logarithm of their number.
     """
-    extent, found, pending = math.dist(*shape.bounds), set(), [(0, len(stations))]
+    extent, found, pending = shape.diagonal, set(), [(0, len(stations))]
     while pending and "some" not in found:
         first, end = pending.pop()
         false, true = condition.over(*_slab(shape, stations[first], stations[end - 1]), extent)
@@ -42,7 +44,7 @@ def coverages(condition: Condition, shape: Any, stations: Sequence[float]) -> se
     return found
 
 
-def _measured(condition: Condition, shape: Any, station: float, extent: float) -> str:
+def _measured(condition: Condition, shape: Prism, station: float, extent: float) -> str:
     """The coverage where bounds leave it open: points that differ say `some`, and else its area says."""
     x, y, z = _centre(shape, station)
     held = {bool(condition.holds(x + a, y + b, z + c, extent)) for a, b, c in _offsets(shape)}
@@ -57,7 +59,7 @@ def _measured(condition: Condition, shape: Any, station: float, extent: float) -
 
 
 @lru_cache(maxsize=256)
-def inside(condition: Condition, shape: Any) -> tuple[tuple[float, str], ...]:
+def inside(condition: Condition, shape: Prism) -> tuple[tuple[float, str], ...]:
     """Stations (m) between the end faces, one in each stretch along which coverage is the same, and where they meet.
 
     Each with its coverage. A border of the condition can change it only between the first and the last station at which
@@ -81,13 +83,13 @@ def _apart(marks: list[float], near: float) -> list[float]:
     return [0.5 * (first + last) for first, last in found]
 
 
-def _marks(condition: Condition, shape: Any) -> list[float]:
+def _marks(condition: Condition, shape: Prism) -> list[float]:
     """Stations at which a border of the condition begins or ends to meet cross-sections."""
-    extent = math.dist(*shape.bounds)
+    extent = shape.diagonal
     return [s for border in condition.borders for s in _met(border, shape, RELATIVE_TOLERANCE * extent**border.power)]
 
 
-def _met(border: Border, shape: Any, slack: float) -> list[float]:
+def _met(border: Border, shape: Prism, slack: float) -> list[float]:
     """Those of one border: the ends of every run of slabs in which it changes its sign, to rounding."""
 
     def crossed(a: float, b: float) -> bool:
@@ -122,7 +124,7 @@ def _first(near: float, far: float, holds: Any) -> float:
     return far
 
 
-def _slab(shape: Any, first: float, last: float) -> tuple[Point, Point]:
+def _slab(shape: Prism, first: float, last: float) -> tuple[Point, Point]:
     """The lowest and highest coordinates of the body between two stations."""
     ends = [*zip(_centre(shape, first), _centre(shape, last), strict=True)]
     reach = _section_reach(shape)
@@ -130,30 +132,27 @@ def _slab(shape: Any, first: float, last: float) -> tuple[Point, Point]:
     return (x[0], y[0], z[0]), (x[1], y[1], z[1])
 
 
-def _centre(shape: Any, station: float) -> Point:
+def _centre(shape: Prism, station: float) -> Point:
     x, y, z = (r + station * a for r, a in zip(shape.root, shape.axis, strict=True))
     return x, y, z
 
 
 @lru_cache(maxsize=64)
-def _offsets(shape: Any) -> tuple[Point, ...]:
+def _offsets(shape: Prism) -> tuple[Point, ...]:
     """Points of a cross-section, from its centre."""
-    from softmark.solvers.mesh.shapes import transverse
+    from softmark.solvers.mesh.shape import transverse
 
     (ax, ay, az), (bx, by, bz) = transverse(shape.axis)
     return tuple((u * ax + v * bx, u * ay + v * by, u * az + v * bz) for u, v in shape.section.samples())
 
 
 @lru_cache(maxsize=64)
-def _section_reach(shape: Any) -> tuple[float, ...]:
-    """How far a cross-section reaches from its centre along x, y and z: all of it, points of its rim may miss that."""
-    radius = getattr(shape.section, "radius", None)
-    if radius is not None:
-        return tuple(radius * math.sqrt(max(0.0, 1.0 - a * a)) for a in shape.axis)
-    return tuple(max(abs(c) for c in column) for column in zip(*_offsets(shape), strict=True))
+def _section_reach(shape: Prism) -> Point:
+    """How far a cross-section reaches from its centre along x, y and z, m."""
+    return shape.section.reach(shape.axis)
 
 
-def borders(condition: Condition, shape: Any) -> list[float]:
+def borders(condition: Condition, shape: Prism) -> list[float]:
     """Stations (m) where a selection of whole cross-sections begins or ends inside the body.
 
     The end faces are left out: a border there lies off them by the tolerance of conditions.
@@ -169,11 +168,11 @@ def borders(condition: Condition, shape: Any) -> list[float]:
     ]
 
 
-def _whole(condition: Condition, shape: Any, station: float) -> bool:
+def _whole(condition: Condition, shape: Prism, station: float) -> bool:
     return coverage(condition, shape, station) == "all"
 
 
-def _border(condition: Condition, shape: Any, inside: float, outside: float) -> float:
+def _border(condition: Condition, shape: Prism, inside: float, outside: float) -> float:
     """The last station of a selection, by bisection from one inside and one outside."""
     while abs(outside - inside) > 1e-12 * shape.length:
         middle = 0.5 * (inside + outside)

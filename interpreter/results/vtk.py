@@ -17,7 +17,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.results.report import Report, Shape
+from softmark.interpreter.results.report import ModelResult, Report, Shape
 from softmark.solvers.elements import element_of
 
 Floats = NDArray[np.float64]
@@ -35,7 +35,7 @@ def write_vtu(report: Report, folder: str | Path) -> list[Path]:
     taken: set[str] = set()
     for outcome in report.outcomes:
         name = _file_name(outcome.name, taken)
-        mesh = getattr(outcome, "mesh", None)
+        mesh = outcome.mesh if isinstance(outcome, ModelResult) else None
         written += _mesh(target, name, mesh) if mesh is not None else []
         written += _surface(target, f"{name}-surface", outcome.shape) if outcome.shape is not None else []
     return written

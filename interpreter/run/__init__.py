@@ -1,1 +1,8 @@
-"""The pipeline: from a scene to its report, and where that happened. Imports rooms up to the evidence."""
+"""The pipeline: from a text to its report. Imports rooms up to the evidence.
+
+pipeline     every step in order, one function
+options      what a run is told, and what it starts from
+answers      what it has found so far
+probes, models, references, reports  the steps
+environment  what a report says of its scene and of the machine
+"""

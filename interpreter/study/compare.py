@@ -10,13 +10,14 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from datetime import UTC, datetime
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.results import forms
 from softmark.interpreter.results.plain import clean
 from softmark.interpreter.run.environment import describe, environment
-from softmark.interpreter.study.analysis.point import SOLVED, part_of
+from softmark.interpreter.study.analysis.point import SOLVED, Point
 from softmark.interpreter.study.expansion.outcome import PointOutcome, PointTask
 from softmark.interpreter.study.expansion.tasks import FINE, failed
 from softmark.interpreter.study.expansion.truths import marked
@@ -34,6 +35,7 @@ from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Sweep
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
+    from softmark.interpreter.study.analysis.compared import Compared
     from softmark.interpreter.study.expansion.job import TimingJob
 
 __all__ = ["Comparison", "Interrupted", "Request", "TooMany", "compare"]
@@ -68,17 +70,25 @@ class Request:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What a comparison found: `points`, one for each configuration, and the `analysis` of them."""
+    """What a comparison found, as JSON: `points`, one for each configuration, and the `analysis` of them.
+
+    `found` has both as values.
+    """
 
     points: list[Json]
     references: Json
-    analysis: Json
     scenes: list[Json]
     studies: Json
     environment: Json
     command: str
     created: str
+    found: Compared
     unsound: bool = False  # a reference failed somewhere
+
+    @cached_property
+    def analysis(self) -> Json:
+        """What the points say."""
+        return self.found.analysis.to_json()
 
     @property
     def exit_status(self) -> int:
@@ -120,13 +130,13 @@ def compare(subjects: Sequence[Subject], request: Request) -> Comparison:
             raise Interrupted(done.words()) from stop
     points = marked([_point(c, outcomes, costs) for c in configurations])
     references, unsound = _references(points, outcomes)
-    studies = {s.name: _studies(s) for s in subjects}
     request.say("analyse", "")
-    return Comparison(
-        points, references, _analysis(points, references, studies, request), [_scene(s) for s in subjects],
-        studies, environment(started), request.command,
-        started.isoformat(timespec="seconds"), unsound,
-    )  # fmt: skip
+    saved: Json = {
+        "points": points, "references": references, "scenes": [_scene(s) for s in subjects],
+        "studies": {s.name: _studies(s) for s in subjects}, "environment": environment(started),
+        "command": request.command, "created": started.isoformat(timespec="seconds"),
+    }  # fmt: skip
+    return Comparison(**saved, found=_analysed(saved, request), unsound=unsound)
 
 
 def _refuse_mixing(journal: Journal, tasks: Mapping[str, PointTask], request: Request) -> None:
@@ -249,19 +259,20 @@ def _references(points: Sequence[Json], outcomes: Mapping[str, PointOutcome]) ->
     found: dict[str, Json] = {}
     unsound = False
     for p in points:
+        part = Point.from_json(p).part
         for name, reference in (outcomes[p["key"]].references if p["key"] in outcomes else {}).items():
-            own = found.setdefault(part_of(p), {})
-            lost = reference.status not in FINE
+            own, lost = found.setdefault(part, {}), reference.status not in FINE
             if name not in own or (lost and own[name]["status"] in FINE):
                 own[name] = reference.to_json()
             unsound |= lost
     return found, unsound
 
 
-def _analysis(points: list[Json], references: Json, studies: Json, request: Request) -> Json:
-    from softmark.interpreter.study.analysis.analysis import analyse
+def _analysed(saved: Json, request: Request) -> Compared:
+    from softmark.interpreter.study.analysis.analysis import Terms
+    from softmark.interpreter.study.analysis.compared import Compared
 
-    return analyse(points, references, {"allow_contaminated": request.allow_contaminated}, studies)
+    return Compared.from_json(saved, Terms(request.allow_contaminated))
 
 
 def _scene(subject: Subject) -> Json:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable
 from dataclasses import fields
 from functools import cached_property
@@ -12,6 +11,7 @@ from typing import Any, Literal, get_args, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.ranges import Range
 from softmark.records import dataclass
 from softmark.solvers.assembly.solids import elastic_energy
 from softmark.solvers.dynamics.mass import consistent_mass, lumped_mass, mass_points
@@ -39,19 +39,10 @@ def material(name: str, **constants: float) -> Isotropic:
     hints = get_type_hints(cls, include_extras=True)
     for constant, value in constants.items():
         _, unit, meaning = get_args(hints[constant])
-        if not _within(unit, value):
+        range = Range.read(unit)
+        if not (math.isfinite(value) if range is None else value in range):
             raise ValueError(f"{constant} = {value} is outside its range, {unit} ({meaning})")
     return cls(**constants)
-
-
-def _within(unit: str, value: float) -> bool:
-    """Whether a value lies in the range of `Pa in (0, inf)`."""
-    found = re.search(r" in ([\[(])(\S+), (\S+)([\])])", unit)
-    if found is None:
-        return math.isfinite(value)
-    low, high = float(found[2]), float(found[3])
-    above = value >= low if found[1] == "[" else value > low
-    return above and (value <= high if found[4] == "]" else value < high)
 
 
 @dataclass(frozen=True)

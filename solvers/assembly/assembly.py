@@ -28,7 +28,7 @@ class Assembly:
         self.free = others(dofs, fixed)
         self.points = points  # (dofs / 3, 3), where unknowns are three displacements of each point
         self.conservative = all(e.conservative for e in (*self.internal, *self.loads))
-        self.saddle = any(getattr(e, "saddle", False) for e in self.internal)  # pressures are unknowns: of most energy
+        self.saddle = any(e.saddle for e in self.internal)
         self.pattern = prepare(dofs, fixed, [e.stencils for e in (*self.internal, *self.loads)])
 
     def with_internal(self, internal: Sequence[Energy]) -> Assembly:

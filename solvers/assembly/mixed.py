@@ -97,7 +97,7 @@ class MixedPoints(Elastic):
 
 
 @dataclass(frozen=True)
-class Slack:
+class Slack(Energy):
     """Corotational tetrahedra whose tangent takes no pressure at all, tr(S - I) = 0 in every cell."""
 
     tets: CorotationalTets

@@ -54,7 +54,7 @@ class SingleAssembly(Assembly):
     @cached_property
     def _gradients(self) -> float:
         """The largest gradient of a shape function, 1/m: a last digit of a displacement is a strain times that."""
-        whole: list[Any] = [part for e in self.internal for part in getattr(e, "parts", (e,))]
+        whole: list[Any] = [part for e in self.internal for part in (e.parts if isinstance(e, Together) else (e,))]
         steepest = [float(np.abs(part.dNdX).max()) for part in whole]
         return max(steepest, default=0.0)
 

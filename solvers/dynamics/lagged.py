@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol, TypeGuard
+from typing import TYPE_CHECKING, TypeGuard
 
 import numpy as np
 
 from softmark.solvers.dynamics.forces import Force, Forces
 from softmark.solvers.dynamics.newton import Balance, Outcome, Trial
 from softmark.solvers.dynamics.scheme import Motion, Stage
-from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.energies.energy import Energy, Floats, Lagging
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.system import System
@@ -28,27 +28,9 @@ POOR = 0.6  # mean factor of the residual per iteration above which Newton's met
 PAUSE = 64  # steps at most that are left to Newton's method after failures
 
 
-class Lagging(Energy, Protocol):
-    """An energy whose tangent can take a part of its stress from earlier states.
-
-    That part is one that an extrapolated state has wrong and that makes the tangent indefinite, such as the
-    pressure of nearly incompressible cells; `kept` numbers describe it in a state.
-    """
-
-    @property
-    def kept(self) -> int:
-        """How many numbers describe the lagged part in a state."""
-
-    def add_gradient_kept(self, x: Floats, g: Floats, traces: Floats) -> None:
-        """`add_gradient` with scale 1, and the numbers of the state x into `traces` (kept,)."""
-
-    def add_both_lagged(self, x: Floats, g: Floats, data: Floats, slots: Ints, traces: Floats) -> None:
-        """`add_gradient` and `add_hessian` at once, the lagged part of the tangent from `traces` (kept,)."""
-
-
 def lagging(energies: Sequence[Energy]) -> TypeGuard[tuple[Lagging, ...]]:
     """Whether all of these energies offer a lagged tangent."""
-    return all(hasattr(e, "add_both_lagged") and hasattr(e, "add_gradient_kept") for e in energies)
+    return all(isinstance(e, Lagging) for e in energies)
 
 
 def suits(forces: Forces) -> bool:

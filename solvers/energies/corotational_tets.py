@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from softmark.records import dataclass
 from softmark.solvers.base.jit import kernel, part
-from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.energy import Floats, Ints, Lagging
 from softmark.solvers.energies.small_matrices import Nine, nearest_rotation, orthogonalise, set_above_identity
 
 Rows = NDArray[np.int32]
@@ -46,11 +46,13 @@ class Corotational(Protocol):
 
 
 @dataclass(frozen=True)
-class CorotationalTets:
+class CorotationalTets(Lagging):
     """sum over cells of w psi(F), psi = mu |S - I|^2 + lam/2 tr(S - I)^2, F = R S = I + sum_a u_a (x) dN_a/dX.
 
     `cells` (m, 4), `dNdX` (m, 1, 4, 3) in 1/m, `w` (m, 1) in m^3 as of `Elastic`; x is the displacement (3 nodes,).
     """
+
+    cellular = True
 
     cells: Ints
     dNdX: Floats

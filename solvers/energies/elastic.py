@@ -56,12 +56,14 @@ class OfInvariants(Protocol):
 
 
 @dataclass(frozen=True)
-class Elastic:
+class Elastic(Energy):
     """sum over integration points of w psi(F), with F = I + sum_a u_a (x) dN_a/dX (Bonet and Wood 2008, ch. 9).
 
     `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m, `w` (m, q) in m^3; the state x is the displacement (3 nodes,). `drag` is
     what damping in proportion to stiffness takes of the law, None for its definite tangent.
     """
+
+    cellular = True
 
     cells: Ints
     dNdX: Floats
@@ -169,8 +171,10 @@ class Elastic:
 
 
 @dataclass(frozen=True)
-class Together:
+class Together(Energy):
     """The sum of energies that share their stencils, as one: shear at eight points and volume at one, for example."""
+
+    cellular = True
 
     parts: tuple[Energy, ...]
 

@@ -8,13 +8,13 @@ from functools import cached_property
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.energy import Energy, Floats, Ints
 
 Polar = Callable[[Floats], Floats]  # F (m, 3, 3) -> the rotations nearest to them (m, 3, 3)
 
 
 @dataclass(frozen=True)
-class ElementRotation:
+class ElementRotation(Energy):
     """Nodal forces R K (R^T x - X) of each cell, R the rotation nearest to its mean deformation gradient.
 
     `X` (n, 3) are undeformed points in m, `cells` (m, a), `G` (m, a, 3) mean gradients of the shape functions in 1/m,

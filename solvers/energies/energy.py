@@ -1,8 +1,11 @@
-"""What every energy offers, and the space in which a state moves."""
+"""What every energy offers, and the space in which a state moves.
+
+To add an energy: a class derived from `Energy`, or from `Lagging`, with its methods, and what of the rest is otherwise.
+"""
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +25,9 @@ def no_stencils() -> Ints:
 
 class Energy(Protocol):
     """A value, a gradient and a Hessian over local stencils of degrees of freedom."""
+
+    saddle: ClassVar[bool] = False  # pressures are among its unknowns: of most energy in these
+    cellular: ClassVar[bool] = False  # a law is integrated over cells, with or without pressures
 
     @property
     def conservative(self) -> bool:
@@ -45,6 +51,31 @@ class Energy(Protocol):
 
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the gradient, N: no state can be told from equilibrium below it."""
+
+
+class Lagging(Energy):
+    """An energy whose tangent can take a part of its stress from earlier states.
+
+    That part is one that an extrapolated state has wrong and that makes the tangent indefinite, such as the
+    pressure of nearly incompressible cells; `kept` numbers describe it in a state.
+    """
+
+    @property
+    def kept(self) -> int:
+        """How many numbers describe the lagged part in a state."""
+        raise NotImplementedError(f"{type(self).__name__} keeps nothing of a state")
+
+    def sound(self, x: Floats) -> bool:
+        """Whether no cell is inside out in a state."""
+        raise NotImplementedError(f"{type(self).__name__} does not know what is inside out")
+
+    def add_gradient_kept(self, x: Floats, g: Floats, traces: Floats) -> None:
+        """`add_gradient` with scale 1, and the numbers of the state x into `traces` (kept,)."""
+        raise NotImplementedError(f"{type(self).__name__} keeps nothing of a state")
+
+    def add_both_lagged(self, x: Floats, g: Floats, data: Floats, slots: Ints, traces: Floats) -> None:
+        """`add_gradient` and `add_hessian` at once, the lagged part of the tangent from `traces` (kept,)."""
+        raise NotImplementedError(f"{type(self).__name__} has no lagged tangent")
 
 
 class Space(Protocol):

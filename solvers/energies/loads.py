@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import field
 from functools import cached_property
 
 import numpy as np
@@ -10,16 +9,20 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.elements import moments
 from softmark.solvers.elements.facets import FACETS
-from softmark.solvers.energies.energy import Floats, Ints, no_stencils
+from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
 
 
 @dataclass(frozen=True)
-class DeadForces:
+class DeadForces(Energy):
     """Nodal forces `f` (dofs,) in N that keep their direction: E = -f . x."""
 
     f: Floats
-    stencils: Ints = field(default_factory=no_stencils)
     conservative: bool = True
+
+    @property
+    def stencils(self) -> Ints:
+        """None: it has no Hessian."""
+        return no_stencils()
 
     def value(self, x: Floats) -> float:
         """Potential of the forces, J."""
@@ -38,7 +41,7 @@ class DeadForces:
 
 
 @dataclass(frozen=True)
-class FollowerPressure:
+class FollowerPressure(Energy):
     """Pressure `p` (Pa) on facets `faces` (f, k) of three, six or four nodes, along their current inward normal.
 
     Force on node a: -p int N_a (dx/dxi x dx/deta) dxi deta, by a quadrature that is exact for it; its tangent is

@@ -33,7 +33,7 @@ class Constraint(Protocol):
 
 
 @dataclass(frozen=True)
-class Mixed:
+class Mixed(Energy):
     """Displacements and pressures of a solid: int psi_shape(F) + p g(F) - p^2/(2 M) dV, in J.
 
     `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m and `w` (m, q) in m^3 are as in `Elastic`, `law` is psi_shape. The
@@ -43,6 +43,9 @@ class Mixed:
     pressures in ten-node tetrahedra are stable (Taylor and Hood 1973; Boffi, Brezzi and Fortin 2013, section 8.8); one
     in each hexahedron, Q1/P0, is that of Simo, Taylor and Pister (1985), and is not quite.
     """
+
+    saddle = True
+    cellular = True
 
     cells: Ints
     dNdX: Floats
@@ -56,7 +59,6 @@ class Mixed:
     shear: float
     edge: float
     conservative: bool = True
-    saddle: bool = True
 
     @property
     def unit(self) -> float:
@@ -142,7 +144,7 @@ class Mixed:
 
 
 @dataclass(frozen=True)
-class MeanDilatation:
+class MeanDilatation(Energy):
     """int psi_shape(F) dV + sum over cells of V M/2 (mean of g)^2: one pressure in each cell, M times the mean of g.
 
     With g = tr eps this is B-bar with the mean dilatation (Hughes 1980, "Generalization of selective integration
@@ -150,6 +152,8 @@ class MeanDilatation:
     form of F-bar, with an energy and a symmetric tangent. `bulk` is M in Pa; `expected` (m,) are pressures in Pa that
     the tangent takes in place of M times the mean, as `solvers.mixed` explains.
     """
+
+    cellular = True
 
     cells: Ints
     dNdX: Floats
@@ -260,7 +264,7 @@ def _add_stiffness(
 
 
 @dataclass(frozen=True)
-class OfDisplacements:
+class OfDisplacements(Energy):
     """An energy of displacements alone (`dofs` of them), where the state has other unknowns behind them."""
 
     energy: Energy

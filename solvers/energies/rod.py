@@ -16,14 +16,14 @@ from functools import cached_property
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies.energy import Floats, Ints, no_stencils
+from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
 from softmark.solvers.energies.rod_kinematics import Segments, segments_of
 from softmark.solvers.energies.rod_section import RodStiffness
 from softmark.solvers.energies.rod_state import lengths
 
 
 @dataclass(frozen=True)
-class RodElastic:
+class RodElastic(Energy):
     """E = sum of l/2 (eps - eps0) . C (eps - eps0), eps = (Gamma, K) at the middle of each element, in J.
 
     eps0 are the strains of the undeformed state `rest` (nodes * 7,), which may be bent, twisted and placed
@@ -130,13 +130,17 @@ class RodElastic:
 
 
 @dataclass(frozen=True)
-class RodLoad:
+class RodLoad(Energy):
     """Nodal forces (nodes, 3) in N that keep their direction, no moments: E = -sum of f . (x - x_rest), J."""
 
     rest: Floats
     forces: Floats
-    stencils: Ints = field(default_factory=no_stencils)
     conservative: bool = True
+
+    @property
+    def stencils(self) -> Ints:
+        """None: it has no Hessian."""
+        return no_stencils()
 
     @staticmethod
     def uniform(rest: Floats, elements: Ints, w: Floats) -> RodLoad:

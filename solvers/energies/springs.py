@@ -12,11 +12,11 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.base.jit import maker
-from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.energy import Energy, Floats, Ints
 
 
 @dataclass(frozen=True)
-class Springs:
+class Springs(Energy):
     """sum over springs of k/2 (l - l0)^2 with l = |D + u_b - u_a| and l0 = |D|.
 
     `edges` (n, 2) are the two nodes a, b of each, `D` (n, 3) the way from a to b at rest in m, `k` (n,) in N/m; the

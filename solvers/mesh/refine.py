@@ -15,6 +15,7 @@ from softmark.records import dataclass
 from softmark.solvers.elements import element_of
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+from softmark.solvers.mesh.shape import Shape
 
 WHOLE = 64  # shape functions at the places of new nodes are whole multiples of 1 / WHOLE, or of half of it, and so on
 QUARTERS = 4  # steps along an edge, at which new nodes lie
@@ -37,7 +38,7 @@ class Finer:
         return moved
 
 
-def finer(mesh: Mesh, shape: Any = None) -> Finer:
+def finer(mesh: Mesh, shape: Shape | None = None) -> Finer:
     """An order more of four-node tetrahedra, and else eight cells for each. Raises Unmatched."""
     if mesh.skin is not None:
         raise Unmatched
@@ -50,7 +51,7 @@ def finer(mesh: Mesh, shape: Any = None) -> Finer:
     local = inverse.reshape(len(mesh.cells), len(places))
     cells = local[:, children].reshape(-1, children.shape[1]).astype(np.int64)
     points = P @ mesh.points
-    if hasattr(shape, "on_side") or hasattr(shape, "onto_side"):
+    if shape is not None and shape.curved:
         _onto(mesh, _on_facet(mesh.element, places), shape, points, (labels, keys, _whole(N)))
     return Finer(Mesh(points, cells, element.name), P)
 
@@ -91,7 +92,7 @@ def _pattern(own: type[Element], new: type[Element]) -> tuple[Floats, Ints]:
     return lattice, number.reshape(children.shape[:2])
 
 
-def _onto(mesh: Mesh, places: Floats, shape: Any, points: Floats, known: tuple[Any, Any, int]) -> None:
+def _onto(mesh: Mesh, places: Floats, shape: Shape, points: Floats, known: tuple[Any, Any, int]) -> None:
     """Move what lies on facets that are inscribed in a curved side out onto it: `points` are changed.
 
     `places` (s, 2) are those of the new nodes on a facet, `known` how they were numbered.
@@ -106,11 +107,8 @@ def _onto(mesh: Mesh, places: Floats, shape: Any, points: Floats, known: tuple[A
     points[numbers[away]] = moved[away]
 
 
-def _moved(shape: Any, corners: Floats, points: Floats) -> Floats:
+def _moved(shape: Shape, corners: Floats, points: Floats) -> Floats:
     """Points (s, f, 3) of facets with nodes (f, k, 3), on the side where all nodes of a facet lie on it."""
-    if hasattr(shape, "on_side"):
-        moved: Floats = shape.on_side(corners, points)
-        return moved
     moved, side = points.copy(), shape.side(corners)
     moved[:, side] = np.stack(shape.onto_side(np.moveaxis(points[:, side], 2, 0)), axis=2)
     return moved

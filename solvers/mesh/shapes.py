@@ -1,8 +1,9 @@
 """Shapes: what a scene may call a body's geometry. To add one: a class here or in a file of its own, a line in SHAPES.
 
-A shape knows its bounds without a mesh, and makes a mesh only when it is asked. A shape that is a straight
-prism also has `section`, `length`, `axis` and `root`, which is all that a beam model needs of it. A shape with `spans`
-has coordinates of its own: its meshes take `cuts`, surfaces on which one of these is constant, and put nodes there.
+A shape derives from `Shape` (shape.py), which says what may be asked of it, and makes a mesh only when it is asked. A
+straight prism derives from `Prism`: it has `section`, `length`, `axis` and `root`, which is all that a beam model needs
+of it. A shape with `spans` has coordinates of its own: its meshes take `cuts`, surfaces on which one of these is
+constant, and put nodes there.
 """
 
 from __future__ import annotations
@@ -10,12 +11,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.records import dataclass
 from softmark.solvers.elements.cells import Tetrahedron
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rectangle
+from softmark.solvers.mesh.shape import Bounds, Plane, Prism, Section, Shape, Span, Vector3, transverse
 
 if TYPE_CHECKING:
     import numpy as np
@@ -27,16 +29,17 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.base.deferred import np
 
-Vector3 = tuple[float, float, float]
-Span = tuple[float, float]
-Bounds = tuple[Vector3, Vector3]
-
 
 @dataclass(frozen=True)
-class Disc:
+class Disc(Section):
     """A circular cross-section, radius in m."""
 
     radius: float
+
+    @property
+    def extents(self) -> tuple[float, float]:
+        """Its diameter, m."""
+        return 2.0 * self.radius, 2.0 * self.radius
 
     @property
     def area(self) -> float:
@@ -67,13 +70,34 @@ class Disc:
         """Whether a point of the section's plane lies within, give or take `slack` (m)."""
         return math.hypot(u, v) <= self.radius + slack
 
+    def outside(self, u: Floats, v: Floats) -> Floats:
+        """How far points of its plane (n,) lie outside (n,), m."""
+        far: Floats = np.maximum(np.hypot(u, v) - self.radius, 0.0)
+        return far
+
+    def outline(self, around: int) -> Floats:
+        """Points of its border (around, 2), m, counter-clockwise."""
+        turn = 2 * math.pi * np.arange(around) / around
+        circle: Floats = self.radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        return circle
+
+    def reach(self, axis: Vector3) -> Vector3:
+        """How far it reaches from its centre along x, y and z, m: all of it, points of its rim may miss that."""
+        x, y, z = (self.radius * math.sqrt(max(0.0, 1.0 - a * a)) for a in axis)
+        return x, y, z
+
 
 @dataclass(frozen=True)
-class Rectangle:
+class Rectangle(Section):
     """A rectangular cross-section: extents in m along the two axes of the section."""
 
     width: float  # along the first transverse axis
     height: float  # along the second transverse axis
+
+    @property
+    def extents(self) -> tuple[float, float]:
+        """Its width and its height, m."""
+        return self.width, self.height
 
     @property
     def area(self) -> float:
@@ -106,24 +130,21 @@ class Rectangle:
         """Whether a point of the section's plane lies within, give or take `slack` (m)."""
         return abs(u) <= self.width / 2 + slack and abs(v) <= self.height / 2 + slack
 
+    def outside(self, u: Floats, v: Floats) -> Floats:
+        """How far points of its plane (n,) lie outside (n,), m."""
+        sides = np.abs(u) - 0.5 * self.width, np.abs(v) - 0.5 * self.height
+        far: Floats = np.hypot(*(np.maximum(side, 0.0) for side in sides))
+        return far
 
-def transverse(axis: Vector3) -> tuple[Vector3, Vector3]:
-    """Two unit vectors that make a right-handed frame with `axis`; coordinate axes stay coordinate axes."""
-    smallest = min(range(3), key=lambda i: (round(abs(axis[i]), 12), i))
-    seed = tuple(1.0 if i == smallest else 0.0 for i in range(3))
-    second = _cross(axis, seed)
-    norm = sum(c * c for c in second) ** 0.5
-    second = (second[0] / norm, second[1] / norm, second[2] / norm)
-    return _cross(second, axis), second
-
-
-def contains(shape: Cylinder | Box, point: Vector3) -> bool:
-    """Whether a straight prism holds a point, give or take 1e-9 of its length."""
-    slack = 1e-9 * shape.length
-    offset = [p - r for p, r in zip(point, shape.root, strict=True)]
-    first, second = transverse(shape.axis)
-    s, u, v = (sum(a * o for a, o in zip(t, offset, strict=True)) for t in (shape.axis, first, second))
-    return -slack <= s <= shape.length + slack and shape.section.contains(u, v, slack)
+    def outline(self, around: int) -> Floats:
+        """Points of its border (k, 2), m, as many on each side, counter-clockwise from its lowest corner."""
+        n = around // 4
+        t = np.linspace(-0.5, 0.5, n + 1)[:-1]
+        half = np.full(n, 0.5)
+        sides = [(t, -half), (half, t), (-t, half), (-half, -t)]
+        unit = np.concatenate([np.stack(side, axis=1) for side in sides])
+        rectangle: Floats = unit * np.array([self.width, self.height])
+        return rectangle
 
 
 def _dot(vector: Any, unit: Sequence[float]) -> Any:
@@ -136,17 +157,15 @@ def _sum(origin: Vector3, *parts: tuple[float, Vector3]) -> Vector3:
     return tuple(o + sum(c * v[i] for c, v in parts) for i, o in enumerate(origin))  # type: ignore[return-value]
 
 
-def _cross(a: tuple[float, ...], b: tuple[float, ...]) -> Vector3:
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
 @dataclass(frozen=True)
-class Cylinder:
+class Cylinder(Prism):
     """A straight circular cylinder, its axis starting at `origin`.
 
     Meshed with rings of well-shaped cells around a square core. The mesh is inscribed: its points lie on the cylinder,
     so a coarse mesh holds less volume (the report says how much).
     """
+
+    curved = True
 
     length: Annotated[float, "m in (0, inf)", "length along the axis"]
     radius: Annotated[float, "m in (0, inf)", "radius of the cross-section"]
@@ -193,7 +212,7 @@ class Cylinder:
         u, v = radius * math.cos(turn), radius * math.sin(turn)
         return _sum(self.origin, (u, first), (v, second), (along, self.axis))
 
-    def chord(self, plane: tuple[float, float, float, float]) -> Cut | None:
+    def chord(self, plane: Plane) -> Cut | None:
         """The cut of a plane a x + b y + c z + d = 0 along the axis; None where it is not along it, or outside."""
         normal = plane[:3]
         norm = math.hypot(*normal)
@@ -246,7 +265,7 @@ class Cylinder:
 
 
 @dataclass(frozen=True)
-class Box:
+class Box(Prism):
     """A rectangular box with edges along x, y and z."""
 
     size: Annotated[Vector3, "m in (0, inf)", "extents along x, y and z"]
@@ -340,7 +359,7 @@ class Box:
 
 
 @dataclass(frozen=True)
-class MeshFile:
+class MeshFile(Shape):
     """A mesh read from a file, in any format that meshio knows (VTK, VTU, Gmsh, Abaqus, ...), and Gmsh's first.
 
     Its cells are taken as they are, so `size` of a model does not apply: tetrahedra of four or ten nodes, or
@@ -356,6 +375,8 @@ class MeshFile:
     Parts that share no face, faces of three cells and a mesh that passes through itself are errors.
     """
 
+    prebuilt = True
+
     path: Annotated[str, "file", "the file, relative to the scene"]
     unit: Annotated[float, "m in (0, inf)", "length of one unit of the file's coordinates"]
     split: Annotated[Literal["five", "repeated", "alternating", "kuhn"], "how hexahedra are split into tetrahedra"] = (
@@ -364,15 +385,19 @@ class MeshFile:
     coincident: Annotated[
         Literal["refuse", "merge", "keep"], "what is done with nodes that lie at one place without being one"
     ] = "refuse"
-    prebuilt: ClassVar[bool] = True
 
-    def mesh(self, kind: str, size: float | None = None) -> Mesh:
-        """The cells of the file as an element; `size` is ignored. Raises Unreadable, UnknownElement."""
+    @property
+    def file(self) -> str:
+        """The file."""
+        return self.path
+
+    def mesh(self, kind: str, size: float = 0.0, cuts: tuple[Cut, ...] = ()) -> Mesh:
+        """The cells of the file as an element, of no other size and uncut. Raises Unreadable, UnknownElement."""
         from softmark.solvers.mesh.files.reading import converted, read
 
         return converted(read(self.path, self.unit, self.coincident), kind, self.split)
 
-    def surface(self, size: float | None = None) -> Surface:
+    def surface(self, size: float = 0.0) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of its boundary, or of a file of triangles. Raises Unreadable."""
         from softmark.solvers.mesh.files.reading import read_surface
 
@@ -394,7 +419,7 @@ def _placed(mesh: Mesh, axis: Vector3, origin: Vector3) -> Mesh:
     return Mesh(np.ascontiguousarray(mesh.points @ frame + np.array(origin)), mesh.cells, mesh.kind)
 
 
-SHAPES: dict[str, type[Any]] = {
+SHAPES: dict[str, type[Shape]] = {
     "cylinder": Cylinder,
     "box": Box,
     "mesh": MeshFile,

@@ -1,7 +1,7 @@
 """Energies over cells, taken apart: every cell by itself, or a chosen part of the cells with weights.
 
 What is taken apart are the dataclasses of `energies` whose fields `cells`, `dNdX`, `w`, `G` and `K` have a row for each
-cell, or whose `parts` do; `X` has a row for each node.
+cell, or sums of such; `X` has a row for each node.
 """
 
 from __future__ import annotations
@@ -11,48 +11,53 @@ from typing import Any
 
 import numpy as np
 
+from softmark.solvers.energies.elastic import Together
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.loads import FollowerPressure
 
 BY_CELL = ("cells", "dNdX", "w", "G", "K", "pressures")
+BY_NODE = ("X",)
 WEIGHED = ("w", "K")  # what the energy of a cell is proportional to
 
 
 def cells_of(energy: Energy) -> Ints:
     """Nodes of each cell (m, a)."""
+    if isinstance(energy, Together):
+        return cells_of(energy.parts[0])
     known: Any = energy
-    cells: Ints = cells_of(known.parts[0]) if hasattr(known, "parts") else known.cells
+    cells: Ints = known.cells
     return cells
 
 
 def apart(energy: Energy) -> Energy:
     """The same energy where no two cells share a node: node b of cell e is e a + b."""
+    if isinstance(energy, Together):
+        return Together(tuple(apart(part) for part in energy.parts))
     known: Any = energy
-    if hasattr(known, "parts"):
-        whole: Energy = replace(known, parts=tuple(apart(part) for part in known.parts))
-        return whole
     own = np.arange(known.cells.size).reshape(known.cells.shape)
-    moved = {"X": known.X[known.cells.ravel()]} if hasattr(known, "X") else {}
+    moved = {name: rows[known.cells.ravel()] for name, rows in _fields(energy, BY_NODE).items()}
     split: Energy = replace(known, cells=own, **moved)
     return split
 
 
 def part(energy: Energy, which: Ints, weights: Floats, nodes: Ints) -> Energy:
     """The energy of the cells `which` times their weights; nodes are numbered as they stand in `nodes`, ascending."""
+    if isinstance(energy, Together):
+        return Together(tuple(part(own, which, weights, nodes) for own in energy.parts))
     known: Any = energy
-    if hasattr(known, "parts"):
-        parts = tuple(part(own, which, weights, nodes) for own in known.parts)
-        whole: Energy = replace(known, parts=parts)
-        return whole
-    names = [f.name for f in fields(known) if f.name in BY_CELL]
-    rows: dict[str, Any] = {name: np.ascontiguousarray(getattr(known, name)[which]) for name in names}
+    rows: dict[str, Any] = {n: np.ascontiguousarray(a[which]) for n, a in _fields(energy, BY_CELL).items()}
     for name in set(WEIGHED) & set(rows):
         rows[name] = rows[name] * weights.reshape(-1, *(1,) * (rows[name].ndim - 1))
     rows["cells"] = np.searchsorted(nodes, rows["cells"])
-    if hasattr(known, "X"):
-        rows["X"] = known.X[nodes]
+    rows |= {name: values[nodes] for name, values in _fields(energy, BY_NODE).items()}
     fewer: Energy = replace(known, **rows)
     return fewer
+
+
+def _fields(energy: Energy, names: tuple[str, ...]) -> dict[str, Any]:
+    """Those of its fields that have one of these names."""
+    known: Any = energy
+    return {f.name: getattr(known, f.name) for f in fields(known) if f.name in names}
 
 
 def pressed(load: FollowerPressure) -> tuple[FollowerPressure, Ints]:

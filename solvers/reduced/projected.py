@@ -22,7 +22,7 @@ def _whole(r: int) -> Ints:
 
 
 @dataclass(frozen=True)
-class Projected:
+class Projected(Energy):
     """E(V q) of an energy over the degrees of freedom of some nodes; V (dofs, r) are the rows of the fields there."""
 
     energy: Energy
@@ -69,7 +69,7 @@ class Projected:
 
 
 @dataclass(frozen=True)
-class Quadratic:
+class Quadratic(Energy):
     """q . K q / 2, K (r, r): a linear body, whose cells need not be visited again."""
 
     K: Floats

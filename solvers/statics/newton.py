@@ -133,7 +133,7 @@ class Newton:
     @property
     def cellular(self) -> bool:
         """Whether there are energies over cells, which may have pressures; rods load no kernels for that."""
-        return any(hasattr(e, "dNdX") or hasattr(e, "parts") for e in self.assembly.internal)
+        return any(e.cellular for e in self.assembly.internal)
 
     @property
     def mixing(self) -> Any:

@@ -1,6 +1,7 @@
 """What every word of the vocabulary keeps to: functions that take a class, yours or ours, and assert it.
 
     check_word      documented, frozen, each field with its range and meaning, explained by `dsl explain`, a stable text
+    check_shape     it makes meshes and surfaces of what it says that it is; a prism is one in all that it says
     check_load      it says how it acts, and less of it at a part of its size
     check_support   it selects components of a body, and what it imposes shrinks with its part
     check_probe     it finds its points in a body
@@ -22,6 +23,7 @@ from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
 import numpy as np
+import pytest
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.cli.commands.explain import _constructor
@@ -44,6 +46,7 @@ from softmark.interpreter.vocabulary import LOADS, SUPPORTS
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, Load, PerArea, PerMass
 from softmark.interpreter.vocabulary.supports import Support
 from softmark.records import dataclass
+from softmark.solvers.mesh.shape import Prism, Section, Shape
 
 HERE = Path(__file__).parent  # for the tables that words name
 SIZE = (0.04, 0.02, 0.02)  # m, of the body that words are tried on
@@ -137,6 +140,81 @@ def check_text(thing: Any) -> None:
     assert " at 0x" not in repr(thing)
     assert pickle.loads(pickle.dumps(thing)) == thing
     assert hash(thing) == hash(dataclasses.replace(thing))
+
+
+# ------------------------------------------------------------------ shapes
+
+
+def check_shape(shape: Shape, size: float) -> None:
+    """Derived from Shape; its mesh and its surface with cells of `size` (m) are those of what it says of itself."""
+    assert isinstance(shape, Shape)
+    said = {n for base in (Shape, Prism, Section) for n in vars(base) if not n.startswith("_")}
+    hidden = said & {f.name for f in dataclasses.fields(shape)}  # type: ignore[arg-type]
+    assert not hidden, f"these say what a shape is, and are no fields: {hidden}"
+    check_text(shape)
+    mesh, (X, triangles) = shape.mesh("tet4", size), shape.surface(size)
+    volume = float(mesh.volumes.sum())
+    a, b, c = (X[triangles[:, i]] for i in range(3))
+    assert np.isclose(np.einsum("ti,ti->", a, np.cross(b, c)) / 6.0, volume, rtol=1e-9), "closed, and outward"
+    slack = 1e-9 * mesh.extent
+    if shape.bounds is None:
+        assert shape.diagonal == 0.0
+        assert shape.spans == {}
+    else:
+        low, high = (np.array(end) for end in shape.bounds)
+        assert np.isclose(shape.diagonal, np.linalg.norm(high - low), rtol=1e-12)
+        for points in (mesh.points, X):
+            assert np.all(points >= low - slack)
+            assert np.all(points <= high + slack)
+        for ends in product(*shape.spans.values()):
+            place = np.array(shape.place(**dict(zip(shape.spans, ends, strict=True))))
+            assert np.all(place >= low - slack)
+            assert np.all(place <= high + slack)
+    assert shape.volume is None or abs(volume / shape.volume - 1.0) < 0.1, "of a mesh this fine"
+    counts, finer = (shape.counts(h) for h in (size, size / 2.0))
+    assert (counts is None) == (finer is None) == shape.prebuilt
+    assert counts is None or finer is None or all(0 < n <= m for n, m in zip(counts, finer, strict=True))
+    assert bool(shape.file) == shape.prebuilt
+    corners = mesh.points[mesh.facets]
+    side = shape.side(corners)
+    assert side.shape == (len(corners),)
+    assert bool(side.any()) == shape.curved
+    there = corners[side].reshape(-1, 3)
+    np.testing.assert_allclose(np.stack(shape.onto_side(there.T), axis=1), there, atol=slack)
+    if isinstance(shape, Prism):
+        _check_prism(shape)
+
+
+def _check_prism(prism: Prism) -> None:
+    """Its section along its axis is what it says of itself."""
+    root, axis, section = np.array(prism.root), np.array(prism.axis), prism.section
+    end, reach = root + prism.length * axis, np.array(section.reach(prism.axis))
+    assert np.isclose(np.linalg.norm(axis), 1.0, rtol=1e-12)
+    assert np.isclose(prism.volume, section.area * prism.length, rtol=1e-12)
+    np.testing.assert_allclose(prism.bounds, (np.minimum(root, end) - reach, np.maximum(root, end) + reach), atol=1e-12)
+    assert [prism.contains(tuple(root + s * prism.length * axis)) for s in (-0.1, 0.0, 0.5, 1.0, 1.1)] == [
+        False, True, True, True, False,
+    ]  # fmt: skip
+    outline = section.outline(256)
+    assert np.ptp(outline, axis=0) == pytest.approx(section.extents, rel=1e-3)
+    assert section.outside(*outline.T) == pytest.approx(0.0, abs=1e-12)
+    assert np.all(section.outside(*(1.01 * outline).T) > 0.0)
+    assert all(section.contains(u, v, 1e-12) for u, v in section.samples())
+    assert not any(section.contains(u, v, 0.0) for u, v in 1.01 * outline)
+    area, first, second = _of_polygon(
+        outline
+    )  # a circle's falls short of it by (2 pi / 256)^2 / 6 = 1e-4, or twice that
+    assert area == pytest.approx(section.area, rel=1e-3)
+    assert (first, second) == pytest.approx(section.moments, rel=1e-3)
+    assert 0.5 < section.shear_factor(0.3) < 1.0
+    assert 0.0 < section.torsion <= sum(section.moments) * (1.0 + 1e-12), "no section is stiffer than round ones"
+
+
+def _of_polygon(X: Any) -> tuple[float, float, float]:
+    """Area and second moments about the first and the second axis of a polygon (k, 2), counter-clockwise (Green)."""
+    (u, v), (s, t) = X.T, np.roll(X, -1, axis=0).T
+    w = u * t - s * v
+    return float(w.sum()) / 2, float(w @ (v * v + v * t + t * t)) / 12, float(w @ (u * u + u * s + s * s)) / 12
 
 
 # ------------------------------------------------------------------ loads
@@ -292,6 +370,10 @@ def _says(declared: Declared, case: Case) -> None:
     assert set(thing.finely) <= fields
     assert set(thing.orders()) <= set(thing.finely)
     assert all(order >= 1 for order in thing.orders().values())
+    assert set(thing.shortcuts) <= fields
+    assert thing.plain().shortcuts == ()
+    assert thing.capped_at is None or (thing.unsolved and thing.shortcuts)
+    assert thing.own_mesh is None or isinstance(thing.own_mesh, Shape)
     assert thing.plain() == thing.plain().plain()
     assert type(thing.plain()) is type(thing)
     key = thing.mesh_key()

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 import pytest
 from contracts import (
     BODY,
     CLAMP,
+    HERE,
     LOADED,
     LOOK,
     SUPPORTED,
@@ -20,6 +21,7 @@ from contracts import (
     check_model,
     check_probe,
     check_result,
+    check_shape,
     check_support,
     check_text,
     check_word,
@@ -27,8 +29,10 @@ from contracts import (
     scene_of,
 )
 
+from softmark.interpreter.cli.commands.explain import _constructor
 from softmark.interpreter.evidence.kinds.voucher import Voucher
 from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.interpreter.language.schema import Constructor, _fields
 from softmark.interpreter.metrics import METRICS
 from softmark.interpreter.models import MODELS
 from softmark.interpreter.models.builders import BUILDERS
@@ -38,7 +42,12 @@ from softmark.interpreter.vocabulary import LOADS, PROBES, SUPPORTS
 from softmark.interpreter.vocabulary.analyses import EXPLICIT
 from softmark.interpreter.vocabulary.loads import Load, PerMass
 from softmark.records import dataclass
+from softmark.references import REFERENCES
+from softmark.references.reference import How, Reference
 from softmark.solvers.dynamics import INTEGRATORS
+from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.shape import Shape
+from softmark.solvers.mesh.shapes import SHAPES, Box
 
 WORDS = [(kind, name, cls) for kind in CATALOGUE for name, cls in CATALOGUE[kind].items()]
 FULL = "model full = fem(hex8, strain = corotational, size = 10 mm, mass = lumped)\n"
@@ -69,6 +78,11 @@ PROBED = {
     "nodes": 'nodes(bar, mesh = mesh("../errors/parts/sound.mesh", unit = 1 mm))',
     "markers": "markers(bar, of = beads)",
 }
+SHAPED: dict[str, dict[str, Any]] = {
+    "cylinder": {"length": 0.04, "radius": 0.01},
+    "box": {"size": (0.02, 0.04, 0.015)},
+    "mesh": {"path": str(HERE.parent / "errors" / "parts" / "sound.mesh"), "unit": 1e-3},
+}
 MEASURED: dict[str, dict[str, Any]] = {
     "displacement": {"along": (0.0, 0.0, -1.0)},
     "period": {"along": (0.0, 0.0, -1.0)},
@@ -79,6 +93,14 @@ MEASURED: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize(("kind", "name", "cls"), WORDS, ids=[f"{k}-{n}" for k, n, _ in WORDS])
 def test_every_word_is_documented_and_annotated(kind: str, name: str, cls: type[Any]) -> None:
     check_word(cls, kind, name)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("shaped", [{}, {"axis": (0.0, 0.6, -0.8)}, {"origin": (1.0, -2.0, 3.0)}], ids=str)
+def test_shapes(name: str, shaped: dict[str, Any]) -> None:
+    cls = SHAPES[name]
+    if shaped.keys() <= cls.__dataclass_fields__.keys():
+        check_shape(cls(**SHAPED[name], **shaped), 0.005)
 
 
 @pytest.mark.parametrize("name", LOADS)
@@ -104,6 +126,16 @@ def test_metrics(name: str) -> None:
     metric = cls(**own, **MEASURED.get(name, {}))
     check_text(metric)
     check_metric(cls, metric, case_of(scene, "bar"))
+
+
+@pytest.mark.parametrize("name", REFERENCES)
+def test_references(name: str) -> None:
+    """Each says how it is known, by whom, and what its error bounds, before there is one of it."""
+    cls = REFERENCES[name]
+    assert issubclass(cls, Reference)
+    assert cls.how in get_args(How)
+    assert all(len(text) > 5 for text in (cls.kind, cls.source, cls.error_meaning))
+    assert f"Source: {cls.source}" in _constructor(Constructor(name, "reference", cls, _fields(cls)))
 
 
 @pytest.mark.parametrize(("cls", "words", "before"), CASES)
@@ -167,6 +199,69 @@ def test_a_load_that_acts_in_a_known_way_is_one_class_and_one_line(wind: str) ->
         assert model.status == "converged"
         assert model.solve["checks"]["residual"] < 1e-8
         assert model.loads["w"].to_json()["force"][0] == pytest.approx(1000 * 0.04 * 0.02 * 0.02 * 2)
+
+
+@dataclass(frozen=True)
+class Brick(Shape):
+    """A shape that says nothing of itself but how it is meshed."""
+
+    long: Annotated[float, "m in (0, inf)", "its longest side"]
+
+    @property
+    def _box(self) -> Box:
+        return Box((self.long, self.long / 2, self.long / 2))
+
+    def mesh(self, kind: str, size: float, cuts: tuple[Any, ...] = ()) -> Mesh:
+        """Its cells."""
+        return self._box.mesh(kind, size)
+
+    def surface(self, size: float) -> Any:
+        """Its surface."""
+        return self._box.surface(size)
+
+
+def test_a_shape_that_says_next_to_nothing_is_meshed_solved_and_drawn() -> None:
+    """What it inherits stands for what it does not say; a beam is refused for it."""
+    with added(SHAPES, "brick", Brick) as name:
+        check_word(Brick, "shape", name)
+        body = BODY.replace("box(size = (40, 20, 20) mm, origin = (0, -10, -10) mm)", f"{name}(40 mm)")
+        text = f"{body}{CLAMP}{LOOK}load w = gravity(2 m/s^2)\nmetric sag = displacement(tip, along = -z)\n"
+        scene, found = scene_of(f"{text}model m = fem(hex8, strain = corotational, size = 10 mm)\n")
+        assert errors(found) == []
+        from softmark.interpreter.run.pipeline import Options, run
+
+        report = run(scene, found, Options())
+        model = report.models["m"]
+        assert model.status == "converged", model.message
+        assert model.shape is not None
+        assert model.metrics["sag"].value is not None
+        assert model.loads["w"].to_json()["force"][2] == pytest.approx(-1000 * 0.04 * 0.02 * 0.02 * 2)
+        _, found = scene_of(f"{text}model m = beam6dof(segments = 4)\n")
+        assert errors(found) == ["E501"]
+
+
+@dataclass(frozen=True)
+class Bulky(Brick):
+    """A shape that says another volume than it is meshed with."""
+
+    @property
+    def volume(self) -> float:
+        """Of a cube."""
+        return self.long**3
+
+
+def test_what_breaks_the_contract_of_a_shape_is_found() -> None:
+    @dataclass(frozen=True)
+    class Filed(Brick):
+        """A shape one of whose fields hides what it says."""
+
+        volume: Annotated[float, "m^3", "how much it holds"] = 1.0  # type: ignore[assignment]
+
+    with pytest.raises(AssertionError, match="no fields"):
+        check_shape(Filed(0.04), 0.01)
+
+    with pytest.raises(AssertionError, match="this fine"):
+        check_shape(Bulky(0.04), 0.01)
 
 
 @dataclass(frozen=True)

@@ -121,7 +121,7 @@ def compare(data: bytes, folder: Path) -> str:
         if not str(foreign):
             raise ValueError("a reason says something") from foreign
         return "refused"
-    json.dumps(found, indent=1, ensure_ascii=False)
+    json.dumps(found.to_json(), indent=1, ensure_ascii=False)
     changes_table(found, False)
     return "compared"
 

@@ -17,15 +17,28 @@ from urllib.parse import unquote
 
 import pytest
 
-from softmark.interpreter.report.compare.page import page
-from softmark.interpreter.report.compare.terminal import table
+from softmark.interpreter.report.compare.page import page as page_of
+from softmark.interpreter.report.compare.terminal import table as table_of
 from softmark.interpreter.report.page.document import POLICY
-from softmark.interpreter.study.analysis.analysis import analyse
+from softmark.interpreter.study.analysis.compared import Compared
 
 Json = dict[str, Any]
 Parsed = Callable[[str], Any]  # reads a page: conftest.py
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror='alert(2)'>\"&`<b>`\x00 http://evil.example"
 LINE = [[0.01 * i, 0.0, 0.0] for i in range(11)]
+
+
+def page(made: Json) -> str:
+    return page_of(Compared.from_json(made))
+
+
+def table(made: Json, colour: bool, path: str | None = None) -> str:
+    return table_of(Compared.from_json(made), colour, path)
+
+
+def analysed(made: Json) -> Json:
+    """With its analysis."""
+    return {**made, "analysis": Compared.from_json(made).analysis.to_json()}
 
 
 def spread(median: float, runs: int = 5) -> Json:
@@ -90,12 +103,12 @@ def truth(**changes: Any) -> Json:
 
 def comparison(*points: Json, references: Json | None = None, **options: Any) -> Json:
     known = {"beam": {"truth": truth()}} if references is None else references
-    return {
+    return analysed({
         "schema": "softmark-compare/1", "created": "2026-11-21T08:33:30+00:00", "command": "dsl compare beam.scene",
         "environment": {"softmark": "0", "cpu": "a cpu", "threads": 1},
         "scenes": [{"name": "beam", "title": "A beam", "file": "beam.scene", "sha256": "0" * 64, "text": "softmark 1"}],
-        "points": list(points), "references": known, "analysis": analyse(points, known, options),
-    }  # fmt: skip
+        "points": list(points), "references": known, "analysis": {"options": options},
+    })  # fmt: skip
 
 
 SIZES = (0.02, 0.01, 0.005, 0.0025)
@@ -158,8 +171,7 @@ def asking() -> Json:
     members = refined("fem")
     for p, h in zip(members, SIZES, strict=True):
         p["errors"]["drop"]["value"] = 0.02 - 4.0 * h**2
-    made = {**comparison(*members, lost("springs")), "studies": {"beam": studies}}
-    return {**made, "analysis": analyse(made["points"], made["references"], None, made["studies"])}
+    return analysed({**comparison(*members, lost("springs")), "studies": {"beam": studies}})
 
 
 CASES: dict[str, Callable[[], Json]] = {
@@ -314,6 +326,29 @@ def test_the_terminal_marks_the_front_and_ends_with_the_advice() -> None:
     assert shown.index("-> For eta") > shown.index("springs: no equilibrium was found")
     assert shown.endswith("comparison: out/compare.html")
     assert "\x1b[" in table(made, True)
+
+
+def test_what_others_wrote_steers_no_terminal() -> None:
+    """U+001B begins what a terminal obeys; U+202E turns the direction of what follows."""
+    odd = "a\x1b[2J\u202eb"
+    bad = point("x", None, label=odd, problem={odd: odd}, errors={"eta": {"value": 0.1, "unit": "1", "against": odd}})
+    worse = {**lost("y"), "label": odd + "2", "message": odd, "status": odd}
+    made = comparison(bad, worse, references={"beam": {"truth": truth(status="failed", message=odd)}})
+    made["scenes"][0]["title"] = odd
+    shown = table(made, False)
+    assert "a\u241b[2J\ufffdb" in shown
+    assert not set("\x1b\u202e") & set(shown)
+
+
+def test_what_an_older_file_does_not_say_has_a_default() -> None:
+    """The least that a `softmark-compare/1` may hold (results/forms.py): models, and whatever else is known."""
+    found = Compared.from_json({"points": [{"model": "rod"}], "references": {"s": {"truth": {}}}})
+    (rod,) = found.points
+    assert (rod.label, rod.solved, rod.timed) == ("rod", False, False)
+    assert (rod.effort("cpu_s"), rod.error("eta"), rod.problem) == (None, None, {})
+    assert found.references["s"]["truth"].status == "converged"
+    assert "rod" in page_of(found)
+    assert "rod" in table_of(found, False)
 
 
 CHROMIUM = shutil.which("chromium")

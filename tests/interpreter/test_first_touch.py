@@ -71,12 +71,12 @@ import gc, json, os, sys
 
 searches = []
 gc.callbacks.append(lambda phase, info: searches.append("numba" in sys.modules))
-from softmark.interpreter.run import pipeline as runner
+from softmark.interpreter.run import models as runner
 from softmark import pausing
 from softmark.interpreter.cli.main import main
 
-solve, before = runner._model, []
-runner._model = lambda *a: before.append((len(searches), gc.isenabled())) or solve(*a)
+solve, before = runner.solve, []
+runner.solve = lambda *a: before.append((len(searches), gc.isenabled())) or solve(*a)
 searches.clear()
 status = main()
 print(json.dumps([status, before, len(searches), gc.get_freeze_count(), os.environ["OPENBLAS_THREAD_TIMEOUT"]]))
@@ -197,7 +197,7 @@ def test_keeping_models_takes_a_tenth_of_what_they_take_and_grows_with_them(
     monkeypatch.setattr(time, "perf_counter", lambda: now[0])
     monkeypatch.setattr(files, "write", write)
     parsed = argparse.Namespace(json=None, junit=None, out=str(tmp_path), vtu=False)
-    shelf = shelves.Shelf(parsed, argparse.Namespace(path=None))  # type: ignore[arg-type]
+    shelf = shelves.Shelf(parsed)
     for models in range(1, 301):
         now[0] += 1.0
         shelf.keep(_Report(models))  # type: ignore[arg-type]
@@ -212,9 +212,9 @@ def test_a_run_that_breaks_off_leaves_all_that_was_finished(
     import json
 
     from softmark.interpreter.cli.main import main
-    from softmark.interpreter.run import pipeline as runner
+    from softmark.interpreter.run import models as runner
 
-    solve, seen = runner._model, []
+    solve, seen = runner.solve, []
 
     def third(work: object, name: str) -> None:
         seen.append(name)
@@ -222,7 +222,7 @@ def test_a_run_that_breaks_off_leaves_all_that_was_finished(
             raise KeyboardInterrupt
         solve(work, name)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(runner, "_model", third)
+    monkeypatch.setattr(runner, "solve", third)
     monkeypatch.setattr(shelves, "SPARE", 1e9)  # none but the first would be on disk
     assert main(["run", scene(tmp_path, 4), "--out", str(tmp_path / "out")]) == 130
     assert "2 finished models" in capsys.readouterr().err

@@ -302,6 +302,7 @@ class Tracked(Reference):
 
     X: np.ndarray
     u: np.ndarray
+    body: str | None = None
 
     def load(self) -> MeasuredPoints:
         return MeasuredPoints(self.X, self.u, 1e-4, "made up", tuple(map(str, range(len(self.X)))))

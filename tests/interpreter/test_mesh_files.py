@@ -123,7 +123,7 @@ model quadratic = fem(tet10, strain = corotational, mesh = {file.format(split=""
 
 
 def test_models_share_a_mesh_where_all_agrees(tmp_path: Path) -> None:
-    """By element, size, file and split, and by nothing else."""
+    """By element, size, and all that is said of a file, and by nothing else: merged nodes are not those of a slit."""
     from softmark.interpreter.models.fem.words import Fem
     from softmark.solvers.mesh.shapes import MeshFile
 
@@ -134,6 +134,7 @@ def test_models_share_a_mesh_where_all_agrees(tmp_path: Path) -> None:
         Fem("tet4", "small", 0.02).mesh_key(),
         Fem("tet4", "small", mesh=file).mesh_key(),
         Fem("tet4", "small", mesh=other).mesh_key(),
+        Fem("tet4", "small", mesh=MeshFile("a.msh", 1e-3, coincident="merge")).mesh_key(),
     ]
     assert len(set(keys)) == len(keys)
     assert Fem("tet4", "finite", 0.01, mass="uniform").mesh_key() == keys[0]

@@ -31,6 +31,7 @@ from softmark.solvers.elements import ELEMENTS, moments
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.energies.loads import FollowerPressure
 from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 # facets of quadratic hexahedra are integrated in every run, selections on their meshes with the slow tests
@@ -253,9 +254,9 @@ def test_selections_along_a_sphere_take_all_of_it(kind: str, along: int) -> None
     r = np.linalg.norm(mesh.points[mesh.facets], axis=2)
     for radius, text in ((0.01, "sqrt(x^2 + y^2 + z^2) <= 10.001 mm"), (0.02, "x^2 + y^2 + z^2 >= (19.999 mm)^2")):
         on = {tuple(row) for row in mesh.facets[(np.abs(r - radius) < 1e-9).all(axis=1)].tolist()}
-        found = loaded(object(), mesh, condition(text))
+        found = loaded(Shape(), mesh, condition(text))
         assert on <= {tuple(row) for row in found.whole.tolist()}
-    none = loaded(object(), mesh, condition("sqrt(x^2 + y^2 + z^2) <= 9.999 mm"))
+    none = loaded(Shape(), mesh, condition("sqrt(x^2 + y^2 + z^2) <= 9.999 mm"))
     assert not on & {tuple(row) for row in none.nodes.tolist()}
     assert none.leaning == 0.0
 
@@ -269,10 +270,10 @@ def test_borders_across_a_surface_are_not_moved(kind: str) -> None:
     assert deviations(mesh)[~flat].min() > 0.0
     assert deviations(mesh)[flat].max() == 0.0
     for text in ("z >= 7.7 mm", "x + y - 0.3*z <= 5 mm", "(x - 12 mm)^2 + (y - 9 mm)^2 + z^2 <= (5 mm)^2"):
-        mask, _ = settled_of(object(), mesh, condition(text))
+        mask, _ = settled_of(Shape(), mesh, condition(text))
         assert not mask.any(), text
     box = BAR.mesh(kind, 0.009)
-    mask, _ = settled_of(object(), box, condition("(x - 45 mm)^2 + (y - 1 mm)^2 >= (1 mm)^2"))
+    mask, _ = settled_of(Shape(), box, condition("(x - 45 mm)^2 + (y - 1 mm)^2 >= (1 mm)^2"))
     assert not mask.any()
 
 
@@ -280,8 +281,8 @@ def test_borders_across_a_surface_are_not_moved(kind: str) -> None:
 def test_cut_by_a_plane_the_sphere_has_the_area_of_its_facets(kind: str) -> None:
     """Both parts of a cut add up to the whole, and they approach Archimedes' 2 pi R h from inside."""
     mesh, texts = octant(0.01, 0.02, 4, 2, kind), ("sqrt(x^2 + y^2 + z^2) >= 19.999 mm and z {} 7.7 mm",)
-    low, high = (loaded(object(), mesh, condition(texts[0].format(sign))).area for sign in ("<", ">="))
-    whole = loaded(object(), mesh, condition("sqrt(x^2 + y^2 + z^2) >= 19.999 mm")).area
+    low, high = (loaded(Shape(), mesh, condition(texts[0].format(sign))).area for sign in ("<", ">="))
+    whole = loaded(Shape(), mesh, condition("sqrt(x^2 + y^2 + z^2) >= 19.999 mm")).area
     assert low + high == pytest.approx(whole, rel=1e-7)  # whole facets that are not flat have a rule of fewer points
     assert low == pytest.approx(2 * math.pi * 0.02 * 0.0077 / 4, rel=4e-3 if ELEMENTS[kind].order == 1 else 3e-4)
 

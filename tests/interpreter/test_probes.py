@@ -16,6 +16,7 @@ from softmark.interpreter.metrics.measurement import Known, Seen
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
 from softmark.interpreter.problem.case import case_of
 from softmark.interpreter.problem.points import _volume, held_face
+from softmark.solvers.materials.linear_elastic import LinearElastic
 from softmark.solvers.mesh.shapes import Box
 
 BLOCK = """
@@ -192,7 +193,7 @@ def test_an_integral_of_squared_strains_is_exact_on_any_mesh(size: float) -> Non
     def wrong(X: np.ndarray) -> np.ndarray:
         return np.outer(0.5 * c * L * X[:, 0], [1.0, 0.0, 0.0])
 
-    case: Any = SimpleNamespace(material=SimpleNamespace(shear_modulus=3.0, lame_lambda=5.0))
+    case: Any = SimpleNamespace(material=LinearElastic(7.875, 0.3125, 1.0))  # mu = 3, lam = 5
     known = Known("theory", right(place.X), right)
     seen = Seen("m", case, place.X, wrong(place.X), weights=place.weights, known=known, displacement=wrong)
     assert StrainEnergyNorm("all", "theory").measure(seen).value == pytest.approx(0.5, rel=1e-5)

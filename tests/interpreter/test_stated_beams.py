@@ -36,7 +36,7 @@ def said(length: float, depth: float, width: float, poisson: float, clamps: int,
     """What a beam of this shape states, given the strains that it found; None where it states nothing."""
     box = Box((1e-3 * length, 1e-3 * width, 1e-3 * depth))
     shape: Any = box if width else Cylinder(1e-3 * length, 0.5e-3 * depth)
-    case: Any = SimpleNamespace(shape=shape, supports=[None] * clamps, material=SimpleNamespace(poisson=poisson))
+    case: Any = SimpleNamespace(prism=shape, supports=[None] * clamps, material=SimpleNamespace(poisson=poisson))
     names = ("bending_strain", "axial_strain", "flat_curvature_per_m")
     result: Any = SimpleNamespace(solve={"checks": dict(zip(names, strains, strict=True))})
     try:

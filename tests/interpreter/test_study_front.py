@@ -12,21 +12,49 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from softmark.interpreter.study.analysis.analysis import analyse
+from softmark.interpreter.study.analysis import front as fronts
+from softmark.interpreter.study.analysis import lines, pairs
+from softmark.interpreter.study.analysis import point as values
+from softmark.interpreter.study.analysis.analysis import Terms
+from softmark.interpreter.study.analysis.compared import Compared
 from softmark.interpreter.study.analysis.front import (
     Judged,
     Reached,
     best_within,
     effort_to,
-    judge,
     levels_of,
     near_round,
     pareto,
 )
-from softmark.interpreter.study.analysis.pairs import distances, levers
-from softmark.interpreter.study.analysis.point import lines_of
+from softmark.interpreter.study.analysis.lines import Line
 
 Point = dict[str, Any]
+
+
+def read(points: list[Point]) -> list[values.Point]:
+    return [values.Point.from_json(p) for p in points]
+
+
+def judge(points: list[Point], metric: str, clock: str, allow_contaminated: bool = False) -> Judged:
+    return fronts.judge(read(points), metric, clock, allow_contaminated)
+
+
+def lines_of(points: list[Point]) -> list[Line]:
+    return lines.lines_of(read(points))
+
+
+def distances(points: list[Point], references: dict[str, Any]) -> dict[str, Any]:
+    known = {n: values.ReferenceOutcome.from_json(r) for n, r in references.items()}
+    return pairs.distances(read(points), known).to_json()
+
+
+def levers(points: list[Point], metrics: list[str], clock: str) -> list[dict[str, Any]]:
+    return [lever.to_json() for lever in pairs.levers(read(points), metrics, clock)]
+
+
+def analyse(points: list[Point], references: dict[str, Any], options: dict[str, Any] | None = None) -> dict[str, Any]:
+    saved = {"points": points, "references": references}
+    return Compared.from_json(saved, Terms.from_json(options)).analysis.to_json()
 
 
 def point(model: str, time: float | None, error: float | None, h: float | None = None, **changes: Any) -> Point:

@@ -15,9 +15,9 @@ from softmark.interpreter.cli.main import main
 from softmark.interpreter.report.compare.page import page
 from softmark.interpreter.report.compare.terminal import table
 from softmark.interpreter.study.analysis.advice import remarks_of
-from softmark.interpreter.study.analysis.analysis import analyse
+from softmark.interpreter.study.analysis.compared import Compared
 from softmark.interpreter.study.analysis.pairs import distances
-from softmark.interpreter.study.analysis.point import part_of
+from softmark.interpreter.study.analysis.point import Point
 from softmark.interpreter.study.expansion.truths import marked
 
 BEAM = """
@@ -61,7 +61,7 @@ def test_values_that_change_the_truth_are_problems_of_their_own(file: Path, caps
     assert list(found["analysis"]["scenes"]) == ["beam, E = 30 kPa", "beam, E = 120 kPa"]
     for value, (name, own) in zip(("30 kPa", "120 kPa"), found["analysis"]["scenes"].items(), strict=True):
         assert own["metrics"]["eta"]["front"], "each has its own"
-        mine = [p for p in found["points"] if part_of(p) == name]
+        mine = [p for p in found["points"] if Point.from_json(p).part == name]
         assert {p["variation"]["E"] for p in mine} == {value}
         keys = {p["key"] for p in mine}
         assert set(own["metrics"]["eta"]["front"]) <= keys
@@ -74,7 +74,7 @@ def test_values_that_change_the_truth_are_problems_of_their_own(file: Path, caps
     shown = capsys.readouterr().out
     assert "What errors are measured from changes with E: only configurations of one value compete." in shown
     assert shown.count("-> E = ") == 2
-    assert "changes with <code>E</code>" in page(found)
+    assert "changes with <code>E</code>" in page(Compared.from_json(found))
 
 
 def test_what_only_refines_is_one_problem(file: Path) -> None:
@@ -120,14 +120,14 @@ def test_no_distance_between_shapes_that_were_computed_at_different_values() -> 
     """Without a reference nothing says what a problem is; but E refines nothing, so the shapes differ by it."""
     probe = {"axis": {"points": [[0.0, 0.0, 0.0]], "displacement": [[0.0, 0.0, 1.0]]}}
 
-    def point(model: str, value: str, status: str) -> dict[str, Any]:
+    def point(model: str, value: str, status: str) -> Point:
         label = f"{model}, E = {value}"
-        return {"key": label, "label": label, "model": model, "scene": "s", "variation": {"E": value},
-                "status": status, "size": {"dofs": 9}, "probes": probe}  # fmt: skip
+        return Point.from_json({"key": label, "label": label, "model": model, "scene": "s", "variation": {"E": value},
+                "status": status, "size": {"dofs": 9}, "probes": probe})  # fmt: skip
 
     found = distances([point("a", "1", "converged"), point("b", "1", "failed"), point("b", "2", "converged")], {})
-    assert found["matrix"] == [[0.0, None], [None, 0.0]]
-    assert {r["reason"] for r in found["reasons"]} == {"they were computed at different E"}
+    assert found.matrix == [[0.0, None], [None, 0.0]]
+    assert {r.reason for r in found.reasons} == {"they were computed at different E"}
 
 
 # ------------------------------------------------------------------ what is said
@@ -148,15 +148,17 @@ def test_what_must_be_said_of_a_reduced_model() -> None:
     """Trained on the state that it is judged by; made in 2 s that its time leaves out."""
     spread = {"median": 2.0, "q1": 2.0, "q3": 2.0}
     reduced = {"of": "full", "repeats": True, "extrapolates": []}
-    said = remarks_of({"solve": {"reduced": reduced}, "cost": {"setup_s": spread}})
+    said = remarks_of(Point.from_json({"solve": {"reduced": reduced}, "cost": {"setup_s": spread}}))
     assert said == [
         "It was trained on `full` in this very state: its error says how well it repeats that, and nothing of other "
         "loads.",
         "Its time leaves out 2\u00a0s in which it is made from `full`.",
     ]
     beyond = {"of": "full", "repeats": False, "extrapolates": ["load"]}
-    assert remarks_of({"solve": {"reduced": beyond}}) == ["It extrapolates: `load` is outside its training."]
-    assert remarks_of({"solve": {}}) == []
+    assert remarks_of(Point.from_json({"solve": {"reduced": beyond}})) == [
+        "It extrapolates: `load` is outside its training."
+    ]
+    assert remarks_of(Point.from_json({"solve": {}})) == []
 
 
 def test_remarks_stand_with_the_advice() -> None:
@@ -170,12 +172,12 @@ def test_remarks_stand_with_the_advice() -> None:
         "solve": {"reduced": {"of": "full", "repeats": True}},
     }  # fmt: skip
     other = {**point, "key": "l", "model": "n", "label": "n", "solve": {}}
-    (advice,) = analyse([point, other], {})["advice"]
-    assert advice["text"].startswith("For `e` against `full` of 1\u00a0% or less, `m` is the quickest")
+    (advice,) = Compared.from_json({"points": [point, other]}).analysis.advice
+    assert advice.text.startswith("For `e` against `full` of 1\u00a0% or less, `m` is the quickest")
     untimed = [{**p, "cost": None} for p in (point, other)]
-    (by_size,) = analyse(untimed, {})["advice"]
-    assert by_size["text"].startswith("For `e` against `full` of 1\u00a0% or less, `n` is the smallest")
-    assert advice["caveats"][0].startswith("It was trained on `full` in this very state")
+    (by_size,) = Compared.from_json({"points": untimed}).analysis.advice
+    assert by_size.text.startswith("For `e` against `full` of 1\u00a0% or less, `n` is the smallest")
+    assert advice.caveats[0].startswith("It was trained on `full` in this very state")
 
 
 def test_warnings_belong_to_the_models_that_they_are_about(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -197,7 +199,7 @@ def test_scenes_of_one_title_are_told_apart(file: Path) -> None:
     for place in ("beam.scene", "other/beam.scene"):
         Path(place).write_text('scene "A beam"\n' + BEAM, encoding="utf-8")
     assert main(["compare", "beam.scene", "other/beam.scene", "--repeats", "0", "--model", "rod", "--out", "o"]) == 0
-    shown = table(json.loads(Path("o/compare.json").read_text(encoding="utf-8")), False)
+    shown = table(Compared.from_json(json.loads(Path("o/compare.json").read_text(encoding="utf-8"))), False)
     assert "A beam (beam.scene)" in shown
     assert "A beam (other/beam.scene)" in shown
 

@@ -20,7 +20,7 @@ from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.report.run import html
 from softmark.interpreter.results import vtk
 from softmark.interpreter.results.report import Report
-from softmark.interpreter.run import pipeline as runner
+from softmark.interpreter.run import models as runner
 from softmark.solvers.checks import solids as formulas
 from softmark.solvers.checks.pressures import Pressed, split_of
 

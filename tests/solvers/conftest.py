@@ -102,7 +102,7 @@ class Sampled:
 
 
 @dataclass(frozen=True)
-class Spring:
+class Spring(Energy):
     """k/2 (|y_b - y_a| - l)^2 between particles; y = `points` + x."""
 
     points: np.ndarray  # (n, 3)
@@ -152,7 +152,7 @@ class Spring:
 
 
 @dataclass(frozen=True)
-class Quadratic:
+class Quadratic(Energy):
     """x . K x / 2 with a dense K."""
 
     K: np.ndarray

@@ -98,7 +98,7 @@ def _changes(parsed: argparse.Namespace) -> int:
     if parsed.json is None:
         print(changes_table(found, sys.stdout.isatty()))
         return 0
-    return 0 if written(parsed.json, json.dumps(found, indent=1, ensure_ascii=False) + "\n") else 3
+    return 0 if written(parsed.json, json.dumps(found.to_json(), indent=1, ensure_ascii=False) + "\n") else 3
 
 
 # ------------------------------------------------------------------ scenes
@@ -161,7 +161,7 @@ def _shelve(comparison: Comparison, folder: Path, parsed: argparse.Namespace) ->
     from softmark.interpreter.report.compare.page import page
     from softmark.interpreter.report.compare.terminal import table
 
-    found, text = comparison.to_json(), comparison.dumps()
+    found, text = comparison.found, comparison.dumps()
     sound = shelved({"compare.json": lambda: text, "compare.html": lambda: page(found)}, text, folder, parsed)
     if parsed.json != "-":
         print(table(found, sys.stdout.isatty(), str(folder / "compare.html") if sound else None))

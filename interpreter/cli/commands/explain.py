@@ -13,6 +13,7 @@ from softmark.interpreter.cli import ranges
 from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language import aliases, units
 from softmark.interpreter.language.schema import Constructor, Field
+from softmark.references.reference import Reference
 
 CODE = re.compile(r"[EW]\d{3}$", re.IGNORECASE)
 
@@ -194,8 +195,8 @@ def _constructor(c: Constructor) -> str:
     if not c.fields:
         lines.append("  none")
     lines += ["", f"Example: {c.kind} NAME = {_example(c)}"]
-    if source := getattr(c.cls, "source", None):
-        lines += ["", f"Source: {source}"]
+    if issubclass(c.cls, Reference):
+        lines += ["", f"Source: {c.cls.source}"]
     if c.kind == "model" and (measured := ranges.lines(c.name)):
         lines += ["", *measured]
     return "\n".join(lines)

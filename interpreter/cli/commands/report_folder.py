@@ -25,16 +25,18 @@ if TYPE_CHECKING:
 SPARE = 10.0  # times as long as keeping took last time must have passed until it is done again
 
 
+class Unusable(Exception):
+    """The report cannot be written where it is asked for; the text says why."""
+
+
 class Shelf:
     """The folder of `--out` and the files of `--json` and `--junit`; nothing is lost when a later model fails."""
 
-    def __init__(self, parsed: argparse.Namespace, scene: Scene) -> None:
-        name = Path(scene.path).stem if scene.path else "scene"
-        default = None if parsed.json is not None and not parsed.vtu else f"{name}-report"
-        out = default if parsed.out is None else parsed.out
-        self.folder = None if out is None else Path(out)
+    def __init__(self, parsed: argparse.Namespace) -> None:
+        self.folder = None if parsed.out is None else Path(parsed.out)
+        self.named = parsed.out is not None or (parsed.json is not None and not parsed.vtu)
         self.files = {o: f for o, f in (("--json", parsed.json), ("--junit", parsed.junit)) if f not in (None, "-")}
-        self.scene = scene
+        self.begun = False
         self.printed = parsed.json == "-"
         self.vtu = parsed.vtu
         self.failed = False
@@ -42,10 +44,21 @@ class Shelf:
         self.pending: Report | None = None  # finished since, or on disk without a page
         self._again = 0.0
 
-    def unusable(self) -> str:
+    def begin(self, scene: Scene) -> None:
+        """Find the places of a scene's report; from now on, what is finished is kept. Raises Unusable."""
+        from softmark.interpreter.cli import signals
+
+        if not self.named:
+            self.folder = Path(f"{Path(scene.path).stem if scene.path else 'scene'}-report")
+        signals.saying(self.rescue)
+        if problem := self._unusable(scene):
+            raise Unusable(problem)
+        self.begun = True
+
+    def _unusable(self, scene: Scene) -> str:
         """Why the report could not be written where it is asked for, or nothing."""
         written = folded("--out", self.folder, ("report.json", "report.html"))
-        read, outputs = read_by(self.scene), [*written, *((o, Path(f)) for o, f in self.files.items())]
+        read, outputs = read_by(scene), [*written, *((o, Path(f)) for o, f in self.files.items())]
         if self.vtu and self.folder is not None:
             below = (self.folder / "vtu").resolve()
             outputs += [("--out, with --vtu", p) for _, p in read if p.resolve().is_relative_to(below)]

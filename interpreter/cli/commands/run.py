@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.cli.commands.progress import Progress
-    from softmark.interpreter.language.scene import Scene
+    from softmark.interpreter.cli.commands.report_folder import Shelf
+    from softmark.interpreter.results.report import Report
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,54 +43,43 @@ def run(parsed: argparse.Namespace) -> int:
 
     progress = Progress(sys.stderr)
     progress.say("start", f"running {parsed.file}")  # before anything is imported or read
-    from softmark.interpreter.cli.commands.scenes import load, show
-    from softmark.interpreter.front.requests import concerning, unknown_models
-
-    only = tuple(parsed.model)
-    scene, found = load(parsed.file, parsed.overrides, only)
-    found = concerning(scene, only, found)
-    progress.clear()
-    show(found)
-    if scene is None:
-        return 2
-    if problems := unknown_models(scene, only):
-        show(problems)
-        return 2
     try:
-        return _run(scene, found, parsed, progress)
+        return _run(parsed, progress)
     finally:
         progress.clear()
 
 
-def _run(scene: Scene, found: list[Diagnostic], parsed: argparse.Namespace, progress: Progress) -> int:
-    from softmark.grammar.diagnostic import visible
-    from softmark.interpreter.cli import signals
-    from softmark.interpreter.cli.commands.report_folder import Shelf
-    from softmark.interpreter.cli.commands.scenes import show
+def _run(parsed: argparse.Namespace, progress: Progress) -> int:
+    from softmark.interpreter.cli.commands.report_folder import Shelf, Unusable
+    from softmark.interpreter.cli.commands.scenes import Unread, read_scene, show
     from softmark.interpreter.language.scene import SceneError
-    from softmark.interpreter.report.run import terminal
-    from softmark.interpreter.run import pipeline as runner
+    from softmark.interpreter.run.options import Options, Text
+    from softmark.interpreter.run.pipeline import report_of
 
-    def warn(later: Sequence[Diagnostic]) -> None:
+    def warn(found: Sequence[Diagnostic]) -> None:
         progress.clear()
-        show(later)
+        show(found)
 
-    shelf = Shelf(parsed, scene)
-    signals.saying(shelf.rescue)
-    if problem := shelf.unusable():
+    shelf = Shelf(parsed)
+    stated = () if parsed.stated else None
+    options = Options(tuple(parsed.model), parsed.repeat, progress.say, shelf.begin, shelf.keep, warn, stated=stated,
+                      free=True)  # fmt: skip
+    try:
+        text = Text(*read_scene(parsed.file), tuple(parsed.overrides))
+        report = report_of(text, options)
+    except Unread as unread:
+        warn([unread.diagnostic])
+        return 2
+    except SceneError as error:
+        warn(error.diagnostics)
+        return 2
+    except Unusable as problem:
         progress.clear()
         print(problem, file=sys.stderr)
         return 2
-    stated = () if parsed.stated else None
-    options = runner.Options(tuple(parsed.model), parsed.repeat, progress.say, shelf.keep, warn, stated=stated,
-                             free=True)  # fmt: skip
-    try:
-        report = runner.run(scene, found, options)
-    except SceneError as error:
-        progress.clear()
-        show(error.diagnostics)
-        return 2
     except KeyboardInterrupt:
+        if not shelf.begun:
+            raise
         progress.clear()
         print(f"interrupted; {shelf.rescue()}", file=sys.stderr)
         return 130
@@ -97,6 +87,14 @@ def _run(scene: Scene, found: list[Diagnostic], parsed: argparse.Namespace, prog
         shelf.rescue()
         raise
     progress.clear()
+    return _shown(report, parsed, shelf)
+
+
+def _shown(report: Report, parsed: argparse.Namespace, shelf: Shelf) -> int:
+    """The finished report written and printed; the exit status."""
+    from softmark.grammar.diagnostic import visible
+    from softmark.interpreter.report.run import terminal
+
     written = shelf.finish(report)
     if parsed.json != "-":
         print(terminal.table(report, sys.stdout.isatty()))

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.evidence.kinds.voucher import Found
 from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.models.beam.words import Beam6Dof, station
-from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
@@ -30,21 +30,21 @@ class Line:
     @property
     def axes(self) -> Floats:
         """e1, e2, e3 at rest (3, 3), as rows."""
-        from softmark.solvers.mesh.shapes import transverse
+        from softmark.solvers.mesh.shape import transverse
 
-        return np.array([self.case.shape.axis, *transverse(self.case.shape.axis)])
+        return np.array([self.case.prism.axis, *transverse(self.case.prism.axis)])
 
     @property
     def stiffness(self) -> Floats:
         """EA, GA2, GA3, GJ, EI2, EI3."""
-        section, material = self.case.shape.section, self.case.material
+        section, material = self.case.prism.section, self.case.material
         E, G = material.young, material.young / (2.0 * (1.0 + material.poisson))
         shear = section.shear_factor(material.poisson) * G * section.area
         return np.array([E * section.area, shear, shear, G * section.torsion, *(E * I for I in section.moments)])
 
     def rod(self, displacement: Any) -> tuple[Rod, float]:
         """The deformed rod, from displacements of points on and beside its axis, and how far beside."""
-        shape = self.case.shape
+        shape = self.case.prism
         arm = max(max(abs(u), abs(v)) for u, v in shape.section.samples())
         X = np.array(shape.root) + self.s[:, None] * self.axes[0]
         beside = X[:, None] + arm * self.axes[1:]
@@ -55,7 +55,7 @@ class Line:
 
     def loads(self) -> Floats:
         """Forces at the nodes (n, 3), N. Raises Unchecked."""
-        shape, f, l = self.case.shape, np.zeros((len(self.s), 3)), np.diff(self.s)
+        shape, f, l = self.case.prism, np.zeros((len(self.s), 3)), np.diff(self.s)
         for load in self.case.loads:
             match load.thing.action:
                 case PerMass(acceleration=g):
@@ -78,21 +78,34 @@ class Line:
         found = np.zeros((len(self.s), 6), dtype=np.bool_)
         for support in self.case.supports:
             for node, s in enumerate(self.s.tolist()):
-                if coverage(support.thing.where, self.case.shape, s) == "all":
+                if coverage(support.thing.where, self.case.prism, s) == "all":
                     found[node, [*support.thing.components, 3, 4, 5]] = True
         return found
 
 
-def balance_of(model: Beam6Dof, case: Case, solution: Solution) -> Balance:
+def line_of(found: Found) -> Line:
+    """The beam of a solution."""
+    return Line(found.declared.thing, found.case, np.array(found.declared.thing.stations(found.case)))
+
+
+def rod_of(found: Found) -> tuple[Rod, float]:
+    """Its rod, deformed as the solution says, and how far beside the axis it was looked at; found once."""
+    if rod_of not in found.known:
+        found.known[rod_of] = line_of(found).rod(found.solution.displacement)
+    rod: tuple[Rod, float] = found.known[rod_of]
+    return rod
+
+
+def balance_of(found: Found) -> Balance:
     """The forces of a beam found again. Raises Unchecked."""
-    beam = Line(model, case, np.array(model.stations(case)))
-    if solution.displacement is None or (len(beam.s) > 200 and not (model.shear and model.axial)):
+    beam, model, case = line_of(found), found.declared.thing, found.case
+    if found.solution.displacement is None or (len(beam.s) > 200 and not (model.shear and model.axial)):
         raise Unchecked("constraints of so many elements are not looked at again")
-    rod, arm = beam.rod(solution.displacement)
+    rod, arm = rod_of(found)
     inside, by = rod.forces()
     outside, fixed = np.zeros_like(inside), beam.held()
     outside[:, :3] = beam.loads()
-    scale = np.array([1.0, 1.0, 1.0, *[1.0 / case.shape.length] * 3])
+    scale = np.array([1.0, 1.0, 1.0, *[1.0 / case.prism.length] * 3])
     inside, by = inside * scale, by * scale[:, None, None]
     if rod.rigid:
         inside = inside + _carried(inside - outside, by, fixed)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.evidence.answer import Answer
-from softmark.interpreter.evidence.kinds.beam_forces import Line, balance_of
+from softmark.interpreter.evidence.kinds.beam_forces import balance_of, rod_of
 from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
 from softmark.interpreter.evidence.orders import COARSE
 from softmark.interpreter.evidence.probe_answers import NO_ERROR, Seen, Unknown
@@ -27,11 +27,10 @@ class Beams(Voucher):
 
     def facts(self, found: Found) -> dict[str, Any]:
         """The largest strain: of the outermost fibre, with shear."""
-        model, case, solution = found.declared.thing, found.case, found.solution
-        if solution.displacement is None:
+        if found.solution.displacement is None:
             return {}
-        rod, arm = Line(model, case, np.array(model.stations(case))).rod(solution.displacement)
-        u, v = (max(abs(p[i]) for p in case.shape.section.samples()) for i in (0, 1))
+        rod, arm = rod_of(found)
+        u, v = (max(abs(p[i]) for p in found.case.prism.section.samples()) for i in (0, 1))
         bent, stretched = rod.strain(np.array([arm, v, u]))
         flat = rod.curvatures[:, 1 if v <= u else 2]  # about the axis along the wider side
         return {
@@ -41,8 +40,7 @@ class Beams(Voucher):
 
     def balance(self, found: Found) -> tuple[Balance, float | None]:
         """By the formulas of solvers/checks/rods.py. Raises Unchecked."""
-        solution = found.solution
-        return balance_of(found.declared.thing, found.case, solution), solution.facts.get("residual")
+        return balance_of(found), found.solution.facts.get("residual")
 
     def coarser(self, answer: Answer) -> list[tuple[Solution, float]]:
         """Of half and a quarter as many segments. Raises Unknown."""
@@ -78,11 +76,11 @@ def left_out(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     Estimates for solid sections, on the safe side of what solids of the same shape show. Bending stretches one side as
     much as it shortens the other, so that a law that is not linear shows in second order; in stretch it does at once.
     """
-    section, poisson = case.shape.section, case.material.poisson
+    section, poisson = case.prism.section, case.material.poisson
     spans, checks = max(1, len(case.supports)), result.solve.get("checks") or {}
     said = (float(checks.get(n) or 0.0) for n in ("bending_strain", "axial_strain", "flat_curvature_per_m"))
     bent, stretched, curvature = said
-    missing = ribbon.missing(section, case.shape.length, poisson, spans, thing.shear)
+    missing = ribbon.missing(section, case.prism.length, poisson, spans, thing.shear)
     missing += ribbon.stiffening(section, poisson, curvature)
     strained: float = BENT * bent**2 + STRETCHED * stretched
     if missing + strained > COARSE:

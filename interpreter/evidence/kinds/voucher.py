@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import field
 from typing import Any
 
 from softmark.interpreter.evidence import orders
@@ -28,6 +29,7 @@ class Found:
     case: Case
     prepared: Prepared
     solution: Solution
+    known: dict[Any, Any] = field(default_factory=dict, compare=False)  # what was worked out of it, by what does so
 
 
 class Voucher:

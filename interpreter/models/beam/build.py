@@ -24,7 +24,7 @@ from softmark.solvers.energies.rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_section import RodStiffness, Section
 from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, rod_at_rest
 from softmark.solvers.linear import factorisations
-from softmark.solvers.mesh.shapes import transverse
+from softmark.solvers.mesh.shape import transverse
 from softmark.solvers.statics.equilibrium import Equilibrium, Statics, equilibrium
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def load(model: Beam6Dof) -> None:
 
 def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop) -> PreparedBeam:
     """Everything that solving needs. Raises Fault."""
-    shape = case.shape
+    shape = case.prism
     stations = np.array(model.stations(case))
     points = holding.points_of(case, stations)
     rest = rod_at_rest(points, np.array(transverse(shape.axis)[1]))
@@ -127,12 +127,12 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop)
 
 def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
     """Stiffnesses of the section; e2 and e3 lie along the transverse axes of the shape."""
-    section, material = case.shape.section, case.material
+    section, material = case.prism.section, case.material
     # `moments` are about the first and the second transverse axis: about e2 the distance is X3
     I2, I3 = section.moments
     kappa = section.shear_factor(material.poisson)
     whole = Section(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
-    return whole.stiffness.without(case.shape.length, shear=model.shear, axial=model.axial)
+    return whole.stiffness.without(case.prism.length, shear=model.shear, axial=model.axial)
 
 
 def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, RodLoad], ...]:
@@ -142,7 +142,7 @@ def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, 
 
 def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Floats:
     """Of one load, at the nodes (n, 3), N."""
-    shape, forces = case.shape, np.zeros((len(stations), 3))
+    shape, forces = case.prism, np.zeros((len(stations), 3))
     match load.thing.action:
         case PerMass(acceleration=g):
             w = case.material.density * shape.section.area * np.array(g)

@@ -11,30 +11,30 @@ from softmark.interpreter.models.shared.holding import Held, moved_by
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.mesh.shapes import transverse
+from softmark.solvers.mesh.shape import transverse
 
 
 def points_of(case: Case, stations: Floats) -> Floats:
     """The points of the axis (n, 3), m, at stations (n,), m from the root."""
-    points: Floats = np.array(case.shape.root) + stations[:, None] * np.array(case.shape.axis)
+    points: Floats = np.array(case.prism.root) + stations[:, None] * np.array(case.prism.axis)
     return points
 
 
 def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats]:
     """Held degrees of freedom of a rod with nodes there (c,) and their values (c,), m or rad. Raises Fault."""
     points = points_of(case, np.array(stations))
-    held = Held(case, case.shape.length, points.mean(axis=0), 6 * len(points))
+    held = Held(case, case.prism.length, points.mean(axis=0), 6 * len(points))
     for support in case.supports:
         components = support.thing.components
-        turns = _held_turns(case.shape.axis, components)
+        turns = _held_turns(case.prism.axis, components)
         for node, s in enumerate(stations):
-            if coverage(support.thing.where, case.shape, s) != "all":
+            if coverage(support.thing.where, case.prism, s) != "all":
                 continue
             held.rows.append(point_rows(points[node : node + 1] - held.centre, components))
-            held.rows.append(np.eye(6)[[3 + t for t in turns]] * case.shape.length)
+            held.rows.append(np.eye(6)[[3 + t for t in turns]] * case.prism.length)
             for c in components:
                 held.impose(6 * node + c, moved_by(support)[c], support, points[node], AXES[c])
-            for turn in _body_axes(case.shape.axis, turns):
+            for turn in _body_axes(case.prism.axis, turns):
                 held.impose(6 * node + 3 + turn, 0.0, support, points[node], AXES[turn])
     return held.finished()
 

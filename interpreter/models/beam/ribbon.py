@@ -9,13 +9,15 @@ Elasticity"; Ashwell (1950), "The anticlastic curvature of rectangular beams and
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
+    from softmark.solvers.mesh.shape import Section
 
 FLAT = 4.0  # times as wide as thick: from here on a section is one of a strip
 CLAMPED, STRIP = (
@@ -39,16 +41,9 @@ def curling(theta: float) -> float:
     return 2.0 / theta * (math.cosh(theta) - math.cos(theta)) / (math.sinh(theta) + math.sin(theta))
 
 
-def extents(section: Any) -> tuple[float, float]:
-    """The wider and the thinner extent of a section, m."""
-    if hasattr(section, "width"):
-        return max(section.width, section.height), min(section.width, section.height)
-    return 2.0 * section.radius, 2.0 * section.radius
-
-
-def stiffening(section: Any, poisson: float, curvature: float) -> float:
+def stiffening(section: Section, poisson: float, curvature: float) -> float:
     """How much stiffer than a beam a bent strip is, relative: nu^2 (1 - F) / (1 - nu^2), curvature in 1/m."""
-    wide, thin = extents(section)
+    thin, wide = sorted(section.extents)
     theta = wide * (3.0 * (1.0 - poisson**2)) ** 0.25 * math.sqrt(curvature / thin)
     return plate(poisson) * (1.0 - curling(theta))
 
@@ -60,29 +55,27 @@ def plate(poisson: float) -> float:
 
 def doubt(declared: Declared, case: Case) -> Diagnostic | None:
     """A warning where a section is flat, and curling matters."""
-    wide, thin = extents(case.shape.section)
+    thin, wide = sorted(case.prism.section.extents)
     most = plate(case.material.poisson)
     if wide < FLAT * thin or most < SEEN:
         return None
-    at = declared.at()
-    return Diagnostic(
+    return diagnostic(
         "W382",
+        declared.at(),
         f"a section {wide / thin:.3g} times as wide as thick bends between a beam and a plate",
-        at.source,
-        at.span,
         f"up to {100 * most:.2g} % stiffer than this model",
         "clamps and sharp bends keep it from curling across its width; compare with `fem(...)`",
     )
 
 
-def missing(section: Any, length: float, poisson: float, spans: int, shear: bool) -> float:
+def missing(section: Section, length: float, poisson: float, spans: int, shear: bool) -> float:
     """What clamps and a thick section do that the theory of beams leaves out, relative, on the safe side.
 
     A clamp keeps its section from changing over CLAMPED / 4 of the width, where the body is as stiff as a plate; more
     where it is flat. The rest falls with the square of width over length, over as many parts as there are `spans`.
     tests/benchmarks/beams.py holds both against solids.
     """
-    wide, thin = extents(section)
+    thin, wide = sorted(section.extents)
     reach = CLAMPED + (STRIP - CLAMPED) * min(1.0, (wide / thin - 1.0) / (FLAT - 1.0))
     thick = (spans * wide / length) ** 2
     return reach * spans * plate(poisson) * wide / length + (THICK if shear else THICK + 1.0) * thick

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.beam import ribbon
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.case import Fault
@@ -13,6 +14,7 @@ from softmark.interpreter.results.report import Kind
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
 from softmark.records import dataclass
+from softmark.solvers.mesh.shape import Prism
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
@@ -41,14 +43,12 @@ class Beam6Dof(Model):
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against a beam model of this case."""
-        at = declared.at()
-        if not hasattr(case.shape, "section"):
+        if not isinstance(case.shape, Prism):
             return [
-                Diagnostic(
+                diagnostic(
                     "E501",
+                    declared.at(),
                     f"`{declared.name}` needs a straight body with a constant section",
-                    at.source,
-                    at.span,
                     f"`{case.body.name}` is not a cylinder or a box",
                     "use `fem(...)` for this body",
                 )
@@ -66,13 +66,11 @@ class Beam6Dof(Model):
         for load in case.loads:
             reason = _unfit(load, case)
             if reason and isinstance(load.thing.action, self.loads):
-                at = load.at("at" if isinstance(load.thing.action, AtPoint) else "where")
                 found.append(
-                    Diagnostic(
+                    diagnostic(
                         "E501",
+                        load.at("at" if isinstance(load.thing.action, AtPoint) else "where"),
                         f"`{declared.name}` cannot represent the load `{load.name}`",
-                        at.source,
-                        at.span,
                         reason,
                         "beams take gravity, traction on an end face, forces on the axis; `fem(...)` takes all",
                     )
@@ -85,9 +83,9 @@ class Beam6Dof(Model):
             if not isinstance(support.thing, self.supports):
                 continue
             where = support.thing.where
-            between = {cover for _, cover in inside(where, case.shape)}
-            cover = coverages(where, case.shape, self.stations(case))
-            oblique = len(support.thing.components) < 3 and not _aligned(case.shape.axis)
+            between = {cover for _, cover in inside(where, case.prism)}
+            cover = coverages(where, case.prism, self.stations(case))
+            oblique = len(support.thing.components) < 3 and not _aligned(case.prism.axis)
             reason = (
                 "follows tracked points, which do not move a section rigidly"
                 if support.thing.tracked is not None
@@ -100,13 +98,11 @@ class Beam6Dof(Model):
                 else ""
             )
             if reason:
-                at = support.at("where")
                 found.append(
-                    Diagnostic(
+                    diagnostic(
                         "E501",
+                        support.at("where"),
                         f"`{declared.name}` cannot represent the support `{support.name}`",
-                        at.source,
-                        at.span,
                         reason,
                         "a beam is held at whole cross-sections, where the condition holds at a node of its axis",
                     )
@@ -126,18 +122,16 @@ class Beam6Dof(Model):
         return []
 
     def _thick(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        section = case.shape.section
+        section = case.prism.section
         depth = 2 * max(max(abs(u), abs(v)) for u, v in section.samples())
-        if case.shape.length >= 3 * depth:
+        if case.prism.length >= 3 * depth:
             return []
-        at = declared.at()
-        ratio = case.shape.length / depth
+        ratio = case.prism.length / depth
         return [
-            Diagnostic(
+            diagnostic(
                 "W304",
+                declared.at(),
                 f"a beam {ratio:.1f} times as long as deep is not slender",
-                at.source,
-                at.span,
                 "beam theory is crude here",
                 "below about 3 the section warps; compare with `fem(...)`",
             )
@@ -145,10 +139,10 @@ class Beam6Dof(Model):
 
     def stations(self, case: Case) -> list[float]:
         """Nodes along the axis, m from the root: equally spaced, the nearest moved to each end of a support."""
-        found = [case.shape.length * i / self.segments for i in range(self.segments + 1)]
+        found = [case.prism.length * i / self.segments for i in range(self.segments + 1)]
         inner = set(range(1, self.segments))  # that may move
-        for border in sorted({b for support in case.supports for b in borders(support.thing.where, case.shape)}):
-            if inner and not any(abs(s - border) <= 1e-6 * case.shape.length for s in found):
+        for border in sorted({b for support in case.supports for b in borders(support.thing.where, case.prism)}):
+            if inner and not any(abs(s - border) <= 1e-6 * case.prism.length for s in found):
                 nearest = min(inner, key=lambda i: abs(found[i] - border))
                 found[nearest] = border
                 inner.remove(nearest)
@@ -184,16 +178,16 @@ def _unfit(load: Declared, case: Case) -> str:
         case AtPoint(at=at):
             return "" if station(case, at) is not None else "not on the axis of the beam"
         case PerArea(where=where):
-            length = case.shape.length
-            ends = [coverage(where, case.shape, s) for s in (0.0, length)]
-            between = {cover for _, cover in inside(where, case.shape)}
+            length = case.prism.length
+            ends = [coverage(where, case.prism, s) for s in (0.0, length)]
+            between = {cover for _, cover in inside(where, case.prism)}
             return "" if sorted(ends) == ["all", "none"] and between == {"none"} else "not on one whole end face"
     return "not a load of beam theory"
 
 
 def station(case: Case, point: tuple[float, float, float]) -> float | None:
     """Distance from the root along the axis of a point on the axis, or None if it lies off it."""
-    shape = case.shape
+    shape = case.prism
     offset = [p - r for p, r in zip(point, shape.root, strict=True)]
     s = float(sum(o * a for o, a in zip(offset, shape.axis, strict=True)))
     off = sum((o - s * a) ** 2 for o, a in zip(offset, shape.axis, strict=True)) ** 0.5

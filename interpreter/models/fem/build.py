@@ -11,6 +11,7 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.fem import formulations, levers
 from softmark.interpreter.models.fem.formulations import Unknowns
@@ -35,7 +36,7 @@ from softmark.solvers.assembly.single import SingleAssembly
 from softmark.solvers.assembly.solids import elastic_energy, elastic_parts
 from softmark.solvers.elements import ELEMENTS, UnknownElement
 from softmark.solvers.energies import elementwise
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.elementwise import ElementRotation
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.linear import factorisations, systems
@@ -49,6 +50,7 @@ from softmark.solvers.reduced.cells import BY_CELL
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Shape
     from softmark.solvers.statics.equilibrium import Watch
 
 FLAT = 0.25  # of a length: a corotational state with cells squeezed below it is none to start from
@@ -66,7 +68,7 @@ class PreparedSolid(OnMesh):
 
     model: Fem
     declared: Declared
-    shape: Any
+    shape: Shape
     mesh: Mesh
     elastic: Elastic
     problem: Statics
@@ -155,13 +157,11 @@ class PreparedSolid(OnMesh):
         least = least_stretch(self.elastic.F(x)) if isinstance(self.elastic.law, StVenantKirchhoff) else 1.0
         if least > GIVES_WAY:
             return ()
-        at = self.declared.at("strain")
         return (
-            Diagnostic(
+            diagnostic(
                 "W381",
+                self.declared.at("strain"),
                 f"`{self.declared.name}` squeezes a St Venant-Kirchhoff solid to {max(0.0, least):.2g} of its size",
-                at.source,
-                at.span,
                 f"the law gives way below {GIVES_WAY:.3g}",
                 "squeezed more it resists less, and stretched by sqrt(1 + 1 / nu) it is flat; use `neo_hookean`",
             ),
@@ -175,13 +175,11 @@ class PreparedSolid(OnMesh):
         angle = float(np.sqrt(0.5 * np.sum(skew**2, axis=(1, 2))).max())
         if angle < LARGE_ANGLE:
             return ()
-        at = self.declared.at("strain")
         return (
-            Diagnostic(
+            diagnostic(
                 "W306",
+                self.declared.at("strain"),
                 f"`{self.declared.name}` took rotations of up to {units.show(angle, units.ANGLE)} for small ones",
-                at.source,
-                at.span,
                 "outside its range",
                 "its numbers are those of a model that does not apply",
             ),
@@ -193,10 +191,9 @@ AnyEnergy = TypeVar("AnyEnergy")
 
 def _one_cell(energy: AnyEnergy) -> AnyEnergy:
     """The first cell of an energy over a mesh: what compiles its kernels at no cost."""
+    if isinstance(energy, Together):
+        return replace(energy, parts=tuple(_one_cell(part) for part in energy.parts))
     known: Any = energy  # one of the dataclasses of solvers/energies over cells
-    if hasattr(known, "parts"):
-        whole: AnyEnergy = replace(known, parts=tuple(_one_cell(part) for part in known.parts))
-        return whole
     over_cells = [f.name for f in fields(known) if f.name in BY_CELL]
     one: AnyEnergy = replace(known, **{name: getattr(known, name)[:1] for name in over_cells})
     return one
@@ -323,7 +320,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
         shape = located(model.mesh or case.shape, at)
         cuts = cuts_of(case, shape)
         try:
-            made = shape.mesh(model.element, model.size, cuts) if cuts else shape.mesh(model.element, model.size)
+            made = shape.mesh(model.element, model.size or 0.0, cuts)  # a file's has no size but its own
             workshop.meshes[key] = with_quality(made, model, declared)
         except UnknownElement as error:
             raise Fault(levers.unmeshed(declared, error)) from error
@@ -352,20 +349,18 @@ def _takes() -> str:
 
 def volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
     """A warning where a mesh holds much less or more than the body."""
-    if not hasattr(case.shape, "volume"):
+    if case.shape.volume is None:
         return ()
     lost = 1.0 - float(mesh.volumes.sum()) / case.shape.volume
     if abs(lost) < LOST_VOLUME:
         return ()
-    given = getattr(declared.thing, "mesh", None) is not None
-    at = declared.at("mesh" if given else "size")
+    given = declared.thing.own_mesh is not None
     return (
-        Diagnostic(
+        diagnostic(
             "W305",
+            declared.at("mesh" if given else "size"),
             f"the mesh of `{declared.name}` holds {100 * abs(lost):.1f} % {'less' if lost > 0 else 'more'} volume "
             "than the body",
-            at.source,
-            at.span,
             "not the same body" if given else "too coarse for the curved surface",
             "check the file and its unit" if given else "use a smaller size",
         ),

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.problem.case import fault
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
@@ -39,8 +40,7 @@ def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     """A formulation that does not fit the element, its law or the analysis; a solid that needs another one."""
     found = []
     for code, field, problem, label, help in (*_fits(model, case), *_incompressible(model, declared, case)):
-        at = declared.at(field)
-        found.append(Diagnostic(code, problem, at.source, at.span, label, help))
+        found.append(diagnostic(code, declared.at(field), problem, label, help))
     return found
 
 
@@ -140,7 +140,9 @@ class Unknowns:
     @classmethod
     def of(cls, energy: Energy, mesh: Mesh) -> Unknowns:
         """Those of an elastic energy over a mesh."""
-        return cls(mesh.points.size, int(getattr(energy, "dofs", mesh.points.size)))
+        from softmark.solvers.energies.pressures import Mixed
+
+        return cls(mesh.points.size, energy.dofs if isinstance(energy, Mixed) else mesh.points.size)
 
     @property
     def pressures(self) -> int:

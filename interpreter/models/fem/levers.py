@@ -7,6 +7,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.problem.case import elsewhere
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Follower
@@ -35,7 +36,8 @@ def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
         *_of_forces(model, case),
         *_of_path(model, case),
     )
-    return [_refused(declared, *clash) for clash in (*clashes, *_not_installed(model))]
+    found = (*clashes, *_not_installed(model))
+    return [diagnostic("E508", declared.at(field), problem, label, help) for field, problem, label, help in found]
 
 
 def listed(words: Iterable[str], last: str) -> str:
@@ -53,22 +55,17 @@ def unmeshed(declared: Declared, reason: object) -> Diagnostic:
     """An element that there is not."""
     at, problem = declared.at("element"), f"`{declared.name}` cannot be meshed: {reason}"
     help = f"use `element = {quoted(ELEMENTS, 'or')[1:]}"
-    return Diagnostic("E508", problem, at.source, at.span, "no such mesh", help)
+    return diagnostic("E508", at, problem, "no such mesh", help)
 
 
 def sized(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     """A `size` where the body is a mesh already."""
-    if model.size is None or model.mesh is not None or not getattr(case.shape, "prebuilt", False):
+    if model.size is None or model.mesh is not None or not case.shape.prebuilt:
         return []
     at, body = declared.at("size"), case.body.name
     problem = f"the `size` of `{declared.name}` is not used: `{body}` is a mesh already"
     help = "its cells are taken as they are: leave `size` out, or mesh the body anew and name that file"
-    return [Diagnostic("W376", problem, at.source, at.span, "has no effect", help)]
-
-
-def _refused(declared: Declared, field: str, problem: str, label: str, help: str) -> Diagnostic:
-    at = declared.at(field)
-    return Diagnostic("E508", problem, at.source, at.span, label, help)
+    return [diagnostic("W376", at, problem, "has no effect", help)]
 
 
 def _of_elements(model: Fem, case: Case) -> Iterator[Clash]:
@@ -109,7 +106,7 @@ def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
         return []
     problem = f"`{declared.name}` needs a lumped mass for {analysis.integrator}"
     help = "add `mass = lumped`, or use an implicit integrator"
-    return [_refused(declared, "mass", problem, "a matrix that would have to be inverted", help)]
+    return [diagnostic("E508", declared.at("mass"), problem, "a matrix that would have to be inverted", help)]
 
 
 def _of_levers(model: Fem, case: Case) -> Iterator[Clash]:
@@ -191,4 +188,4 @@ def starts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
     if elsewhere(scene, first, case) is None:
         return []
     problem = f"`{declared.name}` is about `{case.body.name}`, and `{first.name}` is not"
-    return [_refused(declared, "start", problem, "another body", "start from a model of the same body")]
+    return [diagnostic("E508", declared.at("start"), problem, "another body", "start from a model of the same body")]

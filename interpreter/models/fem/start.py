@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import case_for, fault
@@ -48,11 +49,10 @@ class Begun:
         at, failed = declared.at("start"), self.x is None
         why = f"`{self.model}` has no solution" if failed else "Newton's method does not come from there to a solution"
         return (
-            Diagnostic(
+            diagnostic(
                 "W341",
+                at,
                 f"`{declared.name}` could not start from `{self.model}`",
-                at.source,
-                at.span,
                 "it started from rest",
                 f"{why}: what was spent on it is part of the time; leave `start` out, or start from a finer model",
             ),

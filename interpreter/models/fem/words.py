@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.fem import formulations
 from softmark.interpreter.models.fem import levers as options
 from softmark.interpreter.models.shared.model import Model
@@ -21,11 +22,13 @@ from softmark.solvers.elements import UnknownElement, element_of
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.problem.case import Case
+    from softmark.solvers.mesh.shape import Shape
 
 LARGE_ANGLE = 0.1  # rad: a rotation that small strains misread by 0.5 % strain (1 - cos)
 PLAIN: dict[str, Any] = {
     "cap": None, "linear_cap": None, "start": None, "precision": "double", "linear": "auto", "factorisation": "fresh",
 }  # fmt: skip
+SHORTCUTS = ("cap", "linear_cap", "precision", "start")
 FORMULATIONS = {"mixed": "with pressures", "mean_dilatation": "mean dilatation"}  # in an outline
 
 
@@ -117,6 +120,26 @@ class Fem(Model):
         return self.cap is not None or self.linear_cap is not None
 
     @property
+    def own_mesh(self) -> Shape | None:
+        """A mesh from a file in place of one that is made of the body's shape."""
+        return self.mesh
+
+    @property
+    def other_material(self) -> Any:
+        """The material that it takes in place of the body's."""
+        return self.material
+
+    @property
+    def capped_at(self) -> int | None:
+        """Newton iterations after which a state, or a time step, is accepted."""
+        return self.cap
+
+    @property
+    def shortcuts(self) -> tuple[str, ...]:
+        """Which of its levers leave a step unsolved, in single precision, or begun elsewhere."""
+        return tuple(lever for lever in SHORTCUTS if getattr(self, lever) != PLAIN[lever])
+
+    @property
     def order(self) -> int:
         """In displacements, where the solution is smooth: degree of the element + 1 (Strang and Fix 1973, 1.5)."""
         return int(element_of(self.element).order) + 1
@@ -135,8 +158,7 @@ class Fem(Model):
         moved = () if self.quality is None else (("quality", self.quality),)
         if self.mesh is None:
             return self.element, self.size, *moved
-        facts = (getattr(self.mesh, name, None) for name in ("path", "unit", "split"))
-        return self.element, self.size, *facts, *moved
+        return self.element, self.size, self.mesh, *moved
 
     def meshed_as(self, case: Case) -> tuple[Any, ...]:
         """The same in a case: body, element, size, and where supports need nodes."""
@@ -144,7 +166,7 @@ class Fem(Model):
 
     def _own_mesh(self, case: Case) -> bool:
         """Whether the mesh comes from a file, of the model or of the body."""
-        return bool(getattr(self.mesh or case.shape, "prebuilt", False))
+        return (self.own_mesh or case.shape).prebuilt
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against this model of this case."""
@@ -171,12 +193,11 @@ class Fem(Model):
 
     def one_mesh(self, declared: Declared, case: Case) -> Diagnostic | None:
         """Exactly one of `size` and `mesh`, but for a body that is a mesh already."""
-        prebuilt = getattr(self.mesh, "prebuilt", self.mesh is None)
+        prebuilt = self.mesh is None or self.mesh.prebuilt
         both = self.size is not None and self.mesh is not None
-        neither = self.size is None and self.mesh is None and not getattr(case.shape, "prebuilt", False)
+        neither = self.size is None and self.mesh is None and not case.shape.prebuilt
         if prebuilt and not both and not neither:
             return None
-        at = declared.at("mesh" if self.mesh is not None else "element")
         problem, label, help = (
             (f"`{declared.name}` has neither a `size` nor a `mesh`", "how fine?",
              'give `size = 5 mm`, or a mesh: `mesh = mesh("file.msh", unit = 1 mm)`')
@@ -187,17 +208,16 @@ class Fem(Model):
             else (f"the `mesh` of `{declared.name}` is a shape without cells", "not a mesh",
                   'name a file: `mesh = mesh("file.msh", unit = 1 mm)`')
         )  # fmt: skip
-        return Diagnostic("E507", problem, at.source, at.span, label, help)
+        return diagnostic("E507", declared.at("mesh" if self.mesh is not None else "element"), problem, label, help)
 
     def _finite_law(self, declared: Declared, case: Case) -> Diagnostic | None:
         if self.strain != "finite" or case.material.finite_law() is not None:
             return None
         at, body = declared.at("strain"), case.body.name
-        return Diagnostic(
+        return diagnostic(
             "E502",
+            at,
             f"the material of `{body}` has no law for finite strain",
-            at.source,
-            at.span,
             "needs such a law",
             "declare a `neo_hookean(...)` or `st_venant_kirchhoff(...)`, or use `strain = corotational`",
         )
@@ -211,14 +231,12 @@ class Fem(Model):
         nu = case.material.poisson
         if not self.locks_at(nu) or case.material.incompressible:
             return None
-        at = declared.at("element")
         element = element_of(self.element)
         cure = "use `formulation = mixed`" if element.pressures == "corners" else formulations.FREE
-        return Diagnostic(
+        return diagnostic(
             "W301",
+            declared.at("element"),
             f"{element.briefly} lock at a Poisson's ratio of {nu:g}",
-            at.source,
-            at.span,
             "too stiff here",
             f"it bends too little, the more so the coarser its mesh: {cure}",
         )
@@ -227,12 +245,10 @@ class Fem(Model):
         angle = bending_angle(case) if self.strain == "small" else None
         if angle is None or angle < LARGE_ANGLE:
             return None
-        at = declared.at("strain")
-        return Diagnostic(
+        return diagnostic(
             "W302",
+            declared.at("strain"),
             "small strains cannot follow the rotation that this load causes",
-            at.source,
-            at.span,
             f"about {math.degrees(angle):.0f} deg at the tip" if angle < 1.5 else "far beyond its range",
             "the body will seem to grow as it turns; use `strain = corotational` or `finite`",
         )
@@ -240,7 +256,7 @@ class Fem(Model):
     def coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
         """A mesh that is too fine for memory, or coarser than the body."""
         shape = case.shape
-        if self.size is None or self._own_mesh(case):
+        if self.size is None or shape.bounds is None or shape.volume is None or self._own_mesh(case):
             return None
         low, high = shape.bounds
         at = declared.at("size")
@@ -249,21 +265,19 @@ class Fem(Model):
         if cells > element.most:
             size = units.show(self.size, units.LENGTH)
             extent = units.show(max(b - a for a, b in zip(low, high, strict=True)), units.LENGTH)
-            return Diagnostic(
+            return diagnostic(
                 "E304",
+                at,
                 f"a mesh of about {cells:.0e} {element.family} does not fit in memory",
-                at.source,
-                at.span,
                 f"{size} for a body of {extent}",
                 "use a larger size",
             )
         least = min(b - a for a, b in zip(low, high, strict=True))
         if self.size > 0.5 * least * (1 + 1e-9):
-            return Diagnostic(
+            return diagnostic(
                 "W312",
+                at,
                 f"the mesh of `{declared.name}` is coarser than the body",
-                at.source,
-                at.span,
                 f"the body is {units.show(least, units.LENGTH)} across",
                 "use a size of a fraction of that; bending needs four cells or more across",
             )

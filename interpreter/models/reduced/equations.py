@@ -158,7 +158,7 @@ def _own_states(whole: Equations) -> Floats:
 
 
 @dataclass(frozen=True)
-class _Scaled:
+class _Scaled(Energy):
     """A load times a factor."""
 
     load: Energy

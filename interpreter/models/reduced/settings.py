@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compile import recompiled
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.plan import sweeps
 from softmark.interpreter.problem.case import Fault, case_for
 from softmark.records import dataclass
@@ -39,21 +40,7 @@ def scenes(over: str | None, scene: Scene) -> Iterator[Setting]:
         other, _ = recompiled(scene, [sweeps.override_of(sweep, variant) for sweep, variant in pairs])
         words = "".join(f", {sweep.target.name} = {variant.text}" for sweep, variant in pairs)
         names = [sweep.target.name for sweep, _ in pairs]
-        yield Setting(words, other, {name: value(other, name) for name in names})
-
-
-def value(scene: Scene, name: str) -> Any:
-    """What a parameter or a field is in a scene: a number, a list of numbers, or a text."""
-    if name in scene.parameters:
-        found: Any = scene.parameters[name].value
-        return found.value if hasattr(found, "value") else list(found.values)
-    owner, _, attribute = name.rpartition(".")
-    declared = scene.declared[owner]
-    known_field = declared.constructor.field(attribute)
-    thing = getattr(declared.thing, known_field.attribute if known_field else attribute)
-    if isinstance(thing, int | float) and not isinstance(thing, bool):
-        return float(thing)
-    return list(thing) if isinstance(thing, tuple) else str(thing)
+        yield Setting(words, other, {name: sweeps.value_of(other, name) for name in names})
 
 
 def remeshed(scene: Scene, declared: Declared) -> Diagnostic | None:
@@ -66,12 +53,15 @@ def remeshed(scene: Scene, declared: Declared) -> Diagnostic | None:
         owner = link.thing.target.name.rpartition(".")[0]
         if owner in scene.declared and scene.declared[owner].kind in UNMESHED:
             continue
-        for variant in link.thing.over:
-            other = _mesh(recompiled(scene, [sweeps.override_of(link.thing, variant)])[0], model.of)
+        overrides = [sweeps.override_of(link.thing, variant) for variant in link.thing.over]
+        if scene.varied and {override.text for override in overrides}.issuperset(scene.varied):
+            continue  # one of the scenes that were compared where the sweep was looked at, and nothing else is varied
+        for override in overrides:
+            other = _mesh(recompiled(scene, [override])[0], model.of)
             if None not in (own, other) and own != other:
                 at, problem = declared.at("over"), f"`{model.over}` varies the mesh of `{model.of}`"
                 help = "fields of one mesh say nothing on another: sweep a load, a displacement or a material"
-                return Diagnostic("E532", problem, at.source, at.span, "another mesh", help)
+                return diagnostic("E532", at, problem, "another mesh", help)
     return None
 
 

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.fem import build
-from softmark.interpreter.models.reduced.settings import scenes, value
+from softmark.interpreter.models.reduced.settings import scenes
 from softmark.interpreter.models.reduced.words import ADVICE
 from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.models.springs.calibration import scaled
+from softmark.interpreter.plan.sweeps import value_of
 from softmark.interpreter.problem.case import Case, case_for, fault
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
@@ -104,7 +106,7 @@ def beyond(training: Training, scene: Scene) -> list[str]:
 
 def _here(training: Training, scene: Scene) -> dict[str, Any]:
     """What was varied, as the scene has it."""
-    return {name: 1.0 if name == "load" else value(scene, name) for name in training.ranges}
+    return {name: 1.0 if name == "load" else value_of(scene, name) for name in training.ranges}
 
 
 def repeats(training: Training, scene: Scene) -> bool:
@@ -131,11 +133,10 @@ def extrapolates(declared: Declared, found: list[str]) -> tuple[Diagnostic, ...]
         return ()
     at, verb = declared.at("over"), "lies" if len(targets) == 1 else "lie"
     return (
-        Diagnostic(
+        diagnostic(
             "W331",
+            at,
             f"`{declared.name}` extrapolates: {' and '.join(targets)} {verb} outside its training",
-            at.source,
-            at.span,
             "not seen in training",
             ADVICE,
         ),

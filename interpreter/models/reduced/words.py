@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.reduced import settings
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.case import elsewhere
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.studies import Sweep
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -142,15 +144,15 @@ class Pod(Reduced):
             )
         else:
             return None
-        return _refused(declared, "training", f"`{declared.name}` cannot be trained on this", label, help)
+        return diagnostic("E532", declared.at("training"), f"`{declared.name}` cannot be trained on this", label, help)
 
     def _too_many(self, declared: Declared) -> Diagnostic | None:
         states = len(set(self.parts))
         if self.modes is None or self.over is not None or self.modes <= states or not states:
             return None
-        return _refused(
-            declared,
-            "modes",
+        return diagnostic(
+            "E532",
+            declared.at("modes"),
             f"`{declared.name}` asks for {self.modes} modes of {states} training states",
             "more than there are states",
             "train on more parts of the load, or on a sweep; or ask for fewer modes",
@@ -162,17 +164,17 @@ class Pod(Reduced):
             return None
         at, most = declared.at("training"), 100 * max(self.parts)
         problem = f"`{declared.name}` extrapolates: it is trained up to {most:g} % of the load"
-        return Diagnostic("W331", problem, at.source, at.span, "below the full load", ADVICE)
+        return diagnostic("W331", at, problem, "below the full load", ADVICE)
 
     def _no_sweep(self, scene: Scene, declared: Declared) -> Diagnostic | None:
         if self.over is None:
             return None
         study = scene.declared[self.over]
-        if hasattr(study.thing, "target"):
+        if isinstance(study.thing, Sweep):
             return None
         word = study.constructor.name
         problem = f"`{declared.name}` is trained over `{self.over}`, which is no sweep"
-        return _refused(declared, "over", problem, f"a {word}", "name a `sweep(...)`, or leave `over` out")
+        return diagnostic("E532", declared.at("over"), problem, f"a {word}", "name a `sweep(...)`, or leave `over` out")
 
     def outline(self, case: Case) -> str:
         """One line for the plan and the report."""
@@ -186,26 +188,21 @@ def _cells(model: Modal | Pod) -> str:
     return ", cells sampled" if model.cells == "sampled" else ""
 
 
-def _refused(declared: Declared, field: str, problem: str, label: str, help: str) -> Diagnostic:
-    at = declared.at(field)
-    return Diagnostic("E532", problem, at.source, at.span, label, help)
-
-
 def _not_reducible(scene: Scene, declared: Declared, case: Case) -> Diagnostic | None:
     """The model that is reduced must be one of finite elements, of the same body."""
     full = scene.declared[declared.thing.of]
     if not isinstance(full.thing, Fem):
         word = full.constructor.name
         problem = f"`{declared.name}` cannot reduce `{full.name}`"
-        return _refused(declared, "of", problem, f"a {word}", "name a model made by `fem(...)`")
+        return diagnostic("E532", declared.at("of"), problem, f"a {word}", "name a model made by `fem(...)`")
     if full.thing.formulation == "mixed":
         at, problem = declared.at("of"), f"`{declared.name}` cannot reduce `{full.name}`, which has pressures"
         help = "reduce `hex8` with `formulation = mean_dilatation`"
-        return Diagnostic("E554", problem, at.source, at.span, "a saddle, not an energy", help)
+        return diagnostic("E554", at, problem, "a saddle, not an energy", help)
     if (body := elsewhere(scene, full, case)) is None:
         return None
     problem = f"`{declared.name}` is about `{case.body.name}`, and `{full.name}` is not"
-    return _refused(declared, "of", problem, "another body", f"say `body = {body}`")
+    return diagnostic("E532", declared.at("of"), problem, "another body", f"say `body = {body}`")
 
 
 def _linear(scene: Scene, declared: Declared) -> Diagnostic | None:
@@ -215,7 +212,7 @@ def _linear(scene: Scene, declared: Declared) -> Diagnostic | None:
         return None
     problem = f"`{declared.name}` samples the cells of a model whose stiffness is constant"
     help = "leave `cells` out: small strain is reduced to one small matrix, and no cell is evaluated again"
-    return _refused(declared, "cells", problem, "nothing to sample", help)
+    return diagnostic("E532", declared.at("cells"), problem, "nothing to sample", help)
 
 
 def _driven(declared: Declared, case: Case) -> Diagnostic | None:
@@ -225,4 +222,4 @@ def _driven(declared: Declared, case: Case) -> Diagnostic | None:
     if not isinstance(analysis, Dynamic) or not analysis.explicit or not moved:
         return None
     problem = f"`{declared.name}` cannot be marched by {analysis.integrator} while its supports move"
-    return _refused(declared, "of", problem, "its mass is not diagonal", "use an implicit integrator")
+    return diagnostic("E532", declared.at("of"), problem, "its mass is not diagonal", "use an implicit integrator")

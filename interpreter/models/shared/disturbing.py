@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -13,8 +14,6 @@ if TYPE_CHECKING:
     from softmark.solvers.energies.elastic import Elastic
     from softmark.solvers.energies.energy import Floats, Ints
     from softmark.solvers.statics.equilibrium import Equilibrium, Statics
-
-LEVERS = {"cap": None, "linear_cap": None, "precision": "double", "start": None}  # of fem, at their defaults
 
 
 @dataclass(frozen=True)
@@ -41,22 +40,18 @@ def doubts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
     model, word = declared.thing, f"`disturbed = {known.kind}`"
     if not model.recovers:
         problem = f"{word} has no meaning for `{declared.name}`, which knows a few fields of displacements only"
-        return [_refused(declared, None, problem, "cannot be disturbed", "use `fem`, `mass_spring` or `beam6dof`")]
+        return [
+            diagnostic("E571", declared.at(), problem, "cannot be disturbed", "use `fem`, `mass_spring` or `beam6dof`")
+        ]
     found = []
-    for field, usual in LEVERS.items():
-        if getattr(model, field, usual) != usual:
-            problem = f"{word} needs every step solved, in double precision, from the disturbed state: not `{field}`"
-            found.append(_refused(declared, field, problem, "not here", "leave it out"))
+    for field in model.shortcuts:
+        problem = f"{word} needs every step solved, in double precision, from the disturbed state: not `{field}`"
+        found.append(diagnostic("E571", declared.at(field), problem, "not here", "leave it out"))
     if case.analysis.path != "load":
         problem = f"`path = arc_length` follows equilibria from rest, and {word} starts far from any"
         analysis = next(iter(scene.of_kind("analysis").values()))
-        found.append(_refused(analysis, "path", problem, "one of the two", "leave one of the two out"))
+        found.append(diagnostic("E571", analysis.at("path"), problem, "one of the two", "leave one of the two out"))
     return found
-
-
-def _refused(declared: Declared, field: str | None, problem: str, label: str, help: str) -> Diagnostic:
-    at = declared.at(field) if field else declared.at()
-    return Diagnostic("E571", problem, at.source, at.span, label, help)
 
 
 def solid_state(known: Disturbance, problem: Statics, points: Floats, cells: Ints) -> Floats:

@@ -13,6 +13,7 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Border, Condition
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
@@ -21,6 +22,7 @@ from softmark.solvers.mesh.clip import Pieces, joined
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.mesh.shape import Shape
 
 Bools = np.ndarray[Any, np.dtype[np.bool_]]
 
@@ -50,7 +52,7 @@ class Grip:
         return 1.0 - self.held > MISSED or self.beyond > MISSED
 
 
-def grip(condition: Condition, shape: Any, mesh: Mesh) -> Grip:
+def grip(condition: Condition, shape: Shape, mesh: Mesh) -> Grip:
     """What a condition holds of a mesh; found once for each mesh."""
     key = Grip, condition
     if key not in mesh.selections:
@@ -70,15 +72,13 @@ def held_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, 
 
 
 def _note(declared: Declared, name: str, own: Grip) -> Diagnostic:
-    given = next((f for f in ("mesh", "size") if getattr(declared.thing, f, None) is not None), "")
-    at = declared.at(given) if given else declared.at()
+    at = declared.at("size" if declared.thing.own_mesh is None else "mesh")
     parts = [f"{100 * own.held:.3g} % of what `{name}` selects"] if 1.0 - own.held > MISSED else []
     parts += [f"{100 * own.beyond:.3g} % more than `{name}` selects"] if own.beyond > MISSED else []
-    return Diagnostic(
+    return diagnostic(
         "W375",
+        at,
         f"the mesh of `{declared.name}` holds {' and '.join(parts)}",
-        at.source,
-        at.span,
         "its facets and cells do not end there",
         "use a finer mesh, or one with nodes along the border of the selection; `--stated` says what it makes",
     )
@@ -94,10 +94,9 @@ class _Kind:
     nodes: Ints
     sizes: Floats
     simplices: Ints
-    on_side: Any = None  # of a shape: points of facets moved onto the curved surface that they stand for
 
 
-def _found(condition: Condition, shape: Any, mesh: Mesh) -> Grip:
+def _found(condition: Condition, shape: Shape, mesh: Mesh) -> Grip:
     nodes = _selects(condition, mesh.points, mesh)
     wide = nodes.copy()
     volumes, areas = _cells(mesh), _facets(mesh, shape)
@@ -130,11 +129,11 @@ def _cells(mesh: Mesh) -> _Kind:
     return _Kind(mesh.cells, mesh.volumes, simplices)
 
 
-def _facets(mesh: Mesh, shape: Any) -> _Kind:
+def _facets(mesh: Mesh, shape: Shape) -> _Kind:
     triangles = mesh.facets[:, np.array(mesh.element.facet.triangles)]  # (f, s, 3)
     whole = Pieces(mesh.points[triangles.reshape(-1, 3)], np.repeat(np.arange(len(triangles)), triangles.shape[1]))
     areas: Floats = np.bincount(whole.of, whole.sizes, minlength=len(triangles)).astype(np.float64)
-    return _Kind(mesh.facets, areas, triangles, getattr(shape, "on_side", None))
+    return _Kind(mesh.facets, areas, triangles)
 
 
 def _edges(mesh: Mesh) -> _Kind:
@@ -175,8 +174,6 @@ def _fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
 def _inside(condition: Condition, pieces: Pieces, kind: _Kind, mesh: Mesh) -> Bools:
     """Which pieces, each on one side of every border, are selected (p,)."""
     X = pieces.middles
-    if kind.on_side is not None and len(X):
-        X = kind.on_side(mesh.points[kind.nodes[pieces.of]], X[None])[0]
     return _selects(condition, X, mesh)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.problem.case import fault
 from softmark.solvers.mesh.distort import TooPoor, distorted, qualities, worst
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.fem.words import Fem
     from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.mesh.shape import Shape
 
 SLIVER = 1e-3  # quality below which a cell of a file is named
 
@@ -40,9 +42,9 @@ def mesh_facts(mesh: Mesh) -> dict[str, Any]:
     return {"mesh": {"quality": worst(mesh)[0]}}
 
 
-def sliver_note(declared: Declared, shape: Any, mesh: Mesh) -> tuple[Diagnostic, ...]:
+def sliver_note(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnostic, ...]:
     """A warning where a file holds cells that are nearly flat."""
-    if not getattr(shape, "prebuilt", False):
+    if not shape.prebuilt:
         return ()
     found = qualities(mesh)
     count = int((found < SLIVER).sum())
@@ -50,15 +52,13 @@ def sliver_note(declared: Declared, shape: Any, mesh: Mesh) -> tuple[Diagnostic,
         return ()
     cell = int(np.argmin(found))
     place = ", ".join(units.show(float(c), units.LENGTH) for c in mesh.points[mesh.cells[cell]].mean(axis=0))
-    given = getattr(declared.thing, "mesh", None) is not None
-    at = declared.at("mesh") if given else declared.at()
+    at = declared.at() if declared.thing.own_mesh is None else declared.at("mesh")
     cells = "1 cell" if count == 1 else f"{count} cells"
     return (
-        Diagnostic(
+        diagnostic(
             "W364",
+            at,
             f"the mesh of `{declared.name}` has slivers: {cells} with a quality below {SLIVER:g}",
-            at.source,
-            at.span,
             f"the worst, {found[cell]:.1e}, at ({place})",
             "nearly flat cells are stiff, cost digits and make explicit steps tiny: repair the mesh where they are",
         ),

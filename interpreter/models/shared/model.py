@@ -11,14 +11,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Self
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass
 from softmark.interpreter.vocabulary.supports import Holding
 
 if TYPE_CHECKING:
-    from softmark.interpreter.language.scene import Declared, Location, Scene
+    from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.problem.case import Case
     from softmark.interpreter.results.report import Kind
+    from softmark.solvers.mesh.shape import Shape
 
 MOST = "`fem(...)` takes all"
 
@@ -37,6 +39,26 @@ class Model:
     constant = False  # its stiffness never changes
     unsolved = False  # it may accept states that are not solved
     finely: tuple[str, ...] = ()  # its fields that say how finely it solves
+
+    @property
+    def own_mesh(self) -> Shape | None:
+        """A mesh from a file in place of one that is made of the body's shape."""
+        return None
+
+    @property
+    def other_material(self) -> Any:
+        """The material that it takes in place of the body's, None of one that takes the body's."""
+        return None
+
+    @property
+    def capped_at(self) -> int | None:
+        """Newton iterations after which a state, or a time step, is accepted, solved or not."""
+        return None
+
+    @property
+    def shortcuts(self) -> tuple[str, ...]:
+        """Its fields by which steps are not solved, or not in double precision, or not from rest."""
+        return ()
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against it in this case, errors and warnings that need no arrays."""
@@ -75,20 +97,15 @@ class Model:
     def refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
         """Errors for the analysis, the loads and the supports that it does not take."""
         if not self.moves and isinstance(case.analysis, Dynamic):
-            yield refused(
-                declared.at(), f"`{declared.name}` knows no motion, only the state of rest", "a static model",
-                "use `fem(...)` or `mass_spring(...)` in a dynamic analysis",
-            )  # fmt: skip
+            yield diagnostic("E501", declared.at(),
+                             f"`{declared.name}` knows no motion, only the state of rest", "a static model",
+                             "use `fem(...)` or `mass_spring(...)` in a dynamic analysis")  # fmt: skip
         for load in case.loads:
             if not isinstance(load.thing.action, self.loads):
-                yield refused(load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
-                              "not a load that it takes", MOST)  # fmt: skip
+                yield diagnostic("E501", load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
+                                 "not a load that it takes", MOST)  # fmt: skip
         for support in case.supports:
             if not isinstance(support.thing, self.supports):
-                yield refused(support.at(), f"`{declared.name}` cannot represent the support `{support.name}`",
-                              "not a support that it takes", MOST)  # fmt: skip
-
-
-def refused(at: Location, problem: str, label: str, help: str) -> Diagnostic:
-    """A scene has what a model does not take."""
-    return Diagnostic("E501", problem, at.source, at.span, label, help)
+                yield diagnostic("E501", support.at(),
+                                 f"`{declared.name}` cannot represent the support `{support.name}`",
+                                 "not a support that it takes", MOST)  # fmt: skip

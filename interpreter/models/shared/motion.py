@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.meshing import mesh_facts
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Status
@@ -28,7 +29,7 @@ from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.resolution import WRONG, Resolution, resolution, resolved
 from softmark.solvers.dynamics.scheme import Motion, StepTooLong
 from softmark.solvers.dynamics.trajectory import Diverged, NotConverged, Trajectory
-from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.energy import Energy, Floats, Lagging
 from softmark.solvers.mesh.interpolation import locate
 
 if TYPE_CHECKING:
@@ -210,11 +211,10 @@ def _unbalanced(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]
     if found.gained:
         problem = f"{100 * found.gain:.0f} % of the largest came from nowhere"
         return (
-            Diagnostic(
+            diagnostic(
                 "W318",
+                at,
                 f"the energies of `{declared.name}` do not balance: {problem}",
-                at.source,
-                at.span,
                 "the step is too long",
                 "try a smaller step, or give loads and supports that act at once a `course`",
             ),
@@ -222,11 +222,10 @@ def _unbalanced(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]
     if found.loss <= LOSS:
         return ()
     return (
-        Diagnostic(
+        diagnostic(
             "W361",
+            at,
             f"the integrator has taken {100 * found.loss:.0f} % of the energy of `{declared.name}`",
-            at.source,
-            at.span,
             "numerical damping",
             "where it comes to rest is right, how it gets there is not: try a smaller step, or `trapezoidal`",
         ),
@@ -237,7 +236,6 @@ def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None)
     """A warning where the step is too long for the slowest vibration that loads excite."""
     if found is None or not found.doubtful:
         return ()
-    at = declared.at()
     moves = {"vibration": "slowest vibration", "turn": "turning", "return": "way back to rest"}[found.motion]
     of = "time" if found.motion == "return" else "period"
     period = units.show(float(f"{found.period:.3g}"), units.TIME)
@@ -247,11 +245,10 @@ def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None)
         else f"at the end it is off by {100 * min(found.error, 1.0):.0f} % of its swing ({of} {period})"
     )
     return (
-        Diagnostic(
+        diagnostic(
             "W362",
+            declared.at(),
             f"the {moves} of `{declared.name}` is not resolved: {problem}",
-            at.source,
-            at.span,
             f"a step of {units.show(analysis.step, units.TIME)}",
             f"what has come to rest is right, and what moves is not: try a step of {_better(found, analysis)} or less",
         ),
@@ -271,11 +268,10 @@ def _events(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
         return ()
     at, first = declared.at(), track.events[0]
     return (
-        Diagnostic(
+        diagnostic(
             "W315",
+            at,
             f"`{declared.name}` had to halve its step {len(track.events)} times",
-            at.source,
-            at.span,
             f"first at {units.show(first.time, units.TIME)}",
             first.text,
         ),
@@ -286,7 +282,7 @@ def integrator_of(analysis: Dynamic) -> Integrator:
     """The integrator that an analysis names, with its own constants."""
     cls: Any = INTEGRATORS[analysis.integrator]
     own = "spectral_radius"
-    known = own in getattr(cls, "__dataclass_fields__", {})
+    known = any(f.name == own for f in fields(cls))
     made: Integrator = cls(**{own: analysis.spectral_radius}) if known else cls()
     return made
 
@@ -320,8 +316,8 @@ def in_motion(
         integrator,
         analysis.tolerance,
         analysis.max_iterations,
-        sound=next((e.sound for e in internal if hasattr(e, "sound")), rest.sound),
-        cap=(cap := getattr(declared.thing, "cap", None)),
+        sound=next((e.sound for e in internal if isinstance(e, Lagging)), rest.sound),
+        cap=(cap := declared.thing.capped_at),
         lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
     )
     return PreparedMotion(static, declared, analysis, problem, mesh)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.loading import at_nodes
@@ -10,11 +10,14 @@ from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Mesh
 
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Shape
+
 
 class OnMesh:
     """A body's `shape`, its `mesh`, and every load that is `applied` by itself, at full size."""
 
-    shape: Any
+    shape: Shape
     mesh: Mesh
     applied: tuple[tuple[Declared, Energy], ...]
 
@@ -29,4 +32,4 @@ class OnMesh:
 
     def outside(self, X: Floats) -> float:
         """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
-        return float(locate(self.mesh, X).outside.max(initial=0.0)) if getattr(self.shape, "prebuilt", False) else 0.0
+        return float(locate(self.mesh, X).outside.max(initial=0.0)) if self.shape.prebuilt else 0.0

@@ -8,6 +8,7 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.solvers.energies.energy import Floats
@@ -27,11 +28,10 @@ def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
     at = declared.at()
     if found.facts.get("recovery", {}).get("elsewhere"):
         return (
-            Diagnostic(
+            diagnostic(
                 "W314",
+                at,
                 f"`{declared.name}` found back to another state than without the disturbance, of the same energy",
-                at.source,
-                at.span,
                 "one of several states",
                 "which one is found is arbitrary; an imperfection decides it",
             ),
@@ -39,22 +39,20 @@ def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
     if found.critical is not None or any(i.phase == "aside" for i in found.history):
         part = "" if found.critical is None else f" at {found.critical:.3g} of the load"
         return (
-            Diagnostic(
+            diagnostic(
                 "W314",
+                at,
                 f"`{declared.name}` buckled{part}: the straight equilibrium is unstable",
-                at.source,
-                at.span,
                 "one of several states",
                 "the direction in which it went is arbitrary; an imperfection decides it",
             ),
         )
     if found.stable is None and found.solved and found.follower:
         return (
-            Diagnostic(  # no admission: it says nothing of this state, unlike W314
+            diagnostic(  # no admission: it says nothing of this state, unlike W314
                 "W319",
+                at,
                 f"whether the equilibrium of `{declared.name}` is stable could not be established",
-                at.source,
-                at.span,
                 "the load follows the surface",
                 "there may be another state; vary the load and compare",
             ),

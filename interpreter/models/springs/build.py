@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.fem.build import mesh_of, volume_note
 from softmark.interpreter.models.shared import outcome
@@ -38,6 +39,7 @@ from softmark.solvers.mesh.network import Network, network
 from softmark.solvers.statics.equilibrium import Equilibrium, Iteration, NotConverged, Statics, equilibrium
 
 if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Shape
     from softmark.solvers.statics.equilibrium import Watch
 
 PATIENCE = 60  # Newton iterations of a trial; a network that does not collapse takes six to ten
@@ -49,7 +51,7 @@ class PreparedSprings(OnMesh):
 
     model: MassSpring
     declared: Declared
-    shape: Any
+    shape: Shape
     mesh: Mesh
     parts: Integration
     springs: Springs
@@ -101,14 +103,12 @@ class PreparedSprings(OnMesh):
         count = int((np.linalg.det(np.eye(3) + H) <= 0).any(axis=1).sum())
         if not count:
             return ()
-        at = self.declared.at()
         cells = f"{count} of {len(self.mesh.cells)} cells"
         return (
-            Diagnostic(
+            diagnostic(
                 "W324",
+                self.declared.at(),
                 f"`{self.declared.name}` has {cells} inside out",
-                at.source,
-                at.span,
                 "folded",
                 "springs do not resist that; near those cells the displacements are those of no solid",
             ),

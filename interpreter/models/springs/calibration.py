@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from softmark.references.measured import Measured
+
     Floats = NDArray[np.float64]
     Field = Callable[[Floats], Floats]
 
@@ -170,15 +172,16 @@ def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> 
     return measured[reference.name]
 
 
-def _known(reference: Declared, data: Any, part: Case, X: Floats) -> Any:
+def _known(reference: Declared, data: Measured | None, part: Case, X: Floats) -> Any:
     """The reference at the points of the probe, as a metric takes it."""
     from softmark.interpreter.metrics.measurement import Known
     from softmark.interpreter.problem.beam_theory import cantilever_of
+    from softmark.references.measured import MeasuredSurface
 
     if data is None:
         line = reference.thing.solve(cantilever_of(reference, part))
         return Known(reference.name, line.displacement(X), line.displacement)
-    if hasattr(data, "triangles"):
+    if isinstance(data, MeasuredSurface):
         return Known(reference.name, surface=data, uncertainty=data.resolution)
     return Known(reference.name, data.displacement(X), uncertainty=data.uncertainty)
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.fem import levers
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.model import Model
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.problem.case import Case
     from softmark.interpreter.results.report import Kind
+    from softmark.solvers.mesh.shape import Shape
 
 CAUCHY = 0.25  # Poisson's ratio of every isotropic network of springs
 FAR = 0.05  # from it: then the material is another one
@@ -94,6 +96,11 @@ class MassSpring(Model):
         """Finite elements on the same mesh, which share it, its supports and its loads."""
         return Fem(self.network, "corotational", self.size, self.body, self.mesh)
 
+    @property
+    def own_mesh(self) -> Shape | None:
+        """A mesh from a file in place of one that is made of the body's shape."""
+        return self.mesh
+
     def mesh_words(self, case: Case) -> str:
         """Its mesh in words."""
         return self.solid.mesh_words(case)
@@ -127,12 +134,10 @@ class MassSpring(Model):
         nu = case.material.poisson
         if abs(nu - CAUCHY) <= FAR + 1e-12:
             return None
-        at = declared.at()
-        return Diagnostic(
+        return diagnostic(
             "W321",
+            declared.at(),
             f"springs have a Poisson's ratio of 0.25, and the material of `{case.body.name}` has {nu:g}",
-            at.source,
-            at.span,
             "another material",
             "springs obey the Cauchy relation, which no stiffness mends; `fem(...)` takes any Poisson's ratio",
         )
@@ -140,12 +145,10 @@ class MassSpring(Model):
     def _law(self, declared: Declared, case: Case) -> Diagnostic | None:
         if case.material.finite_law() is None:
             return None
-        at = declared.at()
-        return Diagnostic(
+        return diagnostic(
             "W322",
+            declared.at(),
             f"`{declared.name}` does not know the law of the material of `{case.body.name}`",
-            at.source,
-            at.span,
             "linear springs",
             "of the material springs take Young's modulus at rest alone; in large strain they go their own way",
         )
@@ -153,12 +156,10 @@ class MassSpring(Model):
     def _same(self, declared: Declared) -> Diagnostic | None:
         if not isinstance(self.stiffness, Calibrated) or self.stiffness.load < 1.0:
             return None
-        at = declared.at("stiffness")
-        return Diagnostic(
+        return diagnostic(
             "W323",
+            declared.at("stiffness"),
             f"`{declared.name}` is fitted to what it is judged by",
-            at.source,
-            at.span,
             "at full load",
             f"`{self.stiffness.metric}` of this model says how well one factor fits, and not how well it predicts;"
             " fit at `load = 50 %`",

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.parts.patches import Floats
@@ -72,7 +73,7 @@ def _exact(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
     match load.thing.action:
         case AtPoint(force=force):
             return _vector(np.array(force)), None
-        case PerMass(acceleration=g) if hasattr(shape, "volume"):
+        case PerMass(acceleration=g) if shape.volume is not None:
             return _vector(case.material.density * shape.volume * np.array(g)), None
         case PerArea(where=where, traction=t) if (found := selected(shape, where)) is not None:
             return _vector(found[0] * np.array(t)), found[0]
@@ -98,19 +99,19 @@ def doubts(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tu
         if r.area is None:
             continue
         if abs(1.0 - r.share) > SHOWN and r.remainder <= SHOWN * r.area:
-            notes.append(Diagnostic(
-                "W371",
+            notes.append(diagnostic(
+                "W371", at,
                 f"`{name}` acts on {100 * r.share:.4g} % of what it selects of `{case.body.name}` in "
                 f"`{declared.name}`",
-                at.source, at.span, "its facets are not the curved surface",
+                "its facets are not the curved surface",
                 "use a smaller size, or tet10, whose facets are curved; the report has the force and the exact one",
             ))  # fmt: skip
         if r.remainder > SHOWN * r.area:
-            notes.append(Diagnostic(
-                "W372",
+            notes.append(diagnostic(
+                "W372", at,
                 f"of the area that `{name}` acts on in `{declared.name}`, "
                 f"{min(100.0, 100 * r.remainder / r.area):.3g} % may be too much or missing",
-                at.source, at.span, "the border of the selection was not followed everywhere",
+                "the border of the selection was not followed everywhere",
                 "a border that runs along the surface does not say where it cuts it: select by another coordinate",
             ))  # fmt: skip
     return tuple(notes)

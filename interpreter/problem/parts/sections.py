@@ -11,19 +11,22 @@ import numpy as np
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.problem.parts.patches import Asked, Floats, Out, Patches
 from softmark.interpreter.problem.parts.taken import part
-from softmark.solvers.mesh.shapes import Disc, transverse
+from softmark.solvers.mesh.shape import Prism, transverse
+from softmark.solvers.mesh.shapes import Disc, Rectangle
 
 WEDGES = 6  # of a disc
 RINGS = (1.0, 0.5, 0.25, 1 / 16, 1 / 64, 1 / 512)  # of its radius; within the last it is a flat polygon
 
 
-def share(condition: Condition, shape: Any, station: float) -> float:
+def share(condition: Condition, shape: Prism, station: float) -> float:
     """Of the cross-section at `station` (m from the root) of a prism, by area: from 0 to 1."""
     centre = np.array(shape.root) + station * np.array(shape.axis)
     frame = np.array(transverse(shape.axis))
-    extent = math.dist(*shape.bounds)
+    extent = shape.diagonal
     if isinstance(shape.section, Disc):
         return _of_disc(condition, centre, frame, shape.section.radius, extent)
+    if not isinstance(shape.section, Rectangle):
+        raise TypeError(f"no area is known of a part of a {type(shape.section).__name__}")
     half = 0.5 * np.array([shape.section.width, shape.section.height])
     corners = centre + np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half @ frame
     return _of_flat(condition, corners[None], extent)

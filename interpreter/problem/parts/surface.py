@@ -17,6 +17,7 @@ from softmark.solvers.elements.facets import FACETS
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.mesh.shape import Shape
 
 SOME = 1000  # curved facets at a time
 
@@ -87,7 +88,7 @@ class Loaded:
         return np.concatenate([self.whole, faces]), np.concatenate([whole, weights])
 
 
-def loaded(shape: Any, mesh: Mesh, condition: Condition) -> Loaded:
+def loaded(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
     """The part of a mesh's surface that a condition selects, found once.
 
     Conditions are about the body: facets of the side of a cylinder are asked where the side is, and those of a mesh of
@@ -99,22 +100,22 @@ def loaded(shape: Any, mesh: Mesh, condition: Condition) -> Loaded:
     return known
 
 
-def settled_of(shape: Any, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
+def settled_of(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
     """What a condition means on facets of a mesh: borders that do not cut them (f, b), and their levels there."""
     asked = Asked.of(condition, Patches(mesh.points[mesh.facets], mesh.extent))
-    if not hasattr(shape, "side"):
+    if not shape.curved:
         crossed = asked.crossed_facets()
         if len(crossed):
             asked = settled(asked, crossed, deviations(mesh))
     return asked.settled, asked.settling
 
 
-def _found(shape: Any, mesh: Mesh, condition: Condition) -> Loaded:
+def _found(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
     facets, corners = mesh.facets, mesh.points[mesh.facets]
-    side = shape.side(corners) if hasattr(shape, "side") else np.zeros(len(facets), dtype=np.bool_)
+    side = shape.side(corners)
     mask, values = settled_of(shape, mesh, condition)
     found: list[tuple[Ints, Part]] = []
-    for which, out in ((~side, None), (side, getattr(shape, "onto_side", None))):
+    for which, out in ((~side, None), (side, shape.onto_side)):
         if which.any():
             asked = Asked(condition, Patches(corners[which], mesh.extent, out), mask[which], values[which])
             found.append((facets[which], part(asked)))

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from softmark.interpreter.language.conditions import Condition, Term
 from softmark.interpreter.problem.parts.patches import Asked, Floats, Patches
 from softmark.interpreter.problem.parts.taken import Part, part
-from softmark.solvers.mesh.shapes import Box, Cylinder, transverse
+from softmark.solvers.mesh.shape import Shape, transverse
+from softmark.solvers.mesh.shapes import Box, Cylinder
 
 SIDES = 48  # flat strips that the side of a cylinder is unrolled on
 
 
-def selected(shape: Any, condition: Condition) -> tuple[float, Floats] | None:
+def selected(shape: Shape, condition: Condition) -> tuple[float, Floats] | None:
     """Area, m^2, and the integral of the outward normal (3,), m^2, of what is selected; None of shapes from files."""
-    extent = math.dist(*shape.bounds) if hasattr(shape, "bounds") else 0.0
+    extent = shape.diagonal
     if isinstance(shape, Box):
         return _flat(_faces(shape), condition, extent)
     if not isinstance(shape, Cylinder):

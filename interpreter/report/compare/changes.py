@@ -3,34 +3,36 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language.amounts import quantity
+from softmark.interpreter.study.analysis.changes import Changes, FactChange, MetricChange, StatusChange, TimeChange
+from softmark.interpreter.study.analysis.point import Spread
 
 STYLES = {"bold": "1", "good": "32", "bad": "31", "quiet": "2"}
 WORSE = ("not_converged", "diverged", "failed", "timed_out")
 NOTHING = "Nothing changed: the same models, statuses and values; no time differs by more than its noise."
 
 
-def changes_table(found: Mapping[str, Any], colour: bool) -> str:
+def changes_table(changes: Changes, colour: bool) -> str:
     """A block for each kind of change, what explains it first; a sentence where there is none."""
-    found = all_visible(found)
+    found = all_visible(changes)
     paint = colour and not os.environ.get("NO_COLOR")
     blocks = [
-        _block("environment", _facts(found["environment"]), paint),
-        _block("scene", _facts(found["scenes"]), paint),
-        _block("added", [(n,) for n in found["added"]], paint),
-        _block("removed", [(n,) for n in found["removed"]], paint),
-        _block("status", [_status(c, paint) for c in found["status"]], paint),
-        _block("values", [_metric(c) for c in found["metrics"]], paint),
-        _block("times", [_time(c, paint) for c in found["times"]], paint),
-        _block("expectations", _facts(found["expectations"]), paint),
+        _block("environment", _facts(found.environment), paint),
+        _block("scene", _facts(found.scenes), paint),
+        _block("added", [(n,) for n in found.added], paint),
+        _block("removed", [(n,) for n in found.removed], paint),
+        _block("status", [_status(c, paint) for c in found.status], paint),
+        _block("values", [_metric(c) for c in found.metrics], paint),
+        _block("times", [_time(c, paint) for c in found.times], paint),
+        _block("expectations", _facts(found.expectations), paint),
     ]
-    head = _style(f"{found['files'][0]} -> {found['files'][1]}", "bold", paint)
+    head = _style(" -> ".join(found.files), "bold", paint)
     told = [block for block in blocks if block]
-    results = any(found[k] for k in ("added", "removed", "status", "metrics", "times", "expectations"))
+    results = any(blocks[2:])
     return "\n\n".join([head, *told, *([] if results else [NOTHING])])
 
 
@@ -51,8 +53,8 @@ def _block(heading: str, rows: Sequence[Sequence[str]], paint: bool) -> str:
     return "\n".join([_style(heading, "bold", paint), *lines])
 
 
-def _facts(facts: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
-    return [(str(f["what"]), f"{_plain(f['old'])} -> {_plain(f['new'])}") for f in facts]
+def _facts(facts: Sequence[FactChange]) -> list[tuple[str, str]]:
+    return [(f.what, f"{_plain(f.old)} -> {_plain(f.new)}") for f in facts]
 
 
 def _plain(value: Any) -> str:
@@ -60,45 +62,34 @@ def _plain(value: Any) -> str:
     return said[:12] if len(said) == 64 and set(said) <= set("0123456789abcdef") else said  # a digest
 
 
-def _status(change: Mapping[str, Any], paint: bool) -> tuple[str, str]:
-    said = f"{change['old']} -> {change['new']}".replace("_", " ")
-    reason = f": {change['message']}" if change["new"] in WORSE and change.get("message") else ""
-    return str(change["name"]), _style(said + reason, "bad" if change["new"] in WORSE else "good", paint)
+def _status(change: StatusChange, paint: bool) -> tuple[str, str]:
+    said = f"{change.old} -> {change.new}".replace("_", " ")
+    worse = change.new in WORSE
+    reason = f": {change.message}" if worse and change.message else ""
+    return change.name, _style(said + reason, "bad" if worse else "good", paint)
 
 
-def _metric(change: Mapping[str, Any]) -> tuple[str, str, str, str]:
-    unit = str(change.get("unit") or "1")
-    course = f"{_value(change['old'], unit)} -> {_value(change['new'], unit)}"
-    relative = change.get("relative")
-    verdict = str(change["verdict"])
-    if relative is not None:
-        verdict = f"{verdict} ({100 * relative:+.3g} %)"
-    elif change.get("reason"):
-        verdict = f"{verdict}: {change['reason']}"
-    return str(change["name"]), str(change["metric"]), course, verdict
+def _metric(change: MetricChange) -> tuple[str, str, str, str]:
+    unit, verdict = change.unit or "1", change.verdict
+    if change.relative is not None:
+        verdict = f"{verdict} ({100 * change.relative:+.3g} %)"
+    elif change.reason:
+        verdict = f"{verdict}: {change.reason}"
+    return change.name, change.metric, f"{_value(change.old, unit)} -> {_value(change.new, unit)}", verdict
 
 
 def _value(value: float | None, unit: str) -> str:
     return "none" if value is None else quantity(value, unit, 6, percent=True).replace("\u00a0", " ")
 
 
-def _time(change: Mapping[str, Any], paint: bool) -> tuple[str, str, str, str]:
-    course = f"{_seconds(change['old'])} -> {_seconds(change['new'])}"
-    verdict, ratio = str(change["verdict"]), float(change["ratio"])
-    factor = ratio if ratio >= 1 else 1 / ratio
-    words = "longer" if ratio >= 1 else "shorter"
-    if verdict == "undecided":
-        said = f"undecided, {factor:.3g} times {words}: {change['reason']}"
-        return str(change["name"]), _clock(change), course, _style(said, "quiet", paint)
-    style = "bad" if verdict == "slower" else "good"
-    return str(change["name"]), _clock(change), course, _style(f"{verdict}, {factor:.3g} times", style, paint)
+def _time(change: TimeChange, paint: bool) -> tuple[str, str, str, str]:
+    course, clock = f"{_seconds(change.old)} -> {_seconds(change.new)}", change.clock.removesuffix("_s")
+    factor, words = (change.ratio, "longer") if change.ratio >= 1 else (1 / change.ratio, "shorter")
+    style = {"undecided": "quiet", "slower": "bad"}.get(change.verdict, "good")
+    said = f"{change.verdict}, {factor:.3g} times" + (f" {words}: {change.reason}" if change.reason else "")
+    return change.name, clock.replace("_", " "), course, _style(said, style, paint)
 
 
-def _clock(change: Mapping[str, Any]) -> str:
-    return str(change["clock"]).removesuffix("_s").replace("_", " ")
-
-
-def _seconds(spread: Mapping[str, float]) -> str:
-    said = quantity(spread["median"], "s", 3)
-    low, high = quantity(spread["q1"], "s", 3), quantity(spread["q3"], "s", 3)
+def _seconds(spread: Spread) -> str:
+    said, low, high = (quantity(s, "s", 3) for s in (spread.median, spread.q1, spread.q3))
     return (said if low == high else f"{said} [{low}-{high}]").replace("\u00a0", " ")

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from softmark.interpreter.language.amounts import quantity, signed
 from softmark.interpreter.report.compare.tables import heading, row, row_head, said_bytes, table
-from softmark.interpreter.report.compare.view import View, point_label
+from softmark.interpreter.report.compare.view import View
 from softmark.interpreter.report.page.markup import count, prose, tag, text
 from softmark.interpreter.report.page.plate import details
 from softmark.interpreter.report.page.sheet import Cell, csv_link
@@ -20,11 +19,11 @@ SHOWN = 24  # bars that are drawn; the CSV has all
 
 def costs(view: View) -> str:
     """A bar for each configuration that matters most; empty where nobody says where time goes."""
-    split = [p for p in _first_of_each(view) if _phases(p)]
+    split = [p for p in view.once if p.cost.phases]
     if not split:
         return ""
     chosen = _chosen(view, split)
-    named = [name for name in _names(split) if any(_phases(p).get(name) for p in split)]
+    named = [name for name in _names(split) if any(p.cost.phases.get(name) for p in split)]
     rows = [_bar(p, named) for p in chosen]
     words = ("Configuration", "In all", "Share of each part", "Memory")
     head = [heading(w, w in ("In all", "Memory")) for w in words]
@@ -35,33 +34,23 @@ def costs(view: View) -> str:
     return key + table(caption, head, rows, "costs") + _numbers(split, named) + _save(view, split, named)
 
 
-def _first_of_each(view: View) -> list[Point]:
-    return list({(p["key"], point_label(p)): p for p in reversed(view.points)}.values())[::-1]
-
-
-def _phases(point: Point) -> Mapping[str, float]:
-    """Seconds by part, those above zero."""
-    known = (point.get("cost") or {}).get("phases") or {}
-    return {str(n): float(s) for n, s in known.items() if s and s > 0}
-
-
 def _names(points: Sequence[Point]) -> list[str]:
     """Parts in their usual order, others behind."""
-    return list(dict.fromkeys([*PHASES, *(n for p in points for n in _phases(p))]))
+    return list(dict.fromkeys([*PHASES, *(n for p in points for n in p.cost.phases)]))
 
 
 def _chosen(view: View, split: Sequence[Point]) -> list[Point]:
     """All where they are few, else those on a front and the finest of each line."""
     if len(split) <= SHOWN:
         return list(split)
-    front = {k for own in view.metrics.values() for k in own["front"]}
-    ends = {line["keys"][-1] for line in view.lines}
-    ranked = sorted(split, key=lambda p: (p["key"] not in front, p["key"] not in ends))[:SHOWN]
-    return [p for p in split if p in ranked and (p["key"] in front or p["key"] in ends)] or list(split[:SHOWN])
+    front = {k for own in view.metrics.values() for k in own.front}
+    ends = {line.keys[-1] for line in view.lines}
+    ranked = sorted(split, key=lambda p: (p.key not in front, p.key not in ends))[:SHOWN]
+    return [p for p in split if p in ranked and (p.key in front or p.key in ends)] or list(split[:SHOWN])
 
 
 def _bar(point: Point, named: Sequence[str]) -> str:
-    phases = _phases(point)
+    phases = point.cost.phases
     total = sum(phases.values())
     parts = [(i, n, phases[n] / total) for i, n in enumerate(named) if n in phases]
     words = ", ".join(f"{n} {_percent(share)}" for _, n, share in parts)
@@ -72,8 +61,8 @@ def _bar(point: Point, named: Sequence[str]) -> str:
     ]  # fmt: skip
     bar = tag("td", tag("div", *pieces, class_="bar", role="img", aria_label=words), class_="wide-cell")
     seconds = tag("td", text(quantity(total, "s", 3)), class_="n")
-    memory = tag("td", text(said_bytes((point.get("cost") or {}).get("memory_bytes"))), class_="n")
-    return row(row_head(point_label(point)), seconds, bar, memory)
+    memory = tag("td", text(said_bytes(point.cost.memory_bytes)), class_="n")
+    return row(row_head(point.label), seconds, bar, memory)
 
 
 def _percent(share: float) -> str:
@@ -89,8 +78,8 @@ def _numbers(split: Sequence[Point], named: Sequence[str]) -> str:
     head = [heading("Configuration"), *(heading(n, True) for n in named)]
     rows = []
     for p in split:
-        cells = [tag("td", text(_seconds(_phases(p).get(n))), class_="n") for n in named]
-        rows.append(row(row_head(point_label(p)), *cells))
+        cells = [tag("td", text(_seconds(p.cost.phases.get(n))), class_="n") for n in named]
+        rows.append(row(row_head(p.label), *cells))
     return details("Data of these bars", table("CPU time of each part", head, rows))
 
 
@@ -99,30 +88,27 @@ def _seconds(value: float | None) -> str:
 
 
 def _save(view: View, split: Sequence[Point], named: Sequence[str]) -> str:
-    rows: list[list[Cell]] = [
-        [point_label(p), *(_phases(p).get(n) for n in named), (p.get("cost") or {}).get("memory_bytes")] for p in split
-    ]
+    rows: list[list[Cell]] = [[p.label, *(p.cost.phases.get(n) for n in named), p.cost.memory_bytes] for p in split]
     header = ["configuration", *(f"{n} [s]" for n in named), "memory [B]"]
     return csv_link(f"{view.scene}-costs", header, rows)
 
 
 def quality(view: View, allowed: bool = False) -> str:
     """How far the timings can be trusted, in words."""
-    known: Mapping[str, Any] = view.analysis["timing"]
-    if not known["timed"]:
+    known = view.analysis.timing
+    if not known.timed:
         return _callout("quiet", "No times were measured: configurations are compared by their numbers of unknowns.")
-    least, most = known["least_runs"], known["most_runs"]
+    least, most, disturbed = known.least_runs, known.most_runs, known.contaminated
     runs = f"{least} to {most}" if least != most else f"{least}"
-    said = f"{known['timed']} of {count(known['of'], 'configuration')} timed, {runs} runs each."
-    excluded = known["excluded_runs"]
-    said += f" {count(excluded, 'run')} left out as disturbed." if excluded else " No run was left out."
-    disturbed = known["contaminated"]
+    said = f"{known.timed} of {count(known.of, 'configuration')} timed, {runs} runs each."
+    left_out = f" {count(known.excluded_runs, 'run')} left out as disturbed."
+    said += left_out if known.excluded_runs else " No run was left out."
     if disturbed:
         more = f" and {len(disturbed) - 8} more" if len(disturbed) > 8 else ""
         counted = ", counted all the same:" if allowed else " and so not counted:"
         said += f" Disturbed{counted} {', '.join(f'`{label}`' for label in disturbed[:8])}{more}."
-    flags = "".join(tag("li", prose(_flagged(flag, n))) for flag, n in known["flags"].items())
-    mood = "warn" if disturbed or known["flags"] else "good"
+    flags = "".join(tag("li", prose(_flagged(flag, n))) for flag, n in known.flags.items())
+    mood = "warn" if disturbed or known.flags else "good"
     return _callout(mood, said, tag("ul", flags, class_="flags") if flags else "")
 
 

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
-from softmark.interpreter.language.amounts import grouped, quantity, scale_of, signed
+from softmark.interpreter.language.amounts import Scale, grouped, quantity, scale_of, signed
 from softmark.interpreter.report.charts.axes import Axis, logarithmic
 from softmark.interpreter.report.charts.chart import Chart, Curve
 from softmark.interpreter.report.charts.labels import Point as Place
-from softmark.interpreter.report.compare.view import View, error_of, point_label, status_of
+from softmark.interpreter.report.compare.view import CLOCKS, View, status_of
 from softmark.interpreter.report.page.markup import count, plain, prose, tag, text
 from softmark.interpreter.report.page.plate import SHOWN, Column, plate
 from softmark.interpreter.report.page.sheet import Cell, csv_link
-from softmark.interpreter.study.analysis.point import SOLVED, UNKNOWNS, Point, Spread, frame_of
+from softmark.interpreter.study.analysis.analysis import ErrorAnalysis
+from softmark.interpreter.study.analysis.point import UNKNOWNS, Point, Spread
 from softmark.records import dataclass
 
 WIDTH, HEIGHT, LEFT, TOP = 620.0, 400.0, 84.0, 44.0
@@ -53,24 +53,24 @@ class Diagram:
     frames: bool = False
 
     @property
-    def known(self) -> Mapping[str, Any]:
+    def known(self) -> ErrorAnalysis:
         """What the analysis says of this error."""
         return self.view.metrics[self.metric]
 
     @property
     def uncertainty(self) -> float:
         """That of the reference."""
-        return float(self.known["uncertainty"] or 0.0)
+        return self.known.uncertainty
 
     @cached_property
     def rows(self) -> list[_Row]:
         """Members of all lines, in the order of each line."""
         found = []
         for i, line in enumerate(self.view.lines):
-            for point in (self.view.by_key[key] for key in line["keys"]):
-                solved = point["status"] in SOLVED
-                effort = (frame_of(point) if self.frames else self.view.effort(point)) if solved else None
-                found.append(_Row(i, point, effort, error_of(point, self.metric) if solved else None))
+            for point in (self.view.by_key[key] for key in line.keys):
+                effort = point.cost.frame if self.frames else self.view.effort(point)
+                place = (effort, point.error(self.metric)) if point.solved else (None, None)
+                found.append(_Row(i, point, *place))
         return found
 
     @cached_property
@@ -86,7 +86,7 @@ class Diagram:
     def figure(self) -> str:
         """The figure with its data; what is missing in words where nothing can be drawn."""
         if not self.drawn:
-            why = _grouped((e["label"], e["reason"]) for e in self.known["left_out"])
+            why = _grouped(self.known.judged.left_out.values())
             said = f"No diagram of `{self.metric}`: {why or 'there is nothing to draw'}."
             return tag("p", prose(said), class_="quiet")
         frame = "-frame" if self.frames else ""
@@ -95,7 +95,7 @@ class Diagram:
             WIDTH, HEIGHT, tuple(self._curves()), left=LEFT, top=TOP, right=24.0, bottom=60.0,
         )  # fmt: skip
         chart = replace(chart, under=Overlay(self, chart).markup())
-        shown = [str(line["label"]) for line in self.view.lines][:SHOWN] if len(self.view.lines) > SHOWN else None
+        shown = [line.name for line in self.view.lines][:SHOWN] if len(self.view.lines) > SHOWN else None
         return plate(chart, prose(self._caption(shown)), self._columns(), self._save(), open_=shown)
 
     @property
@@ -106,9 +106,9 @@ class Diagram:
     @property
     def effort_name(self) -> str:
         """`CPU time of a solution`."""
-        return "time of a step" if self.frames else {
-            "cpu_s": "CPU time", "wall_s": "wall time", UNKNOWNS: "number of unknowns",
-        }.get(self.view.clock, self.view.clock)  # fmt: skip
+        if self.frames:
+            return "time of a step"
+        return CLOCKS[self.view.clock] if self.view.timed else "number of unknowns"
 
     # -------------------------------------------------------------- axes
 
@@ -129,7 +129,7 @@ class Diagram:
         high = max([*positive, self.uncertainty if near else 0.0]) or 1e-12
         low = min([*positive, self.uncertainty or high] if near else positive, default=high)
         low = max(low, self.uncertainty / BELOW, high * 1e-12)
-        name = f"{self.metric}, from {self.known['against']}"
+        name = f"{self.metric}, from {self.known.against}"
         return _decades(low / 1.3, high * 1.3, name, lambda v: self.view.amount(v, self.metric))
 
     def place(self, row: _Row) -> Place | None:
@@ -142,12 +142,12 @@ class Diagram:
         named = len(self.view.lines) <= NAMED
         for i, line in enumerate(self.view.lines):
             points = tuple(self.place(row) if row.line == i else None for row in self.rows)
-            yield Curve(str(line["label"]), self.view.looks[i], points, 1, len(self._symbols), every=1, named=named)
+            yield Curve(line.name, self.view.looks[i], points, 1, len(self._symbols), every=1, named=named)
 
     # -------------------------------------------------------------- words
 
     def _front(self) -> list[str]:
-        return [f"`{point_label(self.view.by_key[key])}`" for key in self.known["front"]]
+        return [f"`{self.view.by_key[key].label}`" for key in self.known.front]
 
     def _desc(self) -> str:
         front = ", ".join(plain(name) for name in self._front()) or "empty"
@@ -155,7 +155,7 @@ class Diagram:
 
     def _caption(self, shown: Sequence[str] | None) -> str:
         front = self._front()
-        said = f"`{self.metric}` against `{self.known['against']}`. "
+        said = f"`{self.metric}` against `{self.known.against}`. "
         if front and not self.frames:
             more = f" and {len(front) - SHOWN} more" if len(front) > SHOWN else ""
             order = "smallest" if self.clock == UNKNOWNS else "quickest"
@@ -165,16 +165,16 @@ class Diagram:
         low = [row for row in self.drawn if row.error is not None and row.error < self.up.low]
         said += f" {count(len(low), 'point')} with a smaller error at the lower edge." if low else ""
         said += f" {SHOWN} of {len(self.view.lines)} lines drawn at first: tick others in the legend." if shown else ""
-        lost = [(e["label"], e["reason"]) for e in self.known["left_out"]]
+        lost = self.known.judged.left_out.values()
         return said + (f" Not counted: {_grouped(lost)}." if lost else "")
 
     # -------------------------------------------------------------- numbers
 
     @property
-    def _scales(self) -> tuple[Any, Any]:
+    def _scales(self) -> tuple[Scale, Scale]:
         efforts = [row.effort.median for row in self.drawn if row.effort is not None]
         unit = "1" if self.clock == UNKNOWNS else "s"
-        return scale_of([row.error for row in self.drawn], str(self.known["unit"]), True), scale_of(efforts, unit)
+        return scale_of([row.error for row in self.drawn], self.known.unit, True), scale_of(efforts, unit)
 
     @property
     def _symbols(self) -> tuple[str, ...]:
@@ -185,51 +185,38 @@ class Diagram:
                 "iterations", "solver", "status")  # fmt: skip
 
     def _columns(self) -> list[Column]:
-        names = [(point_label(row.point),) for row in self.rows]
+        names = [(row.point.label,) for row in self.rows]
         cells = [self._cells(row) for row in self.rows]
         return [Column("configuration", ("configuration",), names), Column(self.metric, self._symbols, cells)]
 
     def _cells(self, row: _Row) -> tuple[str, ...]:
-        error, effort = self._scales
-        solve, unknowns = row.point.get("solve") or {}, (row.point.get("size") or {}).get("dofs")
-        spread = row.effort
-        times = tuple(
-            "–" if spread is None else signed(f"{v / effort.factor:.4g}")
-            for v in ((spread.median, spread.q1, spread.q3) if spread else (0, 0, 0))
-        )
+        (error, effort), point, spread = self._scales, row.point, row.effort
+        seconds = (spread.median, spread.q1, spread.q3) if spread else (None,) * 3
+        times = tuple("–" if s is None else signed(f"{s / effort.factor:.4g}") for s in seconds)
         return (
-            grouped(unknowns) if unknowns else "–",
+            grouped(point.dofs) if point.dofs else "–",
             "–" if row.error is None else signed(f"{row.error / error.factor:.4g}"),
             *(times if self.clock != UNKNOWNS else ()),
-            str(solve.get("iterations", "–")), str(solve.get("linear_solver", "–")),
-            status_of(row.point) + (", disturbed" if self.view.disturbed(row.point) else ""),
+            "–" if point.iterations is None else str(point.iterations), point.linear_solver or "–",
+            status_of(point.status) + (", disturbed" if self.view.disturbed(point) else ""),
         )  # fmt: skip
 
     def _save(self) -> str:
-        unit = self.known["unit"]
+        unit = self.known.unit
         effort = "unknowns" if self.clock == UNKNOWNS else "time [s]"
-        header = [
-            "line",
-            "configuration",
-            "status",
-            f"{self.metric} [{unit}]",
-            effort,
-            "q1",
-            "q3",
-            "on the front",
-        ]
+        header = ["line", "configuration", "status", f"{self.metric} [{unit}]", effort, "q1", "q3", "on the front"]
         rows: list[list[Cell]] = [
             [
-                str(self.view.lines[r.line]["label"]), point_label(r.point), str(r.point["status"]), r.error,
+                self.view.lines[r.line].name, r.point.label, r.point.status, r.error,
                 *((r.effort.median, r.effort.q1, r.effort.q3) if r.effort else (None, None, None)),
-                "yes" if r.point["key"] in self.known["front"] else "no",
+                "yes" if r.point.key in self.known.front else "no",
             ]
             for r in self.rows
         ]  # fmt: skip
         return csv_link(f"{self.metric}-against-{'step' if self.frames else self.view.clock}", header, rows)
 
 
-def _grouped(pairs: Any) -> str:
+def _grouped(pairs: Iterable[tuple[str, str]]) -> str:
     """`a, b (it diverged); c (it was not timed)`; of many, how many."""
     reasons: dict[str, list[str]] = {}
     for label, reason in pairs:
@@ -241,7 +228,7 @@ def _grouped(pairs: Any) -> str:
     return "; ".join(parts)
 
 
-def _decades(low: float, high: float, name: str, said: Any) -> Axis:
+def _decades(low: float, high: float, name: str, said: Callable[[float], str]) -> Axis:
     """A logarithmic axis with ticks at decades, and at 2 and 5 between where there are few of them."""
     axis = logarithmic(low, high, name, "1")
     decades = math.log10(axis.high / axis.low)
@@ -296,7 +283,7 @@ class Overlay:
 
     def _rates(self) -> str:
         """Upright lines where what must fit a frame of so many Hz ends."""
-        stepped = any((row.point.get("cost") or {}).get("step_s") for row in self.diagram.drawn)
+        stepped = any(row.point.cost.step_s for row in self.diagram.drawn)
         if self.diagram.clock == UNKNOWNS or (stepped and not self.diagram.frames):
             return ""
         return "".join(self._rate(1.0 / hz, said) for hz, said in RATES)
@@ -312,7 +299,7 @@ class Overlay:
 
     def _front(self) -> str:
         """Steps through the front: what is above and right of them is beaten."""
-        front = [row for row in self.diagram.drawn if row.point["key"] in self.diagram.known["front"]]
+        front = [row for row in self.diagram.drawn if row.point.key in self.diagram.known.front]
         corners = sorted({(row.effort.median, max(row.error, self.diagram.uncertainty))
                           for row in front if row.effort is not None and row.error is not None})  # fmt: skip
         if not corners:
@@ -339,9 +326,9 @@ class Overlay:
             return ""
         x, y = self.chart.pixel(place)
         own, found = f"k{row.line}", ""
-        if row.point["key"] in self.diagram.known["front"] and not self.diagram.frames:
+        if row.point.key in self.diagram.known.front and not self.diagram.frames:
             found += tag("circle", cx=f"{x:.1f}", cy=f"{y:.1f}", r=RING, class_=f"on-front {own}")
-        if row.point["status"] == "capped":
+        if row.point.status == "capped":
             found += tag("path", d=f"M{x - 8:.1f} {y - 8:.1f}l16 16m-16 0l16-16", class_=f"capped {own}")
         if self.diagram.view.disturbed(row.point):
             found += tag("path", d=f"M{x - 8:.1f} {y - 8:.1f}h16v16h-16z", class_=f"disturbed {own}")
@@ -359,10 +346,10 @@ KEY = (
 
 def key(view: View) -> str:
     """What the marks mean, those that there are."""
-    fronts = any(own["front"] for own in view.metrics.values())
+    fronts = any(own.front for own in view.metrics.values())
     there = {
         "front": fronts,
-        "capped": any(p["status"] == "capped" for p in view.points),
+        "capped": any(p.status == "capped" for p in view.points),
         "disturbed": any(view.disturbed(p) for p in view.points),
         "spread": any((s := view.effort(p)) is not None and s.q1 != s.q3 for p in view.points),
     }
@@ -377,8 +364,8 @@ def key(view: View) -> str:
 
 def _told(view: View, metric: str) -> bool:
     """Whether the uncertainty is large enough to be seen beside the errors."""
-    errors = [e for p in view.points if (e := error_of(p, metric))]
-    uncertainty = float(view.metrics[metric]["uncertainty"] or 0.0)
+    errors = [e for p in view.points if (e := p.error(metric))]
+    uncertainty = view.metrics[metric].uncertainty
     return uncertainty > 0 and uncertainty >= TOLD * min(errors, default=0.0)
 
 
@@ -393,4 +380,4 @@ def _drawing(content: str) -> str:
 
 def by_frames(view: View) -> bool:
     """Whether steps were timed apart from the whole."""
-    return view.timed and any((p.get("cost") or {}).get("step_s") for p in view.points)
+    return view.timed and any(p.cost.step_s for p in view.points)

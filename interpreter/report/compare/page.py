@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 from softmark.interpreter.report.compare import cost, study_answers, tables
 from softmark.interpreter.report.compare.diagram import Diagram, by_frames, key
-from softmark.interpreter.report.compare.view import STATUS, View, apart, views
+from softmark.interpreter.report.compare.view import View, apart, status_of, views
 from softmark.interpreter.report.page.document import document, moment
 from softmark.interpreter.report.page.markup import count, listed, plain, prose, section, tag, text
 from softmark.interpreter.report.page.plate import details
 from softmark.interpreter.report.run.tables.provenance import listing, table_of
-from softmark.interpreter.study.analysis.point import SOLVED
+from softmark.interpreter.study.analysis.advice import Advice
+from softmark.interpreter.study.analysis.compared import Compared
 
 OPEN = 40  # configurations beyond which their table is folded
 
 
-def page(comparison: Mapping[str, Any]) -> str:
-    """A complete HTML5 document of a `softmark-compare/1`: no network, no other file."""
+def page(comparison: Compared) -> str:
+    """A complete HTML5 document: no network, no other file."""
     own = views(comparison)
     return document(
         f"{_title(own)} – softmark comparison",
@@ -42,16 +42,14 @@ def _conclusion(own: Sequence[View]) -> str:
     points = [p for view in own for p in view.points]
     if not points:
         return "There are no configurations."
-    models = len({(p["scene"], p["model"]) for p in points})
-    solved = sum(p["status"] in SOLVED for p in points)
+    models = len({(p.scene, p.model) for p in points})
+    solved = sum(p.solved for p in points)
     rest = "all of them solved" if solved == len(points) else f"{solved} of them solved" if solved else "none solved"
     return f"{count(len(points), 'configuration')} of {count(models, 'model')}, {rest}."
 
 
-def _header(own: Sequence[View], comparison: Mapping[str, Any]) -> str:
-    environment = comparison.get("environment") or {}
-    created = str(comparison.get("created") or environment.get("started") or "")
-    where = [moment(created), text(environment.get("cpu") or "")]
+def _header(own: Sequence[View], comparison: Compared) -> str:
+    where = [moment(comparison.created), text(comparison.environment.get("cpu") or "")]
     line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
     above = tag("p", "softmark comparison", class_="eyebrow")
     conclusion = tag("p", prose(_conclusion(own)), class_="conclusion")
@@ -61,14 +59,14 @@ def _header(own: Sequence[View], comparison: Mapping[str, Any]) -> str:
 # ------------------------------------------------------------------ sections
 
 
-def _advice(own: Sequence[View], comparison: Mapping[str, Any]) -> str:
+def _advice(own: Sequence[View], comparison: Compared) -> str:
     """What to take, first of all."""
     blocks = []
-    allowed = bool(((comparison.get("analysis") or {}).get("options") or {}).get("allow_contaminated"))
+    allowed = comparison.analysis.options.allow_contaminated
     for view in own:
-        items = [tag("li", _sentence(a), class_=None if a["winner"] else "none") for a in view.advice]
+        items = [tag("li", _sentence(a), class_=None if a.winner else "none") for a in view.analysis.advice]
         said = tag("ul", *items, class_="advice") if items else tag("p", _why_no_advice(view), class_="quiet")
-        rest = [tag("p", prose(d["text"]), class_="callout warn") for d in view.analysis["disagreements"]]
+        rest = [tag("p", prose(d.text), class_="callout warn") for d in view.analysis.disagreements]
         blocks.append(_under(view, own, said + "".join(rest) + cost.quality(view, allowed)))
     said = apart(own)
     blocks = [tag("p", prose(said), class_="lead"), *blocks] if said else blocks
@@ -76,12 +74,9 @@ def _advice(own: Sequence[View], comparison: Mapping[str, Any]) -> str:
     return section("advice", "Advice", *blocks, empty)
 
 
-def _sentence(advice: Mapping[str, Any]) -> str:
+def _sentence(advice: Advice) -> str:
     """The sentence, what must be said about it beneath."""
-    caveats = [str(c) for c in advice["caveats"]]
-    said = str(advice["text"])
-    first = said[: len(said) - len(" ".join(caveats))].strip() if caveats else said
-    return prose(first) + "".join(tag("small", prose(c)) for c in caveats)
+    return prose(advice.sentence) + "".join(tag("small", prose(caveat)) for caveat in advice.caveats)
 
 
 def _why_no_advice(view: View) -> str:
@@ -95,7 +90,7 @@ def _under(view: View, own: Sequence[View], markup: str) -> str:
     return (tag("h3", text(view.heading)) if len(own) > 1 else "") + markup if markup else ""
 
 
-def _diagrams(own: Sequence[View], comparison: Mapping[str, Any]) -> str:
+def _diagrams(own: Sequence[View], comparison: Compared) -> str:
     """Error against effort, with what failed beneath."""
     blocks = [_under(view, own, _figures(view) + _failures(view)) for view in own if view.points]
     return section("work", "Work and precision", *blocks) if any(blocks) else ""
@@ -117,35 +112,26 @@ def _figures(view: View) -> str:
 
 def _failures(view: View) -> str:
     """What has no solution, and why."""
-    entries = {(f["label"], f["message"]): f for f in view.analysis["failures"]}.values()
+    entries = {(f.label, f.message): f for f in view.analysis.failures}.values()
     if not entries:
         return ""
     items = []
     for f in entries:
-        status = STATUS.get(f["status"], str(f["status"]).replace("_", " "))
-        who = "reference " if f["kind"] == "reference" else ""
-        message = prose(str(f["message"] or "no reason was given"))
-        items.append(tag("li", text(who), tag("code", text(f["label"])), f" {text(status)}: ", message))
+        who = "reference " if f.kind == "reference" else ""
+        message = prose(f.message or "no reason was given")
+        items.append(tag("li", text(who), tag("code", text(f.label)), f" {text(status_of(f.status))}: ", message))
     title = tag("p", tag("b", f"✗ {count(len(items), 'failure')}"))
     return tag("div", title, tag("ul", *items, class_="failures"), class_="callout bad")
 
 
-def _tables(make: Callable[[View], str], name: str, title: str) -> Callable[[Sequence[View], Mapping[str, Any]], str]:
+def _tables(make: Callable[[View], str], name: str, title: str) -> Callable[[Sequence[View], Compared], str]:
     """A section that has the same table for every scene."""
 
-    def made(own: Sequence[View], comparison: Mapping[str, Any]) -> str:
+    def made(own: Sequence[View], comparison: Compared) -> str:
         blocks = [_under(view, own, make(view)) for view in own if view.points]
         return section(name, title, *blocks) if any(blocks) else ""
 
     return made
-
-
-def _levels(view: View) -> str:
-    return tables.effort_to_error(view)
-
-
-def _rates(view: View) -> str:
-    return tables.best_at_rates(view) if view.metrics else ""
 
 
 def _points(view: View) -> str:
@@ -155,17 +141,15 @@ def _points(view: View) -> str:
 
 def _levers(view: View) -> str:
     own = tables.levers(view)
-    return own if len(view.analysis["levers"]) <= OPEN else details(f"{len(view.analysis['levers'])} changes", own)
+    return own if len(view.analysis.levers) <= OPEN else details(f"{len(view.analysis.levers)} changes", own)
 
 
-def _provenance(own: Sequence[View], comparison: Mapping[str, Any]) -> str:
+def _provenance(own: Sequence[View], comparison: Compared) -> str:
     """The command, the environment, the references and the scenes."""
-    command = comparison.get("command")
-    said = " ".join(command) if isinstance(command, list) else str(command or "")
-    again = tag("p", "To repeat this comparison:") + tag("pre", tag("code", text(said)), class_="command")
-    repeat = again if said else ""
-    box = table_of(comparison.get("environment") or {})
-    scenes = [listing(scene) for scene in comparison.get("scenes") or ()]
+    again = tag("p", "To repeat this comparison:")
+    repeat = again + tag("pre", tag("code", text(comparison.command)), class_="command") if comparison.command else ""
+    scenes = [listing(scene) for scene in comparison.scenes]
+    box = table_of(comparison.environment)
     return section("provenance", "Provenance", repeat, _references(own), _warnings(own), box, *scenes)
 
 
@@ -173,10 +157,7 @@ def _references(own: Sequence[View]) -> str:
     items = []
     for view in own:
         for name, r in view.references.items():
-            kind, source = (
-                str(r.get("kind") or "reference"),
-                str(r.get("source") or "its source is not stated"),
-            )
+            kind, source = r.kind or "reference", r.source or "its source is not stated"
             about = f"{kind[:1].upper()}{kind[1:]}: {source}."
             items.append(tag("div", tag("dt", tag("code", text(name))), tag("dd", prose(about))))
     return tag("dl", *items, class_="meanings") if items else tag("p", "No references.", class_="quiet")
@@ -185,11 +166,8 @@ def _references(own: Sequence[View]) -> str:
 def _warnings(own: Sequence[View]) -> str:
     """Warnings about points, each once with how many it concerns."""
     found: dict[tuple[str, str], int] = {}
-    for view in own:
-        for point in view.points:
-            for w in point.get("warnings") or ():
-                entry = str(w.get("code")), str(w.get("message"))
-                found[entry] = found.get(entry, 0) + 1
+    for warning in (w for view in own for point in view.points for w in point.warnings):
+        found[warning] = found.get(warning, 0) + 1
     items = [
         tag("li", tag("span", text(code), class_="code"), prose(f"{message} ({count(n, 'configuration')})"))
         for (code, message), n in found.items()
@@ -197,11 +175,11 @@ def _warnings(own: Sequence[View]) -> str:
     return tag("p", "Warnings") + tag("ul", *items, class_="warnings") if items else ""
 
 
-SECTIONS: tuple[tuple[str, str, Callable[[Sequence[View], Mapping[str, Any]], str]], ...] = (
+SECTIONS: tuple[tuple[str, str, Callable[[Sequence[View], Compared], str]], ...] = (
     ("advice", "Advice", _advice),
     ("work", "Work and precision", _diagrams),
-    ("levels", "Time to an error", _tables(_levels, "levels", "Time to an error")),
-    ("rates", "Within a frame", _tables(_rates, "rates", "Within a frame")),
+    ("levels", "Time to an error", _tables(tables.effort_to_error, "levels", "Time to an error")),
+    ("rates", "Within a frame", _tables(tables.best_at_rates, "rates", "Within a frame")),
     ("points", "Configurations", _tables(_points, "points", "Configurations")),
     ("studies", "Studies", _tables(study_answers.studies, "studies", "What the studies ask")),
     ("orders", "Orders", _tables(tables.orders, "orders", "Orders of convergence")),

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from softmark.interpreter.language.amounts import grouped, quantity, signed
-from softmark.interpreter.report.compare.view import View, error_of, point_label, spread_range, status_of
-from softmark.interpreter.report.page.markup import broken, prose, tag, text
+from softmark.interpreter.report.compare.view import View, spread_range, status_of
+from softmark.interpreter.report.page.markup import broken, count, prose, tag, text
 from softmark.interpreter.report.page.sheet import Cell, csv_link
-from softmark.interpreter.study.analysis.point import SOLVED, UNKNOWNS, Point, frame_of, reduced_of, spread_of
+from softmark.interpreter.study.analysis.analysis import AtLevel
+from softmark.interpreter.study.analysis.front import Within
+from softmark.interpreter.study.analysis.lineage import LineOrders
+from softmark.interpreter.study.analysis.pairs import ErrorChange, Lever
+from softmark.interpreter.study.analysis.point import Point, Spread
+from softmark.references.orders import Refined
 
 MOODS = {"converged": ("✓", "good"), "capped": ("~", "quiet"), "skipped": ("–", "quiet")}
 DASH = "–"
@@ -48,20 +52,14 @@ def row(*cells: str) -> str:
 
 def all_points(view: View) -> str:
     """Every configuration with its status, size, errors, times and solver, and a CSV of it."""
-    seen: set[tuple[str, str]] = set()
-    rows = []
-    for point in view.points:
-        if (identity := (str(point["key"]), point_label(point))) not in seen:
-            rows.append(_point(view, point))
-        seen.add(identity)
     head = [heading(w) for w in ("Configuration", "Status")]
     named = (f"`{m}`" for m in (*view.metrics, *view.measurements))
     head += [heading(w, True) for w in (*named, "Unknowns", *_clocks(view))]
     head += [heading("Solver"), heading("Timing")]
-    star = " ★: on the front of this error." if any(own["front"] for own in view.metrics.values()) else ""
-    dagger = " †: within the uncertainty of the reference." if any(
-        own["uncertainty"] for own in view.metrics.values()
-    ) else ""  # fmt: skip
+    known = view.metrics.values()
+    star = " ★: on the front of this error." if any(own.front for own in known) else ""
+    dagger = " †: within the uncertainty of the reference." if any(own.uncertainty for own in known) else ""
+    rows = [_point(view, point) for point in view.once]
     return table(f"All configurations.{star}{dagger}", head, rows, "points-table") + _points_csv(view)
 
 
@@ -70,51 +68,43 @@ def _clocks(view: View) -> tuple[str, ...]:
 
 
 def _point(view: View, point: Point) -> str:
-    sign, mood = MOODS.get(str(point["status"]), ("✗", "bad"))
-    words = " " + text(status_of(point))
-    if point["status"] == "converged":  # the usual: the sign is enough for those who see it
+    sign, mood = MOODS.get(point.status, ("✗", "bad"))
+    words = " " + text(status_of(point.status))
+    if point.status == "converged":  # the usual: the sign is enough for those who see it
         words = tag("span", words, class_="spoken")
     status = tag("span", tag("span", sign, aria_hidden="true"), words, class_=f"status {mood}")
-    size, solve = point.get("size") or {}, point.get("solve") or {}
-    unknowns = grouped(size["dofs"]) if size.get("dofs") else DASH
-    cells = [row_head(point_label(point), str(point.get("outline") or "")), tag("td", status, _unbalanced(point))]
+    cells = [row_head(point.label, point.outline), tag("td", status, _unbalanced(point))]
     cells += [_error(view, point, metric) for metric in view.metrics]
-    cells += [cell(view.measured(point, metric)[1]) for metric in view.measurements]
-    cells += [cell(unknowns), *(_times(view, point) if view.timed else ()), _solver(solve)]
-    return row(*cells, tag("td", _quality(point), class_="quality"))
+    cells += [cell(view.measured(point, metric)) for metric in view.measurements]
+    cells += [cell(grouped(point.dofs) if point.dofs else DASH), *(_times(view, point) if view.timed else ())]
+    return row(*cells, _solver(point), tag("td", _quality(point), class_="quality"))
 
 
 def _unbalanced(point: Point) -> str:
     """What is left of the full model's equations, where only reduced ones were solved."""
-    left = reduced_of(point).get("full_residual")
+    left = point.reduced.full_residual if point.reduced else None
     return "" if left is None else tag("small", text(f"full equations: {left:.2g} of the load is not balanced"))
 
 
-def _solver(solve: Mapping[str, Any]) -> str:
+def _solver(point: Point) -> str:
     """Which linear solver, after how many iterations."""
-    rounds = solve.get("iterations")
-    below = "" if rounds is None else tag("small", text(f"{rounds} iteration" + ("" if rounds == 1 else "s")))
-    return tag("td", text(solve.get("linear_solver") or DASH), below, class_="solver")
+    below = "" if point.iterations is None else tag("small", text(count(point.iterations, "iteration")))
+    return tag("td", text(point.linear_solver or DASH), below, class_="solver")
 
 
 def _error(view: View, point: Point, metric: str) -> str:
-    error = error_of(point, metric)
+    error, known = point.error(metric), view.metrics[metric]
     if error is None:
-        own = (point.get("errors") or {}).get(metric) or {}
-        solved = point["status"] in SOLVED
-        return cell(DASH, str(own.get("reason") or "not measured") if solved else "")
-    uncertainty = view.metrics[metric]["uncertainty"] or 0.0
-    starred = point["key"] in view.metrics[metric]["front"]
-    said = view.amount(error, metric) + (" †" if error < uncertainty else "") + (" ★" if starred else "")
+        return cell(DASH, point.metric(metric).reason or "not measured" if point.solved else "")
+    starred = point.key in known.front
+    said = view.amount(error, metric) + (" †" if error < known.uncertainty else "") + (" ★" if starred else "")
     return cell(said, best=starred)
 
 
 def _times(view: View, point: Point) -> list[str]:
-    cost = point.get("cost") or {}
-    spread, setup = view.effort(point), spread_of(cost.get("setup_s"))
-    memory = cost.get("memory_bytes")
-    time = cell(quantity(spread.median, "s", 3), spread_range(spread.to_json())) if spread else cell(DASH)
-    return [time, cell(quantity(setup.median, "s", 3) if setup else DASH), cell(said_bytes(memory))]
+    spread, setup = view.effort(point), point.cost.setup_s
+    time = cell(quantity(spread.median, "s", 3), spread_range(spread)) if spread else cell(DASH)
+    return [time, cell(quantity(setup.median, "s", 3) if setup else DASH), cell(said_bytes(point.cost.memory_bytes))]
 
 
 def said_bytes(number: float | None) -> str:
@@ -127,41 +117,37 @@ def said_bytes(number: float | None) -> str:
 
 def _quality(point: Point) -> str:
     """Runs, runs left out, and what was flagged."""
-    cost = point.get("cost")
-    if not cost:
-        return DASH
-    runs = (cost.get("cpu_s") or cost.get("wall_s") or {}).get("runs")
-    said = [f"{runs} run" + ("" if runs == 1 else "s")] if runs else []
-    said += [f"{cost['excluded_runs']} left out"] if cost.get("excluded_runs") else []
-    said += ["disturbed"] if cost.get("contaminated") else []
-    return text(", ".join([*said, *(str(flag) for flag in cost.get("flags") or ())])) or DASH
+    cost = point.cost
+    said = [count(cost.runs, "run")] if cost.runs else []
+    said += [f"{cost.excluded_runs} left out"] if cost.excluded_runs else []
+    said += ["disturbed"] if cost.contaminated else []
+    return text(", ".join([*said, *cost.flags])) or DASH
 
 
 def _points_csv(view: View) -> str:
     clocks = ("cpu_s", "wall_s", "step_s", "setup_s")
-    parts = ("median", "q1", "q3", "runs")
     header = ["configuration", "model", "study", "status", "message", "nodes", "elements", "dofs"]
-    header += [f"{m} [{own['unit']}]" for m, own in view.metrics.items()]
+    header += [f"{m} [{own.unit}]" for m, own in view.metrics.items()]
     header += [f"{m} [{unit}]" for m, unit in view.measurements.items()]
-    times = [f"{clock.removesuffix('_s')} {part}" for clock in clocks for part in parts]
-    header += [time if time.endswith("runs") else f"{time} [s]" for time in times]
+    parts = ("median [s]", "q1 [s]", "q3 [s]", "runs")
+    header += [f"{clock.removesuffix('_s')} {part}" for clock in clocks for part in parts]
     header += ["memory [B]", "iterations", "linear solver", "disturbed", "flags"]
     rows: list[list[Cell]] = []
     for p in view.points:
-        cost, size, solve = p.get("cost") or {}, p.get("size") or {}, p.get("solve") or {}
-        own: list[Cell] = [
-            point_label(p),
-            str(p["model"]),
-            p.get("study"),
-            str(p["status"]),
-            p.get("message"),
-        ]
-        own += [size.get(k) for k in ("nodes", "elements", "dofs")] + [error_of(p, m) for m in view.metrics]
-        own += [view.measured(p, m)[0] for m in view.measurements]
-        own += [(cost.get(clock) or {}).get(part) for clock in clocks for part in parts]
-        own += [cost.get("memory_bytes"), solve.get("iterations"), solve.get("linear_solver")]
-        rows.append([*own, "yes" if cost.get("contaminated") else "no", "; ".join(cost.get("flags") or ())])
+        own: list[Cell] = [p.label, p.model, p.study, p.status, p.message, p.nodes, p.elements, p.dofs]
+        own += [p.error(m) for m in view.metrics] + [p.metric(m).value for m in view.measurements]
+        own += [value for clock in clocks for value in _quartiles(p.cost.spread(clock))]
+        own += [p.cost.memory_bytes, p.iterations, p.linear_solver]
+        rows.append([*own, "yes" if p.cost.contaminated else "no", "; ".join(p.cost.flags)])
     return csv_link(f"{view.scene}-points", header, rows, "Save all configurations as CSV")
+
+
+def _quartiles(spread: Spread | None) -> tuple[Cell, ...]:
+    """Median, quartiles and runs; time steps have no quartiles."""
+    if spread is None:
+        return (None,) * 4
+    q1, q3 = (spread.q1, spread.q3) if spread.quartiles else (None, None)
+    return spread.median, q1, q3, spread.runs
 
 
 # ------------------------------------------------------------------ effort to an error
@@ -169,35 +155,33 @@ def _points_csv(view: View) -> str:
 
 def effort_to_error(view: View) -> str:
     """For every error: what each line needs to get to each level."""
-    return "".join(_levels(view, metric) for metric, own in view.metrics.items() if own["levels"])
+    return "".join(_levels(view, metric) for metric, own in view.metrics.items() if own.levels)
 
 
 def _levels(view: View, metric: str) -> str:
-    levels = view.metrics[metric]["levels"]
-    head = [heading("Line"), *(heading(f"{view.amount(v['level'], metric)} or less", True) for v in levels)]
-    rows = []
-    for i, line in enumerate(view.lines):
-        entries = [v["lines"][i] for v in levels]
-        cells = [_level(view, e, e["line"] == v["best"], metric) for v, e in zip(levels, entries, strict=True)]
-        rows.append(row(row_head(str(line["label"])), *cells))
+    known = view.metrics[metric]
+    head = [heading("Line"), *(heading(f"{view.amount(v.level, metric)} or less", True) for v in known.levels)]
+    rows = [
+        row(row_head(line.name), *(_level(view, v.lines[i], v.best == line.name, metric) for v in known.levels))
+        for i, line in enumerate(view.lines)
+    ]
     words = (
-        f"{view.effort_name} to an error of `{metric}`, against `{view.metrics[metric]['against']}`. Interpolated: "
+        f"{view.effort_name} to an error of `{metric}`, against `{known.against}`. Interpolated: "
         "between two neighbouring configurations of the line, straight in the logarithms; all else was computed. "
         "The least of a column is in bold."
     )
     return table(words, head, rows)
 
 
-def _level(view: View, entry: Mapping[str, Any], best: bool, metric: str) -> str:
-    if entry["effort"] is None:
-        least = entry.get("least_error")
-        why = str(entry["reason"])
-        return cell(DASH, f"not below {view.amount(least, metric)}" if why == "it stays above" and least else why)
-    names = [point_label(view.by_key[key]) for key in entry["keys"]]
-    below = "interpolated" if entry["interpolated"] else f"`{names[0]}`" if names[0] != entry["line"] else ""
-    spread = "" if view.clock == UNKNOWNS else spread_range(entry["effort"])
-    said = view.said_effort(entry["effort"]) if not spread else quantity(entry["effort"]["median"], "s", 3)
-    return cell(said, ", ".join(part for part in (spread, below) if part), best)
+def _level(view: View, entry: AtLevel, best: bool, metric: str) -> str:
+    found, least = entry.reached, entry.least_error
+    if found is None:
+        above = entry.reason == "it stays above" and least
+        return cell(DASH, f"not below {view.amount(least, metric)}" if above and least else str(entry.reason))
+    name = view.by_key[found.between[0]].label
+    below = "interpolated" if found.interpolated else f"`{name}`" if name != entry.line else ""
+    spread = spread_range(found.effort) if view.timed else ""
+    return cell(view.said_effort(found.effort), ", ".join(part for part in (spread, below) if part), best)
 
 
 # ------------------------------------------------------------------ best within a frame
@@ -205,20 +189,13 @@ def _level(view: View, entry: Mapping[str, Any], best: bool, metric: str) -> str
 
 def best_at_rates(view: View) -> str:
     """For every error and rate: the most accurate configuration that fits, and the next model."""
-    if not view.timed or not any(frame_of(p) for p in view.points):
+    if not view.metrics:
+        return ""
+    if not view.timed or not any(p.cost.frame for p in view.points):
         return tag("p", "Nothing was timed, so nothing is known of frames.", class_="quiet")
-    words = (
-        "Error",
-        "Frame",
-        "Most accurate that fits",
-        "Error there",
-        "Takes",
-        "Left",
-        "Next model",
-        "Not sure",
-    )
+    words = ("Error", "Frame", "Most accurate that fits", "Error there", "Takes", "Left", "Next model", "Not sure")
     head = [heading(w, w in ("Error there", "Takes", "Left")) for w in words]
-    rows = [_rate(view, metric, rate) for metric, own in view.metrics.items() for rate in own["rates"]]
+    rows = [_rate(view, metric, rate) for metric, own in view.metrics.items() for rate in own.rates]
     caption = (
         "The least error within a frame. A configuration fits if the third quartile of its times does, or 95 % of its "
         "steps; a whole solution must fit where there are no steps. Not sure: the median fits, but not that."
@@ -226,20 +203,20 @@ def best_at_rates(view: View) -> str:
     return table(caption, head, rows)
 
 
-def _rate(view: View, metric: str, rate: Mapping[str, Any]) -> str:
-    frame = tag("td", text(f"{rate['hz']:g} Hz"), tag("small", text(quantity(rate["frame_s"], "s", 3))))
-    unsure = tag("td", prose(", ".join(f"`{label}`" for label in rate["unsure"]) or DASH))
+def _rate(view: View, metric: str, rate: Within) -> str:
+    frame = tag("td", text(f"{rate.hz:g} Hz"), tag("small", text(quantity(1.0 / rate.hz, "s", 3))))
+    unsure = tag("td", prose(", ".join(f"`{label}`" for label in rate.unsure) or DASH))
     begin = [tag("td", tag("code", broken(metric))), frame]
-    if rate["key"] is None:
-        return row(*begin, tag("td", DASH, tag("small", prose(str(rate["reason"]))), colspan=5), unsure)
-    other = rate.get("runner_up")
-    second = f"`{other['label']}`" if other else DASH
-    below = view.amount(other["error"], metric) if other else ""
-    within = " †" if rate["within_uncertainty"] else ""
+    best, other, takes = rate.best, rate.runner_up, rate.takes
+    if best is None or takes is None:
+        return row(*begin, tag("td", DASH, tag("small", prose(str(rate.reason))), colspan=5), unsure)
+    second = f"`{other.label}`" if other else DASH
+    below = view.amount(other.measured, metric) if other else ""
     return row(
-        *begin, tag("td", tag("code", broken(str(rate["label"])))), cell(view.amount(rate["error"], metric) + within),
-        cell(quantity(rate["takes"]["median"], "s", 3), spread_range(rate["takes"])),
-        cell(f"{100 * rate['margin']:.0f}\u00a0%"), tag("td", prose(second), tag("small", text(below))), unsure,
+        *begin, tag("td", tag("code", broken(best.label))),
+        cell(view.amount(best.measured, metric) + (" †" if best.within else "")),
+        cell(quantity(takes.median, "s", 3), spread_range(takes)), cell(f"{100 * (rate.margin or 0.0):.0f}\u00a0%"),
+        tag("td", prose(second), tag("small", text(below))), unsure,
     )  # fmt: skip
 
 
@@ -248,14 +225,10 @@ def _rate(view: View, metric: str, rate: Mapping[str, Any]) -> str:
 
 def orders(view: View) -> str:
     """Observed orders and limits of every line that refines something; empty where none does."""
-    entries = view.analysis["orders"]
+    entries = view.analysis.orders
     if not entries:
         return ""
-    head = [
-        heading("Line"),
-        heading("Probe"),
-        *(heading(w, True) for w in ("Finest", "Order", "Limit", "± (GCI)")),
-    ]
+    head = [heading("Line"), heading("Probe"), *(heading(w, True) for w in ("Finest", "Order", "Limit", "± (GCI)"))]
     head += [heading("Asymptotic"), *(heading(f"order of `{m}`", True) for m in view.metrics)]
     rows = [r for entry in entries for r in _order(view, entry)]
     caption = (
@@ -266,40 +239,46 @@ def orders(view: View) -> str:
     return table(caption, head, rows)
 
 
-def _order(view: View, entry: Mapping[str, Any]) -> list[str]:
+def _order(view: View, entry: LineOrders) -> list[str]:
     """A row for each probe; the errors stand in the first."""
-    limits = entry["limits"] or [{"probe": DASH, "reason": entry["doubt"]}]
-    found = []
-    for i, limit in enumerate(limits):
-        errors = [_error_order(entry, m) if i == 0 else tag("td") for m in view.metrics]
-        found.append(row(row_head(str(entry["line"])) if i == 0 else tag("td"), *_limit(limit), *errors))
-    return found
+    errors = [_error_order(entry, m) for m in view.metrics]
+    known: list[tuple[str, float | None, Refined]] = [(o.probe, o.finest, o.refined) for o in entry.limits]
+    known = known or [(DASH, None, Refined("unusable", entry.doubt))]
+    (first, *others) = ([_probe(name), *limit_cells(finest, found, "m")] for name, finest, found in known)
+    blank = [tag("td")] * len(errors)
+    return [row(row_head(entry.line.name), *first, *errors), *(row(tag("td"), *o, *blank) for o in others)]
 
 
-def _limit(limit: Mapping[str, Any]) -> list[str]:
-    good, doubt = bool(limit.get("asymptotic")), limit.get("doubt") or limit.get("reason")
-    mark = "" if good else " ‡"
-    numbers = [("finest", "m"), ("order", ""), ("value", "m"), ("gci", "m")]
-    shown = [_marked(limit.get(name), unit, mark if name != "finest" else "") for name, unit in numbers]
-    if limit.get("relative") is not None:
-        shown[3] = cell(quantity(limit["gci"], "m", 3) + mark, signed(f"{100 * limit['relative']:.2g} %"))
-    sign = tag("span", "✓ yes" if good else "✗ no", class_="status good" if good else "status warn")
-    said = tag("td", sign, tag("small", text(doubt)) if doubt and not good else "", class_="why")
-    return [tag("td", tag("code", broken(str(limit["probe"])))), *shown, said]
+def _probe(name: str) -> str:
+    return tag("td", tag("code", broken(name)))
 
 
-def _marked(value: float | None, unit: str, mark: str) -> str:
-    return cell(DASH if value is None else (quantity(value, unit, 6) if unit else signed(f"{value:.2f}")) + mark)
+def limit_cells(finest: float | None, found: Refined, unit: str) -> list[str]:
+    """The finest value, the order, the limit with its index, and whether they can be relied upon."""
+    mark = "" if found.asymptotic else " ‡"
+    order = DASH if found.order is None else signed(f"{found.order:.2f}") + mark
+    below = "" if found.relative is None else signed(f"{100 * found.relative:.2g} %")
+    sign, mood, doubt = ("✓ yes", "good", "") if found.asymptotic else ("✗ no", "warn", found.doubt or found.reason)
+    return [
+        cell(amount(finest, unit)), cell(order), cell(amount(found.value, unit, mark=mark)),
+        cell(amount(found.gci, unit, 3, mark), below),
+        tag("td", tag("span", sign, class_=f"status {mood}"), tag("small", text(doubt)) if doubt else "", class_="why"),
+    ]  # fmt: skip
 
 
-def _error_order(entry: Mapping[str, Any], metric: str) -> str:
-    own = entry["errors"].get(metric) or {}
-    if own.get("last") is None:
-        return cell(DASH, str(own.get("reason") or ""))
-    mark = "" if entry["asymptotic"] else " ‡"
-    below = "all: " + signed(f"{own['fitted']:.2f}")
-    beyond = ", those above the uncertainty" if own.get("cut") else ""
-    return cell(signed(f"{own['last']:.2f}") + mark, below + beyond)
+def amount(value: float | None, unit: str, digits: int = 6, mark: str = "") -> str:
+    """A value in words with a mark behind it; a dash where there is none."""
+    return DASH if value is None else quantity(value, unit, digits, percent=True) + mark
+
+
+def _error_order(entry: LineOrders, metric: str) -> str:
+    own = entry.errors[metric]
+    if own.order.last is None:
+        return cell(DASH, own.order.reason or "")
+    mark = "" if entry.asymptotic else " ‡"
+    below = "all: " + signed(f"{own.order.fitted:.2f}")
+    beyond = ", those above the uncertainty" if own.cut else ""
+    return cell(signed(f"{own.order.last:.2f}") + mark, below + beyond)
 
 
 # ------------------------------------------------------------------ distances
@@ -307,23 +286,23 @@ def _error_order(entry: Mapping[str, Any], metric: str) -> str:
 
 def distances(view: View) -> str:
     """How far everyone is from everyone; empty where there is nobody to be far from."""
-    known = view.analysis["distances"]
-    names = known["names"]
+    known = view.analysis.distances
+    names = known.names
     if len(names) < 2:
         return ""
     head = [heading("from row to column"), *(heading(f"`{n}`", True) for n in names)]
-    reasons = {(r["row"], r["column"]): r["reason"] for r in known["reasons"]}
+    reasons = {(r.row, r.column): r.reason for r in known.reasons}
     rows = []
     for i, name in enumerate(names):
-        kind = "reference" if known["kinds"][i] == "reference" else _beyond(known["labels"][i], name)
-        values = list(zip(known["matrix"][i], names, strict=True))
+        kind = "reference" if known.kinds[i] == "reference" else _beyond(known.labels[i], name)
+        values = list(zip(known.matrix[i], names, strict=True))
         cells = [_distance(v, reasons.get((name, other)), i == j) for j, (v, other) in enumerate(values)]
         rows.append(row(row_head(name, kind), *cells))
     caption = (
         "Distance of shapes: the root of the summed squares of the differences of displacements at the points that two "
         "share, relative to the displacements of the column. Models at their finest configuration."
     )
-    lines: list[list[Cell]] = [[n, *known["matrix"][i]] for i, n in enumerate(names)]
+    lines: list[list[Cell]] = [[n, *known.matrix[i]] for i, n in enumerate(names)]
     return table(caption, head, rows, "matrix") + csv_link(f"{view.scene}-distances", ["row", *names], lines)
 
 
@@ -343,21 +322,21 @@ def _distance(value: float | None, reason: str | None, own: bool) -> str:
 
 def levers(view: View) -> str:
     """What one changed thing does; empty where no two configurations differ by one."""
-    entries = view.analysis["levers"]
+    entries = view.analysis.levers
     if not entries:
         return ""
     head = [heading(w) for w in ("Model", "Change", "With")]
     head += [heading(view.effort_name, True), *(heading(f"`{m}`", True) for m in view.metrics)]
-    rows = []
-    for e in entries:
-        change = tag("td", tag("code", broken(e["what"])), " ", text(f"{e['from']} → {e['to']}"))
-        others = ", ".join(f"{k} = {v}" for k, v in e["others"].items())
-        cells = [_ratio(e["effort_ratio"], "within the noise" if e["noise"] else "")]
-        for m in view.metrics:
-            own = e["errors"].get(m) or {}
-            cells.append(_ratio(own.get("ratio"), "within the uncertainty" if own.get("within_uncertainty") else ""))
-        rows.append(row(row_head(str(e["model"])), change, tag("td", text(others or DASH)), *cells))
+    rows = [_lever(lever, [lever.errors[m] for m in view.metrics]) for lever in entries]
     return table("What a single change does: each number is the new value over the old one.", head, rows)
+
+
+def _lever(lever: Lever, errors: Sequence[ErrorChange]) -> str:
+    change = tag("td", tag("code", broken(lever.what)), " ", text(f"{lever.from_} → {lever.to}"))
+    others = ", ".join(f"{k} = {v}" for k, v in lever.others.items())
+    cells = [_ratio(e.ratio, "within the uncertainty" if e.within_uncertainty else "") for e in errors]
+    effort = _ratio(lever.effort_ratio, "within the noise" if lever.noise else "")
+    return row(row_head(lever.model), change, tag("td", text(others or DASH)), effort, *cells)
 
 
 def _ratio(value: float | None, below: str) -> str:

@@ -5,22 +5,15 @@ from __future__ import annotations
 import os
 import shutil
 import textwrap
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.compare.study_answers import spoken
-from softmark.interpreter.report.compare.view import (
-    CLOCKS,
-    View,
-    apart,
-    error_of,
-    point_label,
-    status_of,
-    views,
-)
+from softmark.interpreter.report.compare.view import CLOCKS, View, apart, status_of, views
 from softmark.interpreter.report.page.markup import plain
+from softmark.interpreter.study.analysis.answers import Front
+from softmark.interpreter.study.analysis.compared import Compared
 from softmark.interpreter.study.analysis.point import Point
 
 WIDE = 110  # characters of a line where nobody says how wide the window is
@@ -28,16 +21,13 @@ TOLD = 4  # problems of a scene, and lines of an answer, that the terminal speak
 CODES = {"bold": "1", "good": "32", "bad": "31", "quiet": "2"}
 
 
-def table(comparison: Mapping[str, Any], colour: bool, path: str | None = None, width: int | None = None) -> str:
+def table(comparison: Compared, colour: bool, path: str | None = None, width: int | None = None) -> str:
     """Every configuration of every scene, what failed, and what to take; the path of the page after it."""
-    comparison = {n: v if n == "scenes" else all_visible(v) for n, v in comparison.items()}
-    scenes_ = [{**s, "title": all_visible(s.get("title"))} for s in comparison.get("scenes") or ()]
-    comparison = {**comparison, "scenes": scenes_}
     paint = colour and not os.environ.get("NO_COLOR")
     room = width or max(80, shutil.get_terminal_size((WIDE, 24)).columns if colour else WIDE)
     scenes: dict[str, list[View]] = {}
     for view in views(comparison):
-        scenes.setdefault(str(view.analysis["scene"]), []).append(view)
+        scenes.setdefault(view.analysis.scene, []).append(view)
     blocks = [block for own in scenes.values() for block in _scene(own, paint, room)]
     blocks = blocks or ["There are no configurations."]
     return "\n\n".join([*blocks, *([f"comparison: {path}"] if path else [])])
@@ -49,18 +39,18 @@ def _style(words: str, name: str, paint: bool) -> str:
 
 def _scene(own: Sequence[View], paint: bool, room: int) -> list[str]:
     """A scene; `own` are its problems, of which it has several where a sweep changes what errors are measured from."""
-    blocks = [_style(own[0].title, "bold", paint), _rows(own, paint)]
+    blocks = [_style(all_visible(own[0].title), "bold", paint), _rows(own, paint)]
     notes = [_spoken(note) for note in (apart(own), *_notes(own)) if note]
     blocks += ["\n".join(textwrap.fill(n, room, subsequent_indent="  ") for n in notes)] if notes else []
     told = own[:TOLD]
     answers = [
-        _at(view, _spoken(s)) if a["kind"] == "pareto" else _spoken(s)
-        for view in told for a in view.answers for s in _fewer(spoken(a))
+        _at(view, _spoken(s)) if isinstance(a, Front) else _spoken(s)
+        for view in told for a in view.analysis.answers for s in _fewer(spoken(a))
     ]  # fmt: skip
     blocks += ["\n".join(answers)] if answers else []
     said = [
         _at(view, words) for view in told
-        for words in (*(a["text"] for a in view.advice), *(d["text"] for d in view.analysis["disagreements"]))
+        for words in (*(a.text for a in view.analysis.advice), *(d.text for d in view.analysis.disagreements))
     ]  # fmt: skip
     advice = [textwrap.fill(_spoken(words), room, initial_indent="-> ", subsequent_indent="   ") for words in said]
     advice += [f"-> and so on for {len(own) - TOLD} more: see the page"] if len(own) > TOLD else []
@@ -68,7 +58,7 @@ def _scene(own: Sequence[View], paint: bool, room: int) -> list[str]:
 
 
 def _at(view: View, words: str) -> str:
-    return f"{view.at}: {words}" if view.at else words
+    return f"{all_visible(view.at)}: {words}" if view.at else words
 
 
 def _fewer(lines: Sequence[str]) -> list[str]:
@@ -78,12 +68,13 @@ def _fewer(lines: Sequence[str]) -> list[str]:
 
 
 def _spoken(words: str) -> str:
-    return plain(words).replace("\u00a0", " ").replace("\u202f", " ")
+    """Without what only a page shows, and without what could steer a terminal."""
+    return plain(all_visible(words)).replace("\u00a0", " ").replace("\u202f", " ")
 
 
 def _rows(own: Sequence[View], paint: bool) -> str:
     metrics = list(dict.fromkeys(m for view in own for m in view.metrics))
-    points = [(view, p) for view in own for p in _once(view)]
+    points = [(view, p) for view in own for p in view.once]
     clocks = dict.fromkeys(CLOCKS.get(view.clock, view.clock) for view in own if view.timed)
     own_metrics = list(dict.fromkeys(m for view in own for m in view.measurements))
     head = ["", *metrics, *own_metrics, "unknowns", "iterations", *([" or ".join(clocks)] if clocks else []), ""]
@@ -91,16 +82,10 @@ def _rows(own: Sequence[View], paint: bool) -> str:
     widths = [max(len(r[i]) for r in (head, *rows)) for i in range(len(head))]
     lines = [_line(head, widths), "  ".join("-" * w for w in widths).rstrip()]
     for (view, point), cells in zip(points, rows, strict=True):
-        solved = point["status"] in ("converged", "capped")
-        style = "good" if view.on_fronts(point) else None if solved else "bad"
+        style = "good" if view.on_fronts(point) else None if point.solved else "bad"
         line = _line(cells, widths)
         lines.append(_style(line, style, paint) if style else line)
     return "\n".join(lines)
-
-
-def _once(view: View) -> list[Point]:
-    """Its points, each label of a key once."""
-    return list({(p["key"], point_label(p)): p for p in reversed(view.points)}.values())[::-1]
 
 
 def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
@@ -110,22 +95,21 @@ def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
 
 
 def _row(view: View, point: Point, metrics: Sequence[str], measured: Sequence[str], timed: bool) -> list[str]:
-    solve, unknowns = point.get("solve") or {}, (point.get("size") or {}).get("dofs")
-    cells = [point_label(point), *(_error(view, point, m) for m in metrics)]
-    cells += [_spoken(view.measured(point, m)[1]) if m in view.measurements else "-" for m in measured]
-    cells += [str(unknowns or "-"), str(solve.get("iterations", "-"))]
+    cells = [point.label, *(_error(view, point, m) for m in metrics)]
+    cells += [_spoken(view.measured(point, m)) if m in view.measurements else "-" for m in measured]
+    cells += [str(point.dofs or "-"), "-" if point.iterations is None else str(point.iterations)]
     cells += [_time(view, point) if view.timed else "-"] if timed else []
-    said = "" if point["status"] == "converged" else status_of(point)
-    return [*cells, said + (", disturbed" if said else "disturbed") if view.disturbed(point) else said]
+    said = ["" if point.status == "converged" else status_of(point.status), "disturbed" * view.disturbed(point)]
+    return [all_visible(cell) for cell in (*cells, ", ".join(word for word in said if word))]
 
 
 def _error(view: View, point: Point, metric: str) -> str:
     """`1.2 % *`: on the front; `†`: within the uncertainty."""
-    error, own = error_of(point, metric), view.metrics.get(metric)
+    error, own = point.error(metric), view.metrics.get(metric)
     if error is None or own is None:
         return "-  "
-    within = "†" if error < (own["uncertainty"] or 0.0) else " "
-    return _spoken(view.amount(error, metric)) + within + ("*" if point["key"] in own["front"] else " ")
+    within = "†" if error < own.uncertainty else " "
+    return _spoken(view.amount(error, metric)) + within + ("*" if point.key in own.front else " ")
 
 
 def _time(view: View, point: Point) -> str:
@@ -140,7 +124,7 @@ def _time(view: View, point: Point) -> str:
 def _notes(own: Sequence[View]) -> list[str]:
     """What the marks mean, and what failed, each reason once."""
     marks = []
-    if any(known["front"] for view in own for known in view.metrics.values()):
+    if any(known.front for view in own for known in view.metrics.values()):
         what = "less time" if any(view.timed for view in own) else "fewer unknowns"
         marks.append(f"* on the front: nobody has {what} and less error")
     if any(_within(view, p) for view in own for p in view.points):
@@ -149,8 +133,8 @@ def _notes(own: Sequence[View]) -> list[str]:
         marks.append("±: half the distance of the quartiles")
     lines = ["; ".join(marks)] if marks else []
     reasons: dict[str, dict[str, None]] = {}
-    for f in (f for view in own for f in view.analysis["failures"]):
-        reasons.setdefault(str(f["message"] or f["status"]), {})[str(f["label"])] = None
+    for failure in (f for view in own for f in view.analysis.failures):
+        reasons.setdefault(failure.message or failure.status, {})[failure.label] = None
     for reason, labels in reasons.items():
         who = ", ".join(labels) if len(labels) <= 5 else f"{len(labels)} configurations"
         lines.append(f"{who}: {_spoken(reason)}")
@@ -158,5 +142,4 @@ def _notes(own: Sequence[View]) -> list[str]:
 
 
 def _within(view: View, point: Point) -> bool:
-    errors = ((error_of(point, m), own["uncertainty"]) for m, own in view.metrics.items())
-    return any(e is not None and u and e < u for e, u in errors)
+    return any((e := point.error(m)) is not None and e < own.uncertainty for m, own in view.metrics.items())

@@ -5,28 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
 from softmark.interpreter.language.amounts import grouped, quantity
 from softmark.interpreter.report.charts.styles import MODEL_DASHES, Look, model_look
 from softmark.interpreter.report.page.markup import listed
-from softmark.interpreter.study.analysis.analysis import analyse
-from softmark.interpreter.study.analysis.point import (
-    UNKNOWNS,
-    Point,
-    Spread,
-    effort_of,
-    label_of,
-    measured,
-    part_of,
-)
+from softmark.interpreter.study.analysis.analysis import ErrorAnalysis, References, SceneAnalysis
+from softmark.interpreter.study.analysis.compared import Compared
+from softmark.interpreter.study.analysis.lines import Line
+from softmark.interpreter.study.analysis.point import UNKNOWNS, Point, Spread
+from softmark.interpreter.study.analysis.written import Json
 from softmark.records import dataclass
 
 CLOCKS = {"cpu_s": "CPU time", "wall_s": "wall time", UNKNOWNS: "unknowns"}
-STATUS = {
-    "converged": "converged", "capped": "capped", "not_converged": "not converged", "diverged": "diverged",
-    "failed": "failed", "skipped": "skipped", "timed_out": "out of time",
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -37,20 +27,13 @@ class View:
     scene: str
     title: str
     points: Sequence[Point]
-    references: Mapping[str, Any]
-    analysis: Mapping[str, Any]
-    advice: Sequence[Mapping[str, Any]]
-
-    @property
-    def answers(self) -> Sequence[Mapping[str, Any]]:
-        """To what the scene's studies ask."""
-        found: Sequence[Mapping[str, Any]] = self.analysis["answers"]
-        return found
+    references: References
+    analysis: SceneAnalysis
 
     @property
     def at(self) -> str:
         """`E = 30 kPa`: what changes what errors are measured from; empty where a scene is one problem."""
-        return ", ".join(f"{name} = {value}" for name, value in self.analysis["problem"].items())
+        return ", ".join(f"{name} = {value}" for name, value in self.analysis.problem.items())
 
     @property
     def heading(self) -> str:
@@ -58,32 +41,30 @@ class View:
         return f"{self.title}, {self.at}" if self.at else self.title
 
     @property
-    def metrics(self) -> Mapping[str, Mapping[str, Any]]:
+    def metrics(self) -> Mapping[str, ErrorAnalysis]:
         """Error metrics with what the analysis says of them."""
-        found: Mapping[str, Mapping[str, Any]] = self.analysis["metrics"]
-        return found
+        return self.analysis.metrics
 
     @cached_property
     def measurements(self) -> Mapping[str, str]:
         """Metrics that are no error against anything, with their units: they are shown, and rank nothing."""
-        entries = ((n, e) for p in self.points for n, e in (p.get("errors") or {}).items() if n not in self.metrics)
-        return {name: str(entry["unit"]) for name, entry in entries}
+        entries = ((n, e) for p in self.points for n, e in p.errors.items() if n not in self.metrics)
+        return {name: str(found.unit) for name, found in entries}
 
-    def measured(self, point: Point, metric: str) -> tuple[float | None, str]:
-        """The value of such a metric, None where there is none, and it in words."""
-        value = ((point.get("errors") or {}).get(metric) or {}).get("value")
-        return value, "–" if value is None else quantity(value, self.measurements[metric], 6, percent=True)
+    def measured(self, point: Point, metric: str) -> str:
+        """The value of such a metric in words."""
+        value = point.metric(metric).value
+        return "–" if value is None else quantity(value, self.measurements[metric], 6, percent=True)
 
     @property
-    def lines(self) -> Sequence[Mapping[str, Any]]:
+    def lines(self) -> Sequence[Line]:
         """Lines of models over their refinement."""
-        found: Sequence[Mapping[str, Any]] = self.analysis["lines"]
-        return found
+        return self.analysis.lines
 
     @property
     def clock(self) -> str:
         """Which effort configurations are compared by."""
-        return str(self.analysis["clock"])
+        return self.analysis.clock
 
     @property
     def effort_name(self) -> str:
@@ -99,90 +80,79 @@ class View:
     @cached_property
     def by_key(self) -> dict[str, Point]:
         """Points by key; of one configuration in several studies, the first."""
-        return {str(p["key"]): p for p in reversed(self.points)}
+        return {p.key: p for p in reversed(self.points)}
+
+    @cached_property
+    def once(self) -> list[Point]:
+        """Its points, each label of a key once."""
+        return list({(p.key, p.label): p for p in reversed(self.points)}.values())[::-1]
 
     @cached_property
     def looks(self) -> list[Look]:
         """A look for each line: colour and marker by its model, dash by its place among the model's lines."""
-        models = {model: i for i, model in enumerate(dict.fromkeys(line["model"] for line in self.lines))}
+        models = {model: i for i, model in enumerate(dict.fromkeys(line.model for line in self.lines))}
         seen: dict[str, int] = {}
         found = []
         for line in self.lines:
-            place = seen.setdefault(line["model"], 0)
-            seen[line["model"]] += 1
-            found.append(replace(model_look(models[line["model"]]), dash=MODEL_DASHES[place % len(MODEL_DASHES)]))
+            place = seen.setdefault(line.model, 0)
+            seen[line.model] += 1
+            found.append(replace(model_look(models[line.model]), dash=MODEL_DASHES[place % len(MODEL_DASHES)]))
         return found
 
     def effort(self, point: Point) -> Spread | None:
         """What a point took."""
-        return effort_of(point, self.clock)
+        return point.effort(self.clock)
 
     def on_fronts(self, point: Point) -> list[str]:
         """Errors by which a point is on the front."""
-        return [name for name, own in self.metrics.items() if point["key"] in own["front"]]
+        return [name for name, own in self.metrics.items() if point.key in own.front]
 
     def disturbed(self, point: Point) -> bool:
         """Whether its timing was disturbed, where that matters."""
-        return self.timed and bool((point.get("cost") or {}).get("contaminated"))
+        return self.timed and point.cost.contaminated
 
     def amount(self, value: float, metric: str, digits: int = 3) -> str:
         """An error in words."""
-        return quantity(value, str(self.metrics[metric]["unit"]), digits, percent=True)
+        return quantity(value, self.metrics[metric].unit, digits, percent=True)
 
-    def said_effort(self, spread: Spread | Mapping[str, float] | None, clock: str | None = None) -> str:
-        """`84 ms [80–90 ms]`, or `4 320`."""
-        if spread is None:
-            return "–"
-        own = spread.to_json() if isinstance(spread, Spread) else spread
-        if (clock or self.clock) == UNKNOWNS:
-            return grouped(round(own["median"]))
-        return said_spread(own)
+    def said_effort(self, spread: Spread) -> str:
+        """`84 ms`, or `4 320`."""
+        return grouped(round(spread.median)) if self.clock == UNKNOWNS else quantity(spread.median, "s", 3)
 
 
-def said_spread(own: Mapping[str, float]) -> str:
-    """A time with its quartiles: `84 ms [80–90 ms]`."""
-    said, bounds = quantity(own["median"], "s", 3), spread_range(own)
-    return f"{said} {bounds}" if bounds else said
-
-
-def spread_range(own: Mapping[str, float]) -> str:
+def spread_range(spread: Spread) -> str:
     """`[80–90 ms]`, the unit once if it is the same; empty where there is no spread."""
-    low, high = quantity(own["q1"], "s", 3), quantity(own["q3"], "s", 3)
-    if own["q1"] == own["q3"]:
+    low, high = quantity(spread.q1, "s", 3), quantity(spread.q3, "s", 3)
+    if spread.q1 == spread.q3:
         return ""
     if low.split("\u00a0")[1:] == high.split("\u00a0")[1:]:
         low = low.split("\u00a0")[0]
     return f"[{low}–{high}]"
 
 
-def views(comparison: Mapping[str, Any]) -> list[View]:
-    """The scenes of a comparison; analysed now where it comes without an analysis."""
-    points, references = comparison.get("points") or [], comparison.get("references") or {}
-    studies = comparison.get("studies")
-    analysis = comparison.get("analysis") or analyse(points, references, None, studies)
-    titles = scene_titles(comparison, list(dict.fromkeys(s["scene"] for s in analysis["scenes"].values())))
-    members: dict[str, list[Point]] = {}
-    for p in points:
-        members.setdefault(part_of(p), []).append(p)
-    found = []
-    for number, (scene, own) in enumerate(analysis["scenes"].items()):
-        advice = [a for a in analysis["advice"] if a["scene"] == scene]
-        title = titles[own["scene"]]
-        found.append(View(number, scene, title, members.get(scene, []), references.get(scene) or {}, own, advice))
-    return found
+def views(comparison: Compared) -> list[View]:
+    """The scenes of a comparison."""
+    scenes = comparison.analysis.scenes
+    titles = scene_titles(comparison.scenes, list(dict.fromkeys(own.scene for own in scenes.values())))
+    members: dict[str, list[Point]] = {part: [] for part in scenes}
+    for p in comparison.points:
+        members[p.part].append(p)
+    return [
+        View(number, part, titles[own.scene], members[part], comparison.references.get(part) or {}, own)
+        for number, (part, own) in enumerate(scenes.items())
+    ]
 
 
 def apart(own: Sequence[View]) -> str:
     """That configurations of different problems do not compete; empty where all are of one."""
-    names = list(dict.fromkeys(f"`{name}`" for view in own for name in view.analysis["problem"]))
+    names = list(dict.fromkeys(f"`{name}`" for view in own for name in view.analysis.problem))
     if not names:
         return ""
     return f"What errors are measured from changes with {listed(names)}: only configurations of one value compete."
 
 
-def scene_titles(comparison: Mapping[str, Any], names: Sequence[str]) -> dict[str, str]:
+def scene_titles(entries: Sequence[Json], names: Sequence[str]) -> dict[str, str]:
     """Titles by the names that points use, with the file where two are the same; the name where no scene fits."""
-    entries = list(comparison.get("scenes") or ())
     found, files = {}, {}
     for i, name in enumerate(names):
         fitting = [e for e in entries if name in _called(e)]
@@ -193,23 +163,12 @@ def scene_titles(comparison: Mapping[str, Any], names: Sequence[str]) -> dict[st
     return {n: f"{t} ({files[n]})" if t in twice else t for n, t in found.items()}
 
 
-def _called(entry: Mapping[str, Any]) -> set[str]:
+def _called(entry: Json) -> set[str]:
     """What a scene may be called."""
     file = str(entry.get("file") or "").replace("\\", "/").rpartition("/")[2]
     return {str(entry.get("name")), str(entry.get("title")), file, file.rpartition(".")[0]}
 
 
-def point_label(point: Point) -> str:
-    """What a point is called."""
-    return label_of(point)
-
-
-def error_of(point: Point, metric: str) -> float | None:
-    """The size of an error."""
-    return measured(point, metric)
-
-
-def status_of(point: Point) -> str:
+def status_of(status: str) -> str:
     """In words."""
-    status = str(point.get("status"))
-    return STATUS.get(status, status.replace("_", " "))
+    return "out of time" if status == "timed_out" else status.replace("_", " ")

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import field
 from itertools import combinations
-from typing import Any
 
 from softmark.interpreter.language.amounts import grouped, quantity
 from softmark.interpreter.study.analysis.front import DISTURBED, Candidate, Judged
-from softmark.interpreter.study.analysis.point import UNKNOWNS, Point, Spread, reduced_of, spread_of
+from softmark.interpreter.study.analysis.point import UNKNOWNS, Point, Spread
+from softmark.interpreter.study.analysis.written import Written
 from softmark.records import dataclass
 
 
@@ -56,8 +56,42 @@ class Question:
         return f"{self.amount(candidate.measured)} error"
 
 
-def advise(question: Question) -> dict[str, Any]:
-    """The sentence, who it is about, and what it rests on; `winner` is None where nothing can be recommended."""
+@dataclass(frozen=True)
+class Advice(Written):
+    """A sentence, who it is about, and what it rests on; `winner` is None where nothing can be recommended."""
+
+    question: Question
+    sentence: str
+    winner: Candidate | None
+    runner_up: Candidate | None
+    level: float | None
+    decidable: bool
+    caveats: list[str]  # what must be said about the winner
+
+    @property
+    def text(self) -> str:
+        """The sentence with its caveats."""
+        return " ".join([self.sentence, *self.caveats])
+
+    @property
+    def factor(self) -> float | None:
+        """How many times the effort of the winner the next model takes."""
+        if self.winner is None or self.runner_up is None or self.winner.effort.median <= 0:
+            return None
+        return self.runner_up.effort.median / self.winner.effort.median
+
+    def entries(self) -> Mapping[str, object]:
+        """With what it was asked about."""
+        return {
+            "scene": self.question.scene, "metric": self.question.metric, "against": self.question.against,
+            "text": self.text, "level": self.level, "decidable": self.decidable, "factor": self.factor,
+            "winner": self.winner, "runner_up": self.runner_up,
+            "uncertainty": self.question.judged.uncertainty or None, "caveats": self.caveats,
+        }  # fmt: skip
+
+
+def advise(question: Question) -> Advice:
+    """What to take."""
     candidates = list(question.judged.candidates.values())
     if not candidates:
         return _nothing(question)
@@ -80,17 +114,17 @@ def _by_error(c: Candidate) -> tuple[float, float]:
     return c.error, c.effort.median
 
 
-def _nothing(question: Question) -> dict[str, Any]:
+def _nothing(question: Question) -> Advice:
     reasons: dict[str, int] = {}
     for _, reason in question.judged.left_out.values():
         reasons[reason] = reasons.get(reason, 0) + 1
     why = "; ".join(f"{reason} ({n})" for reason, n in reasons.items()) or "there are no configurations"
     said = f"By `{question.metric}`{question.measured_from}, nothing can be recommended: {why}."
     said += " With `--allow-contaminated` disturbed timings count as well." if DISTURBED in reasons else ""
-    return _advice(question, said, None, None, None, True, [])
+    return Advice(question, said, None, None, None, True, [])
 
 
-def _quickest(question: Question, level: float, able: Sequence[Candidate]) -> dict[str, Any]:
+def _quickest(question: Question, level: float, able: Sequence[Candidate]) -> Advice:
     """The quickest that is at or below a level, and the quickest of another model."""
     winner = able[0]
     other = next((c for c in able[1:] if c.model != winner.model), None)
@@ -102,7 +136,7 @@ def _quickest(question: Question, level: float, able: Sequence[Candidate]) -> di
     )
     decided = other is None or _decided(question, winner, other)
     said += _against(question, winner, other, decided) + _cheaper(question, level, winner)
-    return _advice(question, said, winner, other, level, decided, _caveats(question, winner))
+    return Advice(question, said, winner, other, level, decided, _caveats(question, winner))
 
 
 def _cheaper(question: Question, level: float, winner: Candidate) -> str:
@@ -136,7 +170,7 @@ def _against(question: Question, winner: Candidate, other: Candidate | None, dec
     return f"; the next model, `{other.label}`, takes {takes} ({question.error(other)})."
 
 
-def _nearest(question: Question, candidates: Sequence[Candidate], level: float | None) -> dict[str, Any]:
+def _nearest(question: Question, candidates: Sequence[Candidate], level: float | None) -> Advice:
     """No level is reached, or none has a meaning: who errs least."""
     ranked = sorted(candidates, key=_by_error)
     winner = ranked[0]
@@ -152,7 +186,7 @@ def _nearest(question: Question, candidates: Sequence[Candidate], level: float |
         said += f"; `{other.label}` is as close as the reference can tell, at {question.effort(other.effort)}"
     elif other is not None:
         said += f"; the next model, `{other.label}`, has {question.error(other)} in {question.effort(other.effort)}"
-    return _advice(question, said + ".", winner, other, None, not tied, _caveats(question, winner))
+    return Advice(question, said + ".", winner, other, None, not tied, _caveats(question, winner))
 
 
 def _caveats(question: Question, winner: Candidate) -> list[str]:
@@ -171,52 +205,37 @@ def _caveats(question: Question, winner: Candidate) -> list[str]:
 
 def remarks_of(point: Point) -> list[str]:
     """What must be said of a reduced model: what its error rests on, and what its time leaves out."""
-    reduced = reduced_of(point)
-    if not reduced:
+    reduced, setup = point.reduced, point.cost.setup_s
+    if reduced is None:
         return []
     found = []
-    if outside := reduced.get("extrapolates"):
-        found.append(f"It extrapolates: {', '.join(f'`{n}`' for n in outside)} is outside its training.")
-    if reduced.get("repeats"):
+    if reduced.extrapolates:
+        found.append(f"It extrapolates: {', '.join(f'`{n}`' for n in reduced.extrapolates)} is outside its training.")
+    if reduced.repeats:
         found.append(
-            f"It was trained on `{reduced['of']}` in this very state: its error says how well it repeats that, "
+            f"It was trained on `{reduced.of}` in this very state: its error says how well it repeats that, "
             "and nothing of other loads."
         )
-    if setup := spread_of((point.get("cost") or {}).get("setup_s")):
+    if setup is not None:
         spent = quantity(setup.median, "s", 3)
-        found.append(f"Its time leaves out {spent} in which it is made from `{reduced['of']}`.")
+        found.append(f"Its time leaves out {spent} in which it is made from `{reduced.of}`.")
     return found
-
-
-def _advice(
-    question: Question, said: str, winner: Candidate | None, other: Candidate | None, level: float | None,
-    decided: bool, caveats: list[str],
-) -> dict[str, Any]:  # fmt: skip
-    factor = None
-    if winner is not None and other is not None and winner.effort.median > 0:
-        factor = other.effort.median / winner.effort.median
-    return {
-        "scene": question.scene, "metric": question.metric, "against": question.against,
-        "text": " ".join([said, *caveats]), "level": level, "decidable": decided, "factor": factor,
-        "winner": _evidence(winner), "runner_up": _evidence(other),
-        "uncertainty": question.judged.uncertainty or None,
-        "caveats": caveats,
-    }  # fmt: skip
-
-
-def _evidence(c: Candidate | None) -> dict[str, Any] | None:
-    if c is None:
-        return None
-    return {
-        "key": c.key, "label": c.label, "model": c.model, "effort": c.effort.to_json(), "error": c.measured,
-        "within_uncertainty": c.within, "capped": c.capped, "contaminated": c.contaminated,
-    }  # fmt: skip
 
 
 # ------------------------------------------------------------------ metrics that disagree
 
 
-def disagreements(judged: Mapping[str, Judged]) -> list[dict[str, Any]]:
+@dataclass(frozen=True)
+class Disagreement(Written):
+    """Two errors that rank configurations differently: `discordant` of `pairs` the other way round."""
+
+    metrics: list[str]
+    text: str
+    discordant: int
+    pairs: int
+
+
+def disagreements(judged: Mapping[str, Judged]) -> list[Disagreement]:
     """Pairs of errors by which another model's best configuration comes first, with how many pairs they order apart."""
     found = []
     for (one, a), (two, b) in combinations(judged.items(), 2):
@@ -230,7 +249,7 @@ def disagreements(judged: Mapping[str, Judged]) -> list[dict[str, Any]]:
             f"`{one}` and `{two}` rank differently: by the one `{first.label}` is the closest, by the other "
             f"`{second.label}`; they order {apart} of {len(pairs)} pairs of configurations the other way round."
         )
-        found.append({"metrics": [one, two], "text": said, "discordant": apart, "pairs": len(pairs)})
+        found.append(Disagreement([one, two], said, apart, len(pairs)))
     return found
 
 

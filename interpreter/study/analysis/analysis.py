@@ -1,222 +1,311 @@
-"""`analyse`: everything that a comparison says about its points; plain dictionaries, SI, None with a reason."""
+"""`analyse`: everything that a comparison says about its points; SI, None with a reason."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
-from softmark.interpreter.study.analysis.advice import Question, advise, disagreements, remarks_of
-from softmark.interpreter.study.analysis.answers import answers
+from softmark.interpreter.study.analysis.advice import (
+    Advice,
+    Disagreement,
+    Question,
+    advise,
+    disagreements,
+    remarks_of,
+)
+from softmark.interpreter.study.analysis.answers import Answer, Study, front, settling
 from softmark.interpreter.study.analysis.front import (
     RATES,
     Judged,
     Reached,
+    Within,
     best_within,
     effort_to,
     judge,
     levels_of,
     pareto,
-    within_json,
 )
-from softmark.interpreter.study.analysis.lineage import orders_of
-from softmark.interpreter.study.analysis.pairs import distances, levers
+from softmark.interpreter.study.analysis.lineage import LineOrders, orders_of
+from softmark.interpreter.study.analysis.lines import Line, lines_of
+from softmark.interpreter.study.analysis.pairs import Distances, Lever, distances, levers
 from softmark.interpreter.study.analysis.point import (
-    SOLVED,
     UNKNOWNS,
-    Line,
     Point,
+    ReferenceOutcome,
+    against_of,
     clock_of,
-    contaminated,
     error_metrics,
-    label_of,
-    line_labels,
-    lines_of,
-    measured,
-    part_of,
-    stated,
+    unit_of,
 )
+from softmark.interpreter.study.analysis.written import Json, Written
+from softmark.interpreter.vocabulary.studies import Pareto
+from softmark.records import dataclass
 
-References = Mapping[str, Mapping[str, Mapping[str, Any]]]
+References = Mapping[str, ReferenceOutcome]  # by name
+
+
+@dataclass(frozen=True)
+class Terms(Written):
+    """On what terms configurations are compared."""
+
+    allow_contaminated: bool = False  # disturbed timings count as well
+    rates: tuple[float, ...] = RATES  # Hz
+    clock: str | None = None  # cpu_s or wall_s; None: CPU time, and the number of unknowns where nothing was timed
+
+    @classmethod
+    def from_json(cls, known: Json | None) -> Terms:
+        """By name, with defaults."""
+        known = known or {}
+        return cls(bool(known.get("allow_contaminated")), tuple(known.get("rates") or RATES), known.get("clock"))
+
+    def entries(self) -> Mapping[str, object]:
+        """Without the clock, which each scene has its own of."""
+        return {"allow_contaminated": self.allow_contaminated, "rates": self.rates}
+
+
+# ------------------------------------------------------------------ what is found
+
+
+@dataclass(frozen=True)
+class AtLevel(Written):
+    """What a line needs to get to a level of an error; or why it does not get there, and the least that it has."""
+
+    line: str
+    reached: Reached | None
+    reason: str | None = None
+    least_error: float | None = None
+
+    def entries(self) -> Mapping[str, object]:
+        """With the effort, or the reason."""
+        if (own := self.reached) is not None:
+            return {"line": self.line, "effort": own.effort, "interpolated": own.interpolated, "keys": own.between}
+        why = {"reason": self.reason, "least_error": self.least_error}
+        return {"line": self.line, "effort": None, "interpolated": False, **why}
+
+
+@dataclass(frozen=True)
+class Level(Written):
+    """What every line needs to get to one level of an error."""
+
+    level: float
+    lines: list[AtLevel]
+    best: str | None  # the line that needs least
+
+
+@dataclass(frozen=True)
+class ErrorAnalysis(Written):
+    """One error of a scene: who is on the front, what levels take, and who is best within a frame."""
+
+    unit: str
+    against: str
+    judged: Judged
+    front: list[str]  # keys
+    levels: list[Level]
+    rates: list[Within]
+
+    @property
+    def uncertainty(self) -> float:
+        """That of the reference; 0 where none is stated."""
+        return self.judged.uncertainty
+
+    def entries(self) -> Mapping[str, object]:
+        """With those that do not count."""
+        left_out = [{"key": k, "label": label, "reason": why} for k, (label, why) in self.judged.left_out.items()]
+        return {
+            "unit": self.unit, "against": self.against, "uncertainty": self.uncertainty or None,
+            "effort": UNKNOWNS if self.judged.clock == UNKNOWNS else "s", "front": self.front, "left_out": left_out,
+            "levels": self.levels, "rates": self.rates,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Failure(Written):
+    """A configuration (kind model) or a reference without a solution, with what happened."""
+
+    kind: str
+    label: str
+    key: str | None
+    status: str
+    message: str | None
+
+
+@dataclass(frozen=True)
+class TimingQuality(Written):
+    """How good the timings are: what was disturbed, how many runs were left out, what was flagged how often."""
+
+    timed: int
+    of: int  # configurations
+    contaminated: list[str]  # labels
+    excluded_runs: int
+    least_runs: int | None
+    most_runs: int | None
+    flags: dict[str, int]
+
+
+@dataclass(frozen=True)
+class SceneAnalysis(Written):
+    """What is said of configurations that compete: those of a scene, at one value of what changes the problem."""
+
+    scene: str
+    problem: Mapping[str, str]
+    answers: list[Answer]
+    clock: str
+    displacement_scale: float | None  # m
+    lines: list[Line]
+    metrics: dict[str, ErrorAnalysis]
+    failures: list[Failure]
+    distances: Distances
+    levers: list[Lever]
+    orders: list[LineOrders]
+    timing: TimingQuality
+    disagreements: list[Disagreement]
+    advice: list[Advice]
+
+    def entries(self) -> Mapping[str, object]:
+        """All but the advice, which stands before the scenes."""
+        return {name: value for name, value in super().entries().items() if name != "advice"}
+
+
+@dataclass(frozen=True)
+class Analysis(Written):
+    """The analysis of `softmark-compare/1`, by parts (`Point.part`): only configurations of one part compete."""
+
+    options: Terms
+    advice: list[Advice]  # of all scenes
+    scenes: dict[str, SceneAnalysis]
+
+
+# ------------------------------------------------------------------ how it is found
 
 
 def analyse(
     points: Sequence[Point],
-    references: References,
-    options: Mapping[str, Any] | None = None,
-    studies: Mapping[str, Mapping[str, Mapping[str, Any]]] | None = None,
-) -> dict[str, Any]:
-    """The analysis of `softmark-compare/1`, by scenes; where a sweep changes what errors are measured from, by its
-    values as well: such configurations do not compete.
+    references: Mapping[str, References],
+    studies: Mapping[str, Mapping[str, Study]] | None = None,
+    terms: Terms | None = None,
+) -> Analysis:
+    """By scenes; where a sweep changes what errors are measured from, by its values as well.
 
-    `options`: `clock` ("cpu_s", "wall_s"; by default CPU time, and the number of unknowns where nothing was timed);
-    `allow_contaminated`; `rates` in Hz.
+    References are by parts, studies by scenes.
     """
-    given = dict(options or {})
-    scenes = dict.fromkeys([*map(part_of, points), *references])
-    own: dict[str, list[Point]] = {s: [] for s in scenes}
+    own: dict[str, list[Point]] = {part: [] for part in (*(p.part for p in points), *references)}
     for p in points:
-        own[part_of(p)].append(p)
-    found = {s: _scene(s, own[s], references.get(s) or {}, given) for s in scenes}
-    for scene, asked in (studies or {}).items():
-        _answer(found, {s: [p for p in own[s] if str(p["scene"]) == scene] for s in scenes}, asked, given)
-    return {
-        "options": {
-            "allow_contaminated": bool(given.get("allow_contaminated")),
-            "rates": list(given.get("rates") or RATES),
-        },
-        "advice": [a for scene in found.values() for a in scene.pop("advice")],
-        "scenes": found,
-    }
+        own[p.part].append(p)
+    agreed = terms or Terms()
+    found = {part: _scene(part, own, references.get(part) or {}, studies or {}, agreed) for part in own}
+    return Analysis(agreed, [advice for own in found.values() for advice in own.advice], found)
 
 
 def _scene(
-    scene: str, points: Sequence[Point], references: Mapping[str, Any], options: Mapping[str, Any]
-) -> dict[str, Any]:
-    clock = clock_of(points, options.get("clock"))
-    metrics, lines = error_metrics(points), lines_of(points)
-    judged = {m: judge(points, m, clock, bool(options.get("allow_contaminated"))) for m in metrics}
-    labels = line_labels(lines)
-    orders = [orders_of(line, label, metrics, points) for line, label in zip(lines, labels, strict=True)]
-    doubts = {key: o["doubt"] for line, o in zip(lines, orders, strict=True) if o["doubt"] for key in line.keys}
-    scale = displacement_scale(points, references)
-    questions = [_question(scene, m, judged[m], points, scale, doubts) for m in metrics]
-    rates = [float(hz) for hz in options.get("rates") or RATES]
-    return {
-        "scene": str(points[0]["scene"]) if points else scene,
-        "problem": dict(points[0].get("problem") or {}) if points else {},
-        "answers": [],
-        "clock": clock,
-        "displacement_scale": scale,
-        "lines": [_line(line, label) for line, label in zip(lines, labels, strict=True)],
-        "metrics": {q.metric: _metric(q, lines, labels, rates) for q in questions},
-        "failures": failures(points, references),
-        "distances": distances(points, references),
-        "levers": levers(points, metrics, clock),
-        "orders": [o for o in orders if o["varied"] is not None],
-        "timing": timing(points),
-        "disagreements": disagreements(judged),
-        "advice": [advise(q) for q in questions],
-    }
-
-
-def _answer(
-    found: Mapping[str, dict[str, Any]],
+    part: str,
     parts: Mapping[str, Sequence[Point]],
-    asked: Mapping[str, Mapping[str, Any]],
-    options: Mapping[str, Any],
-) -> None:
-    """Answers to what one scene asks: who beats whom for each part, how a metric settles once, over all of them."""
-    filled = [s for s, own in parts.items() if own]
-    everything = [p for s in filled for p in parts[s]]
-    allowed = bool(options.get("allow_contaminated"))
-    for part in filled:
-        clock, entries = found[part]["clock"], []
-        for name, study in asked.items():
-            whole = study["kind"] != "pareto"
-            if not whole or part == filled[0]:
-                entries += answers(everything if whole else parts[part], {name: study}, clock, allowed)
-        found[part]["answers"] = entries
+    references: References,
+    studies: Mapping[str, Mapping[str, Study]],
+    terms: Terms,
+) -> SceneAnalysis:
+    points = parts[part]
+    first = points[0] if points else None
+    clock = clock_of(points, terms.clock)
+    metrics, lines = error_metrics(points), lines_of(points)
+    judged = {m: judge(points, m, clock, terms.allow_contaminated) for m in metrics}
+    orders = [found for line in lines if (found := orders_of(line, metrics, points)) is not None]
+    doubts = {key: found.doubt for found in orders if found.doubt for key in found.line.keys}
+    scale = displacement_scale(points, references)
+    questions = [_question(part, judged[m], points, scale, doubts) for m in metrics]
+    return SceneAnalysis(
+        scene=first.scene if first else part,
+        problem=first.problem if first else {},
+        answers=_answers(part, parts, studies.get(first.scene) or {}, clock, terms) if first else [],
+        clock=clock,
+        displacement_scale=scale,
+        lines=lines,
+        metrics={q.metric: _error_analysis(q, lines, terms.rates) for q in questions},
+        failures=failures(points, references),
+        distances=distances(points, references),
+        levers=levers(points, metrics, clock),
+        orders=orders,
+        timing=timing(points),
+        disagreements=disagreements(judged),
+        advice=[advise(q) for q in questions],
+    )
+
+
+def _answers(
+    part: str, parts: Mapping[str, Sequence[Point]], asked: Mapping[str, Study], clock: str, terms: Terms
+) -> list[Answer]:
+    """Answers to what a scene asks: who beats whom for each part, how a metric settles once, over all of them."""
+    scene = parts[part][0].scene
+    own = {name: points for name, points in parts.items() if points and points[0].scene == scene}
+    found: list[Answer] = []
+    for name, study in asked.items():
+        if isinstance(study, Pareto):
+            found.append(front(name, study, own[part], clock, terms.allow_contaminated))
+        elif part == next(iter(own)):
+            found.append(settling(name, study, [p for points in own.values() for p in points]))
+    return found
 
 
 def _question(
-    scene: str,
-    metric: str,
-    judged: Judged,
-    points: Sequence[Point],
-    scale: float | None,
-    doubts: Mapping[str, str],
-) -> Question:
-    unit = str(stated(points, metric, "unit") or "1")
-    errors = [e for p in points if (e := measured(p, metric)) is not None]
-    against = str(stated(points, metric, "against") or "")
-    remarks = {str(p["key"]): remarks_of(p) for p in points}
-    return Question(scene, metric, unit, against, levels_of(unit, scale, errors), judged, doubts, remarks)
+    part: str, judged: Judged, points: Sequence[Point], scale: float | None, doubts: Mapping[str, str]
+) -> Question:  # fmt: skip
+    metric = judged.metric
+    unit = unit_of(points, metric) or "1"
+    levels = levels_of(unit, scale, [e for p in points if (e := p.error(metric)) is not None])
+    remarks = {p.key: remarks_of(p) for p in points}
+    return Question(part, metric, unit, against_of(points, metric) or "", levels, judged, doubts, remarks)
 
 
-def displacement_scale(points: Sequence[Point], references: Mapping[str, Any]) -> float | None:
+def displacement_scale(points: Sequence[Point], references: References) -> float | None:
     """The largest displacement of a reference's probes, m; of the points' where references have none."""
-    for owners in (list(references.values()), [p for p in points if p.get("status") in SOLVED]):
-        moved = [u for o in owners for probe in (o.get("probes") or {}).values() for u in probe["displacement"]]
+    for owners in ([r.probes for r in references.values()], [p.probes for p in points if p.solved]):
+        moved = [u for probes in owners for probe in probes.values() for u in probe.displacement]
         largest = max((sum(c * c for c in u) ** 0.5 for u in moved), default=0.0)
         if largest > 0:
             return float(largest)
     return None
 
 
-def _line(line: Line, label: str) -> dict[str, Any]:
-    return {
-        "label": label, "model": line.model, "study": line.study, "varied": line.varied,
-        "fixed": dict(line.fixed), "keys": line.keys,
-    }  # fmt: skip
-
-
-def _metric(question: Question, lines: Sequence[Line], labels: Sequence[str], rates: Sequence[float]) -> dict[str, Any]:
+def _error_analysis(question: Question, lines: Sequence[Line], rates: Sequence[float]) -> ErrorAnalysis:
     judged = question.judged
-    named = list(zip(lines, labels, strict=True))
-    levels = [_level(level, named, judged) for level in question.levels]
-    return {
-        "unit": question.unit,
-        "against": question.against,
-        "uncertainty": judged.uncertainty or None,
-        "effort": UNKNOWNS if judged.clock == UNKNOWNS else "s",
-        "front": [c.key for c in pareto(judged.candidates.values())],
-        "left_out": [{"key": k, "label": label, "reason": why} for k, (label, why) in judged.left_out.items()],
-        "levels": levels,
-        "rates": [within_json(best_within(hz, judged)) for hz in rates],
-    }
+    return ErrorAnalysis(
+        question.unit, question.against, judged, [c.key for c in pareto(judged.candidates.values())],
+        [_level(level, lines, judged) for level in question.levels],
+        [best_within(float(hz), judged) for hz in rates],
+    )  # fmt: skip
 
 
-def _level(level: float, lines: Sequence[tuple[Line, str]], judged: Judged) -> dict[str, Any]:
-    reached = [_reached(level, line, label, judged) for line, label in lines]
-    return {"level": level, "lines": reached, "best": _best(reached)}
+def _level(level: float, lines: Sequence[Line], judged: Judged) -> Level:
+    found = [_at_level(level, line, judged) for line in lines]
+    efforts = [(own.reached.effort.median, own.line) for own in found if own.reached is not None]
+    return Level(level, found, min(efforts, key=lambda pair: pair[0])[1] if efforts else None)
 
 
-def _reached(level: float, line: Line, label: str, judged: Judged) -> dict[str, Any]:
+def _at_level(level: float, line: Line, judged: Judged) -> AtLevel:
     found = effort_to(level, line, judged)
-    if not isinstance(found, Reached):
-        errors = [judged.candidates[key].measured for key in line.keys if key in judged.candidates]
-        own = {"line": label, "effort": None, "interpolated": False, "reason": found}
-        return {**own, "least_error": min(errors, default=None)}
-    return {
-        "line": label, "effort": found.effort.to_json(), "interpolated": found.interpolated,
-        "keys": list(found.between),
-    }  # fmt: skip
+    if isinstance(found, Reached):
+        return AtLevel(line.name, found)
+    errors = [judged.candidates[key].measured for key in line.keys if key in judged.candidates]
+    return AtLevel(line.name, None, found, min(errors, default=None))
 
 
-def _best(lines: Sequence[Mapping[str, Any]]) -> str | None:
-    """The line that needs least."""
-    reached = [entry for entry in lines if entry["effort"] is not None]
-    return str(min(reached, key=lambda e: float(e["effort"]["median"]))["line"]) if reached else None
+def failures(points: Sequence[Point], references: References) -> list[Failure]:
+    """Configurations and references without a solution."""
+    found = [Failure("model", p.label, p.key, p.status, p.message) for p in points if not p.solved]
+    lost = {name: r for name, r in references.items() if r.status != "converged"}
+    return found + [Failure("reference", name, None, r.status, r.message) for name, r in lost.items()]
 
 
-def failures(points: Sequence[Point], references: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Configurations without a solution and references without one, with what happened."""
-    found = [
-        {"kind": "model", "label": label_of(p), "key": str(p["key"]), "status": str(p["status"]),
-         "message": p.get("message")}
-        for p in points if p["status"] not in SOLVED
-    ]  # fmt: skip
-    return found + [
-        {"kind": "reference", "label": name, "key": None, "status": str(r["status"]),
-         "message": r.get("message")}
-        for name, r in references.items() if r.get("status", "converged") != "converged"
-    ]  # fmt: skip
-
-
-def timing(points: Sequence[Point]) -> dict[str, Any]:
-    """How good the timings are: what was disturbed, how many runs were left out, and what was flagged, how often."""
-    costs = [p["cost"] for p in points if p.get("cost")]
+def timing(points: Sequence[Point]) -> TimingQuality:
+    """Of all points that were timed."""
     flags: dict[str, int] = {}
-    for cost in costs:
-        for flag in cost.get("flags") or ():
-            flags[str(flag)] = flags.get(str(flag), 0) + 1
-    runs = [int(s["runs"]) for cost in costs if (s := cost.get("cpu_s") or cost.get("wall_s")) and s.get("runs")]
-    return {
-        "timed": len(costs),
-        "of": len(points),
-        "contaminated": [label_of(p) for p in points if contaminated(p)],
-        "excluded_runs": sum(int(cost.get("excluded_runs") or 0) for cost in costs),
-        "least_runs": min(runs, default=None),
-        "most_runs": max(runs, default=None),
-        "flags": flags,
-    }
+    for flag in (flag for p in points for flag in p.cost.flags):
+        flags[flag] = flags.get(flag, 0) + 1
+    runs = [int(p.cost.runs) for p in points if p.cost.runs]
+    return TimingQuality(
+        timed=sum(p.timed for p in points),
+        of=len(points),
+        contaminated=[p.label for p in points if p.cost.contaminated],
+        excluded_runs=sum(p.cost.excluded_runs for p in points),
+        least_runs=min(runs, default=None),
+        most_runs=max(runs, default=None),
+        flags=flags,
+    )

@@ -4,106 +4,144 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 from softmark.interpreter.study.analysis.front import Candidate, judge, pareto
 from softmark.interpreter.study.analysis.lineage import refinement_of, settled
-from softmark.interpreter.study.analysis.point import (
-    UNKNOWNS,
-    Line,
-    Point,
-    Spread,
-    frame_of,
-    line_labels,
-    lines_of,
-    stated,
-)
+from softmark.interpreter.study.analysis.lines import Line, lines_of
+from softmark.interpreter.study.analysis.point import UNKNOWNS, Point, Spread, unit_of
+from softmark.interpreter.study.analysis.written import Json, Written
+from softmark.interpreter.vocabulary.studies import Convergence, Pareto
+from softmark.records import dataclass
+from softmark.references.orders import Refined
+
+Study = Convergence | Pareto
 
 
-def answers(
-    points: Sequence[Point],
-    studies: Mapping[str, Mapping[str, Any]],
-    clock: str,
-    allow_contaminated: bool = False,
-) -> list[dict[str, Any]]:
-    """An answer for each `convergence` and each `pareto` that one scene declares, by its points."""
-    found = []
-    for name, study in studies.items():
+def studies_from_json(known: Json) -> dict[str, Study]:
+    """What a scene's studies ask, by name; sweeps ask nothing."""
+    found: dict[str, Study] = {}
+    for name, study in known.items():
         if study["kind"] == "convergence":
-            found.append({"study": name, **study, "lines": _settling(points, study)})
+            found[name] = Convergence(study["metric"], study["over"])
         elif study["kind"] == "pareto":
-            found.append({"study": name, **study, **_front(points, study, clock, allow_contaminated)})
+            found[name] = Pareto(study["error"], study.get("cost"), study.get("over"))
     return found
-
-
-def _value(point: Point, metric: str) -> float | None:
-    """What a point has for a metric, error or not."""
-    value = ((point.get("errors") or {}).get(metric) or {}).get("value")
-    return None if value is None else float(value)
 
 
 # ------------------------------------------------------------------ convergence
 
 
-def _settling(points: Sequence[Point], study: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Order, limit and index of the metric along each line of the sweep."""
-    lines = lines_of([p for p in points if p.get("study") == study["over"]])
-    labels = line_labels(lines)
-    metric = study["metric"]
-    unit = stated(points, metric, "unit")
-    named = zip(lines, labels, strict=True)
-    return [{"line": label, "unit": unit, **_settles(line, metric)} for line, label in named]
+@dataclass(frozen=True)
+class SettledLine(Written):
+    """Where a metric tends to along a line of a sweep, in `unit`; `reason` where nothing can be said.
+
+    Outside of the asymptotic range, `refined` says so and why.
+    """
+
+    line: str
+    unit: str | None
+    members: int | None = None
+    finest: float | None = None
+    refined: Refined | None = None
+    reason: str | None = None
+
+    @property
+    def limit(self) -> Refined:
+        """What is known of it, be it why nothing is."""
+        return self.refined or Refined("unusable", self.reason)
+
+    def entries(self) -> Mapping[str, object]:
+        """Everything that is known, None left out, but for the unit."""
+        own = {"line": self.line, "unit": self.unit}
+        if self.refined is not None:
+            return {**own, "members": self.members, "finest": self.finest, **self.refined.to_json()}
+        counted = {} if self.members is None else {"members": self.members}
+        return {**own, **counted, "asymptotic": False, "reason": self.reason}
 
 
-def _settles(line: Line, metric: str) -> dict[str, Any]:
-    """Outside of the asymptotic range, `asymptotic` is False and `doubt` or `reason` says why."""
+@dataclass(frozen=True)
+class Settling(Written):
+    """The answer to a `convergence`: how its metric settles along each line of the sweep."""
+
+    study: str
+    kind: str  # convergence
+    metric: str
+    over: str
+    lines: list[SettledLine]
+
+
+def settling(name: str, asked: Convergence, points: Sequence[Point]) -> Settling:
+    """Order, limit and index of the metric along each line of the sweep, over all points of a scene."""
+    unit = unit_of(points, asked.metric)
+    lines = [_settled(line, asked.metric, unit) for line in lines_of([p for p in points if p.study == asked.over])]
+    return Settling(name, "convergence", asked.metric, asked.over, lines)
+
+
+def _settled(line: Line, metric: str, unit: str | None) -> SettledLine:
     found = refinement_of(line)
     if isinstance(found, str):
-        return {"asymptotic": False, "reason": found}
-    family = [(h, value) for h, p in found.members if (value := _value(p, metric)) is not None]
+        return SettledLine(line.name, unit, reason=found)
+    family = [(h, float(v)) for h, p in found.members if (v := p.metric(metric).value) is not None]
     if not family:
-        return {"members": 0, "asymptotic": False, "reason": f"{metric} was not measured on this line"}
-    finest = family[-1][1]
-    lengths = stated(line.members, metric, "unit") == "m"  # theory speaks of displacements
-    formal = found.formal if lengths else None
-    return {"members": len(family), "finest": finest, **settled(found, family, formal).to_json()}
+        return SettledLine(line.name, unit, 0, reason=f"{metric} was not measured on this line")
+    lengths = unit_of(line.members, metric) == "m"  # theory speaks of displacements
+    refined = settled(found, family, found.formal if lengths else None)
+    return SettledLine(line.name, unit, len(family), family[-1][1], refined)
 
 
 # ------------------------------------------------------------------ pareto
 
 
-def _front(
-    points: Sequence[Point], study: Mapping[str, Any], clock: str, allow_contaminated: bool
-) -> dict[str, Any]:  # fmt: skip
+@dataclass(frozen=True)
+class FrontMember(Written):
+    """A configuration that no other beats."""
+
+    key: str
+    label: str
+    cost: Spread
+    error: float
+    capped: bool
+
+
+@dataclass(frozen=True)
+class Front(Written):
+    """The answer to a `pareto`: who is on the front, by the cost that is asked for."""
+
+    study: str
+    kind: str  # pareto
+    error: str
+    cost: str | None
+    over: str | None
+    cost_unit: str | None
+    cost_name: str
+    error_unit: str | None
+    front: list[FrontMember]
+    counted: int  # configurations
+
+
+def front(name: str, asked: Pareto, points: Sequence[Point], clock: str, allow_contaminated: bool = False) -> Front:
     """Who is on the front by the cost that is asked for: a metric, or the time of a step or of the whole solution."""
-    own = [p for p in points if study.get("over") in (None, p.get("study"))]
-    cost = study.get("cost")
-    judged = judge(own, study["error"], UNKNOWNS if cost else clock, allow_contaminated)
-    candidates = [c for c in judged.candidates.values() if cost is None]
-    if cost is not None:
-        by_key = {str(p["key"]): p for p in own}
-        candidates = [
-            replace(c, effort=Spread(value, value, value))
-            for c in judged.candidates.values() if (value := _value(by_key[c.key], cost)) is not None
-        ]  # fmt: skip
-    elif clock != UNKNOWNS:
-        frames = {str(p["key"]): frame_of(p) for p in own}
-        candidates = [replace(c, effort=frames[c.key] or c.effort) for c in candidates]
-    unit = stated(own, cost, "unit") if cost else "1" if clock == UNKNOWNS else "s"
-    return {
-        "cost_unit": unit,
-        "cost_name": cost or ("unknowns" if clock == UNKNOWNS else "time"),
-        "error_unit": stated(own, study["error"], "unit"),
-        "front": [_member(c) for c in pareto(candidates)],
-        "counted": len(candidates),
-    }
+    own = [p for p in points if asked.over in (None, p.study)]
+    judged = judge(own, asked.error, UNKNOWNS if asked.cost else clock, allow_contaminated)
+    if asked.cost is not None:
+        what, unit = asked.cost, unit_of(own, asked.cost)
+        candidates = _by_metric(judged.candidates, asked.cost, own)
+    elif clock == UNKNOWNS:
+        what, unit, candidates = "unknowns", "1", list(judged.candidates.values())
+    else:
+        what, unit = "time", "s"
+        candidates = [replace(c, effort=c.frame or c.effort) for c in judged.candidates.values()]
+    best = [FrontMember(c.key, c.label, c.effort, c.measured, c.capped) for c in pareto(candidates)]
+    error_unit = unit_of(own, asked.error)
+    return Front(
+        name, "pareto", asked.error, asked.cost, asked.over, unit, what, error_unit, best, len(candidates)
+    )  # fmt: skip
 
 
-def _member(c: Candidate) -> dict[str, Any]:
-    return {
-        "key": c.key,
-        "label": c.label,
-        "cost": c.effort.to_json(),
-        "error": c.measured,
-        "capped": c.capped,
-    }
+def _by_metric(candidates: Mapping[str, Candidate], metric: str, points: Sequence[Point]) -> list[Candidate]:
+    """Those that have a metric, with it as their effort."""
+    values = {p.key: p.metric(metric).value for p in points}
+    return [replace(c, effort=Spread.exact(float(v))) for c in candidates.values() if (v := values[c.key]) is not None]
+
+
+Answer = Settling | Front

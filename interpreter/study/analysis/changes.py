@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from softmark.interpreter.results import forms
-from softmark.interpreter.study.analysis.point import Spread, ratio_of, spread_of
+from softmark.interpreter.study.analysis.point import ErrorOf, Spread, ratio_of
+from softmark.interpreter.study.analysis.written import Json, Written
+from softmark.records import dataclass
 
 REPORT, COMPARISON = "softmark-report/1", "softmark-compare/1"
 RELATIVE = 1e-6  # a metric that changes by less is the same: rounding, and threads that add in another order
@@ -22,14 +24,12 @@ SLOWER = 0.05  # a time that changes by less is the same
 TIMES = ("setup_s", "solve_s", "step_s", "cpu_s", "wall_s")
 UNNAMED = ("started", "created")  # of an environment: these always differ and explain nothing
 
-Json = Mapping[str, Any]
-
 
 class Foreign(ValueError):
     """Files that cannot be compared; the message says which and why."""
 
 
-def read(path: str | Path) -> dict[str, Any]:
+def read(path: str | Path) -> Json:
     """A report or a comparison from a file. Raises Foreign."""
     if os.path.exists(path) and not os.path.isfile(path):  # a device may have no end, a pipe no writer
         raise Foreign(f"`{path}` is not a regular file")
@@ -55,64 +55,168 @@ def kind_of(found: Any, name: str) -> str:
     return str(schema)
 
 
-def changes(old: Json, new: Json, names: tuple[str, str] = ("the old file", "the new file")) -> dict[str, Any]:
-    """All changes from one result to another of the same kind, as JSON. Raises Foreign."""
+# ------------------------------------------------------------------ what is found
+
+
+@dataclass(frozen=True)
+class FactChange(Written):
+    """A fact that is not the same; None where one of the two does not have it."""
+
+    what: str
+    old: Any
+    new: Any
+
+
+@dataclass(frozen=True)
+class StatusChange(Written):
+    """What became of a model or a reference then and now, and what it says now."""
+
+    name: str
+    old: str | None
+    new: str | None
+    message: str | None
+
+
+@dataclass(frozen=True)
+class MetricChange(Written):
+    """`verdict`: changed, changed below the uncertainty, lost its value or found one, was added or removed."""
+
+    name: str
+    metric: str
+    unit: str | None
+    old: float | None
+    new: float | None
+    verdict: str
+    relative: float | None = None
+    uncertainty: float | None = None
+    reason: str | None = None
+
+    def entries(self) -> Mapping[str, object]:
+        """Each verdict with what it rests on."""
+        named = {"name": self.name, "metric": self.metric, "unit": self.unit}
+        ends, verdict = {"old": self.old, "new": self.new}, {"relative": self.relative, "verdict": self.verdict}
+        if self.verdict in ("added", "removed"):
+            return {**named, **verdict, **ends}
+        if self.verdict in ("lost", "found"):
+            return {**named, **ends, **verdict, "reason": self.reason}
+        return {**named, **ends, "relative": self.relative, "uncertainty": self.uncertainty, "verdict": self.verdict}
+
+
+@dataclass(frozen=True)
+class TimeChange(Written):
+    """`verdict`: slower or quicker beyond noise; undecided, with a reason, where the noise is not known."""
+
+    name: str
+    clock: str
+    old: Spread
+    new: Spread
+    verdict: str
+    reason: str | None = None
+
+    @property
+    def ratio(self) -> float:
+        """The new time over the old one."""
+        return self.new.median / self.old.median
+
+    def entries(self) -> Mapping[str, object]:
+        """With a reason where there is one."""
+        own = {"name": self.name, "clock": self.clock, "old": self.old, "new": self.new, "ratio": self.ratio}
+        return {**own, "verdict": self.verdict} | ({"reason": self.reason} if self.reason else {})
+
+
+@dataclass(frozen=True)
+class Changes(Written):
+    """All changes from one result to another of the same kind."""
+
+    schema: str
+    kind: str  # REPORT or COMPARISON
+    files: tuple[str, str]
+    environment: list[FactChange]
+    scenes: list[FactChange]
+    added: list[str]
+    removed: list[str]
+    status: list[StatusChange]
+    metrics: list[MetricChange]
+    times: list[TimeChange]
+    expectations: list[FactChange]
+    compared: int  # things that both have
+
+
+def changes(old: Json, new: Json, names: tuple[str, str] = ("the old file", "the new file")) -> Changes:
+    """All changes from one result to another of the same kind, both as JSON. Raises Foreign."""
     kinds = kind_of(old, names[0]), kind_of(new, names[1])
     if kinds[0] != kinds[1]:
         raise Foreign(f"`{names[0]}` is a {kinds[0]} and `{names[1]}` a {kinds[1]}: give two files of one kind")
     before, after = _subjects(old), _subjects(new)
-    shared = [name for name in before if name in after]
-    return {
-        "schema": "softmark-changes/1",
-        "kind": kinds[0],
-        "files": list(names),
-        "environment": _facts(old.get("environment") or {}, new.get("environment") or {}),
-        "scenes": _facts(_texts(old), _texts(new)),
-        "added": [name for name in after if name not in before],
-        "removed": [name for name in before if name not in after],
-        "status": [c for n in shared if (c := _status(n, before[n], after[n]))],
-        "metrics": [c for n in shared for c in _metrics(n, before[n], after[n])],
-        "times": [c for n in shared for c in _times(n, before[n], after[n])],
-        "expectations": _facts(_expectations(old), _expectations(new)),
-        "compared": len(shared),
-    }
+    shared = [(name, before[name], after[name]) for name in before if name in after]
+    return Changes(
+        schema="softmark-changes/1",
+        kind=kinds[0],
+        files=names,
+        environment=_facts(old.get("environment") or {}, new.get("environment") or {}),
+        scenes=_facts(_texts(old), _texts(new)),
+        added=[name for name in after if name not in before],
+        removed=[name for name in before if name not in after],
+        status=[StatusChange(n, a.status, b.status, b.message) for n, a, b in shared if a.status != b.status],
+        metrics=[c for pair in shared for c in _metrics(*pair)],
+        times=[c for pair in shared for c in _times(*pair)],
+        expectations=_facts(_expectations(old), _expectations(new)),
+        compared=len(shared),
+    )
 
 
 # ------------------------------------------------------------------ what is matched
 
 
-def _subjects(result: Json) -> dict[str, dict[str, Any]]:
+@dataclass(frozen=True)
+class Subject:
+    """A model, a configuration or a reference, as far as it is compared."""
+
+    status: str | None
+    message: str | None
+    errors: Mapping[str, ErrorOf]
+    times: Mapping[str, Spread]  # by clock
+    disturbed: bool
+
+    @classmethod
+    def from_json(cls, found: Json, errors: Json | None, times: Json | None = None) -> Subject:
+        """From an entry of a file, its metrics and what it cost."""
+        known = times or {}
+        spreads = {n: s for n in TIMES if isinstance(t := known.get(n), Mapping) and (s := Spread.from_json(t))}
+        measured = {name: ErrorOf.from_json(e) for name, e in (errors or {}).items()}
+        return cls(found.get("status"), found.get("message"), measured, spreads, bool(known.get("contaminated")))
+
+
+def _subjects(result: Json) -> dict[str, Subject]:
     """Models, configurations and references by what they are called."""
-    report = result["schema"] == REPORT
-    found = _of_report(result) if report else _of_comparison(result)
-    named: dict[str, dict[str, Any]] = {}
-    for name, own in found:
+    named: dict[str, Subject] = {}
+    for name, own in _of_report(result) if result["schema"] == REPORT else _of_comparison(result):
         alike = sum(n == name or n.startswith(f"{name} #") for n in named)
         named[f"{name} #{alike + 1}" if alike else name] = own
     return named
 
 
-def _of_report(result: Json) -> Iterable[tuple[str, dict[str, Any]]]:
+def _of_report(result: Json) -> Iterator[tuple[str, Subject]]:
     for name, model in result["models"].items():
-        yield name, {**model, "errors": model.get("metrics") or {}, "times": model.get("time") or {}}
+        yield name, Subject.from_json(model, model.get("metrics"), model.get("time"))
     for name, reference in result["references"].items():
-        yield f"reference {name}", {**reference, "errors": reference.get("metrics") or {}}
+        yield f"reference {name}", Subject.from_json(reference, reference.get("metrics"))
 
 
-def _of_comparison(result: Json) -> Iterable[tuple[str, dict[str, Any]]]:
+def _of_comparison(result: Json) -> Iterator[tuple[str, Subject]]:
     scenes = {str(p.get("scene")) for p in result["points"]} or set(result["references"])
     for point in result["points"]:
         name = ", ".join([str(point["model"]), *(f"{k} = {v}" for k, v in (point.get("variation") or {}).items())])
         name += f" ({point['study']})" if point.get("study") else ""
         name = f"{point['scene']}: {name}" if len(scenes) > 1 else name
-        yield name, {**point, "times": point.get("cost") or {}}
+        yield name, Subject.from_json(point, point.get("errors"), point.get("cost"))
     for scene, references in result["references"].items():
         for name, reference in references.items():
             said = f"{scene}: reference {name}" if len(result["references"]) > 1 else f"reference {name}"
-            yield said, {**reference, "errors": {}}
+            yield said, Subject.from_json(reference, None)
 
 
-def _texts(result: Json) -> dict[str, Any]:
+def _texts(result: Json) -> Json:
     """What scenes are: digests of their texts, and the parameters of a report."""
     if result["schema"] == COMPARISON:
         return {f"text of {s.get('file') or s.get('title')}": s.get("sha256") for s in result.get("scenes") or ()}
@@ -122,100 +226,60 @@ def _texts(result: Json) -> dict[str, Any]:
     return {"text": scene.get("sha256"), **parameters}
 
 
-def _expectations(result: Json) -> dict[str, Any]:
+def _expectations(result: Json) -> Json:
     words = {True: "met", False: "not met", None: "not judged"}
     return {e["text"]: words.get(e.get("passed")) for e in result.get("expectations") or ()}
 
 
-def _facts(old: Json, new: Json) -> list[dict[str, Any]]:
-    """Facts by name that are not the same; None where one of the two does not have it."""
+def _facts(old: Json, new: Json) -> list[FactChange]:
+    """Facts by name that are not the same."""
     names = [n for n in dict.fromkeys([*old, *new]) if n not in UNNAMED]
-    return [{"what": n, "old": old.get(n), "new": new.get(n)} for n in names if old.get(n) != new.get(n)]
+    return [FactChange(n, old.get(n), new.get(n)) for n in names if old.get(n) != new.get(n)]
 
 
 # ------------------------------------------------------------------ what is compared
 
 
-def _status(name: str, old: Json, new: Json) -> dict[str, Any] | None:
-    if old.get("status") == new.get("status"):
-        return None
-    return {"name": name, "old": old.get("status"), "new": new.get("status"), "message": new.get("message")}
+def _metrics(name: str, old: Subject, new: Subject) -> Iterable[MetricChange]:
+    for metric in dict.fromkeys([*old.errors, *new.errors]):
+        a, b = old.errors.get(metric), new.errors.get(metric)
+        if a is not None and b is not None:
+            if change := _metric(name, metric, a, b):
+                yield change
+        elif b is not None:
+            yield MetricChange(name, metric, b.unit, None, b.value, "added")
+        elif a is not None:
+            yield MetricChange(name, metric, a.unit, a.value, None, "removed")
 
 
-def _metrics(name: str, old: Json, new: Json) -> Iterable[dict[str, Any]]:
-    before, after = old.get("errors") or {}, new.get("errors") or {}
-    for metric in dict.fromkeys([*before, *after]):
-        if metric in before and metric in after:
-            if change := _metric(before[metric], after[metric]):
-                yield {"name": name, "metric": metric, **change}
-        else:
-            own = after[metric] if metric in after else before[metric]
-            verdict = "added" if metric in after else "removed"
-            known = {
-                "name": name,
-                "metric": metric,
-                "unit": own.get("unit"),
-                "relative": None,
-                "verdict": verdict,
-            }
-            yield known | _ends(before.get(metric), after.get(metric))
-
-
-def _ends(old: Json | None, new: Json | None) -> dict[str, Any]:
-    return {"old": old.get("value") if old else None, "new": new.get("value") if new else None}
-
-
-def _metric(old: Json, new: Json) -> dict[str, Any] | None:
-    """`verdict`: changed, changed below the uncertainty, lost its value, or got one; None if nothing did."""
-    a, b = old.get("value"), new.get("value")
-    unit = new.get("unit") or old.get("unit")
+def _metric(name: str, metric: str, old: ErrorOf, new: ErrorOf) -> MetricChange | None:
+    """None if nothing changed."""
+    a, b, unit = old.value, new.value, new.unit or old.unit
     if a is None and b is None:
         return None
     if a is None or b is None:
-        own = {
-            "unit": unit,
-            "old": a,
-            "new": b,
-            "relative": None,
-            "verdict": "lost" if b is None else "found",
-        }
-        return {**own, "reason": (new if b is None else old).get("reason")}
+        verdict, reason = ("lost", new.reason) if b is None else ("found", old.reason)
+        return MetricChange(name, metric, unit, a, b, verdict, reason=reason)
     if abs(b - a) <= RELATIVE * max(abs(a), abs(b)):
         return None
-    uncertain = max((float(u) for m in (old, new) if (u := m.get("uncertainty")) is not None), default=None)
-    below = uncertain is not None and abs(b - a) <= uncertain
-    return {
-        "unit": unit, "old": a, "new": b, "relative": ratio_of(b - a, abs(a)), "uncertainty": uncertain,
-        "verdict": "changed, below the uncertainty" if below else "changed",
-    }  # fmt: skip
+    uncertain = max((float(u) for m in (old, new) if (u := m.uncertainty) is not None), default=None)
+    verdict = "changed, below the uncertainty" if uncertain is not None and abs(b - a) <= uncertain else "changed"
+    return MetricChange(name, metric, unit, a, b, verdict, ratio_of(b - a, abs(a)), uncertain)
 
 
-def _times(name: str, old: Json, new: Json) -> Iterable[dict[str, Any]]:
-    before, after = old.get("times") or {}, new.get("times") or {}
-    disturbed = before.get("contaminated") or after.get("contaminated")
-    for clock in TIMES:
-        a, b = (_clock(known.get(clock)) for known in (before, after))
-        if a is None or b is None or min(a[0].median, b[0].median) <= 0:
-            continue
-        if verdict := _verdict(a, b, bool(disturbed)):
-            yield {
-                "name": name, "clock": clock, "old": a[0].to_json(), "new": b[0].to_json(),
-                "ratio": b[0].median / a[0].median, **verdict,
-            }  # fmt: skip
+def _times(name: str, old: Subject, new: Subject) -> Iterable[TimeChange]:
+    for clock in (n for n in old.times if n in new.times):
+        a, b = old.times[clock], new.times[clock]
+        if min(a.median, b.median) > 0 and (verdict := _verdict(a, b, old.disturbed or new.disturbed)):
+            yield TimeChange(name, clock, a, b, *verdict)
 
 
-def _clock(known: Any) -> tuple[Spread, int] | None:
-    """A spread, and of how many runs."""
-    spread = spread_of(known) if isinstance(known, Mapping) else None
-    return None if spread is None else (spread, int(known.get("runs") or 1))
-
-
-def _verdict(a: tuple[Spread, int], b: tuple[Spread, int], disturbed: bool) -> dict[str, Any] | None:
-    """Slower or quicker beyond noise; undecided, with a reason, where the noise is not known; None within it."""
-    if abs(b[0].median / a[0].median - 1) <= SLOWER or not a[0].apart(b[0]):
+def _verdict(a: Spread, b: Spread, disturbed: bool) -> tuple[str, str | None] | None:
+    """The verdict and its reason; None within the noise."""
+    if abs(b.median / a.median - 1) <= SLOWER or not a.apart(b):
         return None
     if disturbed:
-        return {"verdict": "undecided", "reason": "a timing was disturbed"}
-    if min(a[1], b[1]) < 2:
-        return {"verdict": "undecided", "reason": "timed once, so the noise is not known"}
-    return {"verdict": "slower" if b[0].median > a[0].median else "quicker"}
+        return "undecided", "a timing was disturbed"
+    if min(int(s.runs or 1) for s in (a, b)) < 2:
+        return "undecided", "timed once, so the noise is not known"
+    return "slower" if b.median > a.median else "quicker", None

@@ -11,23 +11,12 @@ The rules, for one error of one scene:
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
-from typing import Any
 
-from softmark.interpreter.study.analysis.point import (
-    SOLVED,
-    Line,
-    Point,
-    Spread,
-    contaminated,
-    effort_of,
-    frame_of,
-    label_of,
-    measured,
-    reduced_of,
-    uncertainty_of,
-)
+from softmark.interpreter.study.analysis.lines import Line
+from softmark.interpreter.study.analysis.point import UNKNOWNS, Point, Spread, uncertainty_of
+from softmark.interpreter.study.analysis.written import Written
 from softmark.records import dataclass
 
 RATES = (25.0, 300.0, 1000.0)  # Hz: pictures, tissue that is cut, forces that are felt
@@ -40,7 +29,7 @@ STATUS = {
 
 
 @dataclass(frozen=True)
-class Candidate:
+class Candidate(Written):
     """A point that counts: its effort, and its error raised to what the reference can tell."""
 
     key: str
@@ -63,6 +52,13 @@ class Candidate:
         no_worse = self.effort.median <= other.effort.median and self.error <= other.error
         return no_worse and (self.effort.median < other.effort.median or self.error < other.error)
 
+    def entries(self) -> Mapping[str, object]:
+        """What advice rests on."""
+        return {
+            "key": self.key, "label": self.label, "model": self.model, "effort": self.effort, "error": self.measured,
+            "within_uncertainty": self.within, "capped": self.capped, "contaminated": self.contaminated,
+        }  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Judged:
@@ -78,46 +74,40 @@ class Judged:
 def judge(points: Sequence[Point], metric: str, clock: str, allow_contaminated: bool = False) -> Judged:
     """Sort out the points of one scene."""
     uncertainty = uncertainty_of(points, metric)
-    candidates: dict[str, Candidate] = {}
-    left_out: dict[str, tuple[str, str]] = {}
-    for point in reversed(points):  # of one configuration in several studies, the first gives the label
-        reason = unusable(point, metric, clock, allow_contaminated)
-        if reason is None:
-            candidates[str(point["key"])] = _candidate(point, metric, clock, uncertainty)
+    judged = Judged(metric, clock, uncertainty, {}, {})
+    first = {p.key: p for p in reversed(points)}  # of one configuration in several studies, the first gives the label
+    for key in dict.fromkeys(p.key for p in points):
+        found = _candidate(first[key], metric, clock, uncertainty, allow_contaminated)
+        if isinstance(found, Candidate):
+            judged.candidates[key] = found
         else:
-            left_out[str(point["key"])] = label_of(point), reason
-    order = list(dict.fromkeys(str(p["key"]) for p in points))
-    kept = {key: candidates[key] for key in order if key in candidates}
-    others = {key: left_out[key] for key in order if key in left_out}
-    return Judged(metric, clock, uncertainty, kept, others)
+            judged.left_out[key] = first[key].label, found
+    return judged
 
 
-def unusable(point: Point, metric: str, clock: str, allow_contaminated: bool = False) -> str | None:
-    """Why a point does not count; None where it does."""
-    status = str(point.get("status"))
-    if status not in SOLVED:
-        return STATUS.get(status, f"it is {status.replace('_', ' ')}")
-    if measured(point, metric) is None:
-        found = (point.get("errors") or {}).get(metric) or {}
-        return str(found.get("reason") or f"{metric} was not measured")
-    if effort_of(point, clock) is None:
-        if clock != "unknowns":
-            return "it was not timed"
-        reduced = "the unknowns of a reduced model say nothing of its cost"
-        return reduced if reduced_of(point) else "its size is not known"
-    if contaminated(point) and not allow_contaminated:
+def _candidate(
+    point: Point, metric: str, clock: str, uncertainty: float, allow_contaminated: bool
+) -> Candidate | str:  # fmt: skip
+    """A point as one that counts, or why it does not."""
+    error, effort = point.error(metric), point.effort(clock)
+    if not point.solved:
+        return STATUS.get(point.status, f"it is {point.status.replace('_', ' ')}")
+    if error is None:
+        return point.metric(metric).reason or f"{metric} was not measured"
+    if effort is None:
+        return _why_no_effort(point, clock)
+    if point.cost.contaminated and not allow_contaminated:
         return DISTURBED
-    return None
-
-
-def _candidate(point: Point, metric: str, clock: str, uncertainty: float) -> Candidate:
-    error, effort = measured(point, metric), effort_of(point, clock)
-    if error is None or effort is None:
-        raise ValueError("a point without an error or an effort is no candidate")
     return Candidate(
-        str(point["key"]), label_of(point), str(point["model"]), effort, max(error, uncertainty), error,
-        point["status"] == "capped", contaminated(point), frame_of(point),
+        point.key, point.label, point.model, effort, max(error, uncertainty), error,
+        point.status == "capped", point.cost.contaminated, point.cost.frame,
     )  # fmt: skip
+
+
+def _why_no_effort(point: Point, clock: str) -> str:
+    if clock != UNKNOWNS:
+        return "it was not timed"
+    return "the unknowns of a reduced model say nothing of its cost" if point.reduced else "its size is not known"
 
 
 # ------------------------------------------------------------------ the front
@@ -218,7 +208,7 @@ def near_round(value: float) -> float:
 
 
 @dataclass(frozen=True)
-class Within:
+class Within(Written):
     """The least error that fits a frame with its third quartile, who has it, and who comes next."""
 
     hz: float
@@ -226,6 +216,23 @@ class Within:
     runner_up: Candidate | None
     reason: str | None = None
     unsure: tuple[str, ...] = ()  # labels whose median fits and whose third quartile does not
+    takes: Spread | None = None  # seconds that the best takes
+
+    @property
+    def margin(self) -> float | None:
+        """The part of the frame that the best leaves."""
+        return None if self.takes is None else 1.0 - self.takes.q3 * self.hz
+
+    def entries(self) -> Mapping[str, object]:
+        """What there is none of is left out."""
+        best, other, found = self.best, self.runner_up, {"hz": self.hz, "frame_s": 1.0 / self.hz, "key": None}
+        own: dict[str, object] = {**found, "reason": self.reason, "unsure": self.unsure}
+        if best is not None:
+            own |= {"key": best.key, "label": best.label, "error": best.measured, "within_uncertainty": best.within}
+            own |= {"takes": self.takes, "margin": self.margin}
+        if other is not None:
+            own["runner_up"] = {"key": other.key, "label": other.label, "error": other.measured}
+        return own
 
 
 def best_within(hz: float, judged: Judged) -> Within:
@@ -238,7 +245,7 @@ def best_within(hz: float, judged: Judged) -> Within:
         return Within(hz, None, None, _too_slow(framed), unsure)
     ranked = [c for *_, c in sorted(fitting, key=lambda entry: entry[:3])]
     other = next((c for c in ranked if c.model != ranked[0].model), None)
-    return Within(hz, ranked[0], other, None, unsure)
+    return Within(hz, ranked[0], other, None, unsure, ranked[0].frame)
 
 
 def _too_slow(framed: Sequence[tuple[Candidate, Spread]]) -> str:
@@ -246,17 +253,3 @@ def _too_slow(framed: Sequence[tuple[Candidate, Spread]]) -> str:
         return "nothing that counts was timed"
     c, frame = min(framed, key=lambda pair: pair[1].q3)
     return f"the quickest, `{c.label}`, takes {1e3 * frame.q3:.3g} ms"
-
-
-def within_json(found: Within) -> dict[str, Any]:
-    """For the analysis."""
-    own: dict[str, Any] = {"hz": found.hz, "frame_s": 1.0 / found.hz, "key": None, "reason": found.reason}
-    own["unsure"] = list(found.unsure)
-    if found.best is not None and found.best.frame is not None:
-        own |= {"key": found.best.key, "label": found.best.label, "error": found.best.measured}
-        own |= {"within_uncertainty": found.best.within, "takes": found.best.frame.to_json()}
-        own["margin"] = 1.0 - found.best.frame.q3 * found.hz
-    if found.runner_up is not None:
-        own["runner_up"] = {"key": found.runner_up.key, "label": found.runner_up.label,
-                            "error": found.runner_up.measured}  # fmt: skip
-    return own

@@ -1,110 +1,313 @@
-"""What a point of a comparison says: its effort with its spread, its errors, and the line of a study that it is on.
+"""A point of a comparison: one configuration with its effort, its errors, its shape, and how finely it was solved.
 
-A point is the plain dictionary of `softmark-compare/1`. Nothing here computes an error or a time.
+It is read from the JSON of a task, of a journal or of a saved `softmark-compare/1` by `Point.from_json`, and nowhere
+else; what an older version did not write has a default. Nothing here computes an error or a time.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import field
 from functools import cached_property
-from typing import Any
 
+from softmark.interpreter.study.analysis.written import Json, Written
 from softmark.records import dataclass
 
-Point = Mapping[str, Any]
+Triples = Sequence[Sequence[float]]  # (n, 3)
+
 SOLVED = ("converged", "capped")
 CLOCKS = ("cpu_s", "wall_s")
 UNKNOWNS = "unknowns"  # the effort where nothing was timed
+SAME = 1e-9  # of the extent of a probe: points nearer than this are the same
+SPREADS = (*CLOCKS, "step_s", "step_cpu_s", "setup_s")
+
+
+# ------------------------------------------------------------------ effort
 
 
 @dataclass(frozen=True)
-class Spread:
+class Spread(Written):
     """A median with its quartiles; all three the same where a thing was measured once or is exact."""
 
     median: float
     q1: float
     q3: float
+    runs: int | None = None
+    quartiles: bool = True  # False: least and largest, or what 95 % of time steps stay below, stand for them
+
+    @classmethod
+    def from_json(cls, known: Json | None) -> Spread | None:
+        """From median, q1 and q3; from least and largest where there are no quartiles, as in a report.
+
+        Time steps come with what 95 % of them stay below instead. None without a median.
+        """
+        if not known or known.get("median") is None:
+            return None
+        median = float(known["median"])
+        low, high = known.get("q1", known.get("min")), known.get("q3", known.get("p95", known.get("max")))
+        q1, q3 = (median if end is None else float(end) for end in (low, high))
+        return cls(median, q1, q3, known.get("runs"), known.get("q1") is not None)
+
+    @classmethod
+    def exact(cls, value: float) -> Spread:
+        """Of what is known without noise."""
+        return cls(value, value, value)
 
     def apart(self, other: Spread) -> bool:
         """Whether the quartile intervals do not meet: the difference is more than noise."""
         return self.q3 < other.q1 or other.q3 < self.q1
 
-    def to_json(self) -> dict[str, float]:
-        """By name."""
+    def entries(self) -> Mapping[str, float]:
+        """Without what it rests on."""
         return {"median": self.median, "q1": self.q1, "q3": self.q3}
 
 
-def spread_of(known: Mapping[str, Any] | None) -> Spread | None:
-    """A spread from median, q1 and q3; from least and largest where there are no quartiles, as in a report.
+@dataclass(frozen=True)
+class Cost:
+    """What timing a configuration found; all empty where it was not timed."""
 
-    Time steps come with what 95 % of them stay below instead.
-    """
-    if not known or known.get("median") is None:
-        return None
-    median = float(known["median"])
-    low, high = known.get("q1", known.get("min")), known.get("q3", known.get("p95", known.get("max")))
-    return Spread(median, median if low is None else float(low), median if high is None else float(high))
+    cpu_s: Spread | None = None
+    wall_s: Spread | None = None
+    step_s: Spread | None = None
+    step_cpu_s: Spread | None = None
+    setup_s: Spread | None = None
+    frame_s: float | None = None  # s of what must fit a frame
+    memory_bytes: float | None = None
+    phases: Mapping[str, float] = field(default_factory=dict)  # s of each part, those above zero
+    flags: tuple[str, ...] = ()
+    excluded_runs: int = 0
+    contaminated: bool = False  # something else ran meanwhile
 
+    @classmethod
+    def from_json(cls, known: Json | None) -> Cost:
+        """As `quality.cost` makes it; nothing gives what was not timed."""
+        if not known:
+            return UNTIMED
+        return cls(
+            **{name: Spread.from_json(known.get(name)) for name in SPREADS},
+            frame_s=known.get("frame_s"), memory_bytes=known.get("memory_bytes"),
+            phases={str(n): float(s) for n, s in (known.get("phases") or {}).items() if s and s > 0},
+            flags=tuple(map(str, known.get("flags") or ())),
+            excluded_runs=int(known.get("excluded_runs") or 0), contaminated=bool(known.get("contaminated")),
+        )  # fmt: skip
 
-def clock_of(points: Iterable[Point], asked: str | None = None) -> str:
-    """The effort that points are compared by: what was asked for, else CPU time; unknowns where nothing was timed."""
-    timed = [p["cost"] for p in points if p.get("cost")]
-    if asked is not None:
-        return asked
-    return next((clock for clock in CLOCKS if any(spread_of(cost.get(clock)) for cost in timed)), UNKNOWNS)
+    def spread(self, clock: str) -> Spread | None:
+        """The seconds of one of SPREADS."""
+        found: Spread | None = getattr(self, clock)
+        return found
 
+    @property
+    def runs(self) -> int | None:
+        """How many runs its times rest on."""
+        solution = self.cpu_s or self.wall_s
+        return solution.runs if solution else None
 
-def reduced_of(point: Point) -> Mapping[str, Any]:
-    """What a reduced model says of itself; empty for others."""
-    return (point.get("solve") or {}).get("reduced") or {}
-
-
-def effort_of(point: Point, clock: str) -> Spread | None:
-    """Seconds, or the number of unknowns; None where it is not known."""
-    if clock == UNKNOWNS:
-        if reduced_of(point):  # a handful of unknowns whose equations may cost as much as those of the full mesh
+    @cached_property
+    def frame(self) -> Spread | None:
+        """Seconds of what must fit a frame, with the spread of the clock that they were taken from."""
+        if not self.frame_s:
             return None
-        unknowns = (point.get("size") or {}).get("dofs")
-        return Spread(float(unknowns), float(unknowns), float(unknowns)) if unknowns else None
-    found = spread_of((point.get("cost") or {}).get(clock))
-    return found if found is not None and found.median > 0 else None
+        known = [s for s in (self.step_s, self.step_cpu_s, self.wall_s, self.cpu_s) if s is not None]
+        own = next((s for s in known if abs(s.median - self.frame_s) <= 1e-6 * self.frame_s), None)
+        if own is None and known and known[0].median > 0:  # the spread of its likest clock, in proportion
+            k = self.frame_s / known[0].median
+            own = Spread(float(self.frame_s), k * known[0].q1, k * known[0].q3)
+        return own or Spread.exact(float(self.frame_s))
 
 
-def frame_of(point: Point) -> Spread | None:
-    """Seconds of what must fit a frame: `frame_s`, with the spread of the clock that it was taken from."""
-    cost = point.get("cost") or {}
-    frame = cost.get("frame_s")
-    if not frame:
-        return None
-    known = [s for name in ("step_s", "step_cpu_s", "wall_s", "cpu_s") if (s := spread_of(cost.get(name))) is not None]
-    own = next((s for s in known if abs(s.median - frame) <= 1e-6 * frame), None)
-    if own is None and known and known[0].median > 0:  # the spread of its likest clock, in proportion
-        k = frame / known[0].median
-        own = Spread(float(frame), k * known[0].q1, k * known[0].q3)
-    return own or Spread(float(frame), float(frame), float(frame))
+UNTIMED = Cost()
 
 
-def contaminated(point: Point) -> bool:
-    """Whether something else ran while this was timed."""
-    return bool((point.get("cost") or {}).get("contaminated"))
+# ------------------------------------------------------------------ what came of it
 
 
-def label_of(point: Point) -> str:
-    """What a point is called."""
-    return str(point.get("label") or point.get("model") or point.get("key"))
+@dataclass(frozen=True)
+class ErrorOf:
+    """What a metric gave: an error where it measures `against` something, in `unit`; or why there is no value."""
+
+    value: float | None = None
+    unit: str | None = None
+    against: str | None = None
+    uncertainty: float | None = None  # what the reference leaves open
+    reason: str | None = None
+
+    @classmethod
+    def from_json(cls, known: Json) -> ErrorOf:
+        """By name."""
+        return cls(*(known.get(name) for name in ("value", "unit", "against", "uncertainty", "reason")))
 
 
-def part_of(point: Point) -> str:
-    """What a point competes in: its scene, at one value of everything that changes what errors are measured from."""
-    values = (point.get("problem") or {}).items()
-    return ", ".join((str(point["scene"]), *(f"{name} = {text}" for name, text in values)))
+NOT_MEASURED = ErrorOf()
 
 
-def said_values(point: Point, values: Mapping[str, str]) -> list[str]:
-    """`h = 5 mm` for each value; a field of the point's own model without the name of the model."""
-    own = f"{point['model']}."
-    return [f"{name.removeprefix(own)} = {text}" for name, text in values.items()]
+@dataclass(frozen=True)
+class ProbedShape:
+    """Displacements (n, 3) of the points (n, 3) of a probe, m."""
+
+    points: Triples
+    displacement: Triples
+
+    def alike(self, other: ProbedShape) -> bool:
+        """Whether the two have the same points, to rounding, and a displacement for each."""
+        p, q = self.points, other.points
+        if len({len(p), len(q), len(self.displacement), len(other.displacement)}) != 1 or not p:
+            return False
+        extent = max(abs(c) for point in p for c in point) or 1.0
+        return all(math.dist(a, b) <= SAME * extent for a, b in zip(p, q, strict=True))
+
+    @classmethod
+    def all_of(cls, owner: Json) -> dict[str, ProbedShape]:
+        """Those of a point or of a reference, by the name of the probe."""
+        known = (owner.get("probes") or {}).items()
+        return {n: cls(p.get("points") or (), p.get("displacement") or ()) for n, p in known}
+
+
+@dataclass(frozen=True)
+class Fineness:
+    """How finely a configuration was solved (see `resolution_of`, which makes it)."""
+
+    of: Mapping[str, float]  # size, segments and step, as far as it has them
+    formal: Mapping[str, float]  # the order in displacements that theory gives each
+    problem: str  # a digest of all else
+    meshed: bool  # the number of elements is that of its own mesh
+    counts: Sequence[int] | None  # cells along each direction
+
+    @classmethod
+    def from_json(cls, known: Json | None) -> Fineness | None:
+        """None where nothing is known."""
+        if not known:
+            return None
+        of, formal, problem = known.get("of") or {}, known.get("formal") or {}, str(known.get("problem"))
+        return cls(of, formal, problem, bool(known.get("meshed")), known.get("counts"))
+
+
+@dataclass(frozen=True)
+class ReducedFrom:
+    """What a reduced model says of itself."""
+
+    of: str  # the model that it is made from
+    repeats: bool  # it was trained in the very state that it is judged in
+    extrapolates: tuple[str, ...]  # what is outside of its training
+    full_residual: float | None  # the part of the load that is not balanced in the equations of the full model
+
+    @classmethod
+    def from_json(cls, known: Json | None) -> ReducedFrom | None:
+        """None for every other model."""
+        if not known:
+            return None
+        outside = tuple(map(str, known.get("extrapolates") or ()))
+        return cls(str(known.get("of")), bool(known.get("repeats")), outside, known.get("full_residual"))
+
+
+@dataclass(frozen=True)
+class ReferenceOutcome:
+    """A reference of a comparison: where it comes from, what came of it, and its shape."""
+
+    kind: str | None
+    source: str | None
+    status: str
+    message: str | None
+    probes: Mapping[str, ProbedShape]
+
+    @classmethod
+    def from_json(cls, known: Json) -> ReferenceOutcome:
+        """One that says nothing of its status has a solution."""
+        status = str(known.get("status", "converged"))
+        return cls(known.get("kind"), known.get("source"), status, known.get("message"), ProbedShape.all_of(known))
+
+
+# ------------------------------------------------------------------ a point
+
+
+@dataclass(frozen=True)
+class Point:
+    """One configuration: one model of one scene at one value of everything that is varied, and what came of it."""
+
+    key: str
+    scene: str
+    model: str
+    label: str
+    study: str | None
+    variation: Mapping[str, str]
+    numbers: Mapping[str, float]  # of the variation, those values that are numbers, SI
+    problem: Mapping[str, str]  # of the variation, what changes what errors are measured from
+    status: str
+    message: str | None
+    outline: str
+    nodes: int | None
+    elements: int | None
+    dofs: int | None
+    iterations: int | None
+    linear_solver: str | None
+    reduced: ReducedFrom | None
+    errors: Mapping[str, ErrorOf]
+    probes: Mapping[str, ProbedShape]
+    warnings: tuple[tuple[str, str], ...]  # code and message
+    fineness: Fineness | None
+    cost: Cost
+
+    @classmethod
+    def from_json(cls, found: Json) -> Point:
+        """From a point of `softmark-compare/1`."""
+        size, solve = found.get("size") or {}, found.get("solve") or {}
+        return cls(
+            key=str(found.get("key")), scene=str(found.get("scene")), model=str(found.get("model")),
+            label=str(found.get("label") or found.get("model") or found.get("key")), study=found.get("study"),
+            variation=_texts(found.get("variation")), numbers=found.get("numbers") or {},
+            problem=_texts(found.get("problem")), status=str(found.get("status")), message=found.get("message"),
+            outline=str(found.get("outline") or ""), nodes=size.get("nodes"), elements=size.get("elements"),
+            dofs=size.get("dofs"), iterations=solve.get("iterations"), linear_solver=solve.get("linear_solver"),
+            reduced=ReducedFrom.from_json(solve.get("reduced")),
+            errors={name: ErrorOf.from_json(e) for name, e in (found.get("errors") or {}).items()},
+            probes=ProbedShape.all_of(found),
+            warnings=tuple((str(w.get("code")), str(w.get("message"))) for w in found.get("warnings") or ()),
+            fineness=Fineness.from_json(found.get("resolution")), cost=Cost.from_json(found.get("cost")),
+        )  # fmt: skip
+
+    @property
+    def solved(self) -> bool:
+        """Whether it has a solution."""
+        return self.status in SOLVED
+
+    @property
+    def timed(self) -> bool:
+        """Whether it was timed."""
+        return self.cost is not UNTIMED
+
+    @property
+    def part(self) -> str:
+        """What it competes in: its scene, at one value of everything that changes what errors are measured from."""
+        return ", ".join((self.scene, *(f"{name} = {text}" for name, text in self.problem.items())))
+
+    def metric(self, name: str) -> ErrorOf:
+        """What a metric gave."""
+        return self.errors.get(name, NOT_MEASURED)
+
+    def error(self, metric: str) -> float | None:
+        """The size of an error; None where there is none."""
+        value = self.metric(metric).value
+        return None if value is None else abs(float(value))
+
+    def effort(self, clock: str) -> Spread | None:
+        """Seconds, or the number of unknowns; None where it is not known."""
+        if clock == UNKNOWNS:  # a reduced model has a handful, whose equations may cost as much as those of the full
+            return Spread.exact(float(self.dofs)) if self.dofs and self.reduced is None else None
+        found = self.cost.spread(clock)
+        return found if found is not None and found.median > 0 else None
+
+    def rest(self, varied: str | None) -> tuple[tuple[str, str], ...]:
+        """What is varied besides."""
+        return tuple((name, text) for name, text in self.variation.items() if name != varied)
+
+
+def _texts(found: Json | None) -> dict[str, str]:
+    return {str(name): str(text) for name, text in (found or {}).items()}
+
+
+def said_values(model: str, values: Mapping[str, str]) -> list[str]:
+    """`h = 5 mm` for each value; a field of the model itself without the name of the model."""
+    return [f"{name.removeprefix(f'{model}.')} = {text}" for name, text in values.items()]
 
 
 def ratio_of(a: float | None, b: float | None) -> float | None:
@@ -115,159 +318,30 @@ def ratio_of(a: float | None, b: float | None) -> float | None:
     return found if math.isfinite(found) else None
 
 
-# ------------------------------------------------------------------ errors
+# ------------------------------------------------------------------ what several points say
+
+
+def clock_of(points: Sequence[Point], asked: str | None = None) -> str:
+    """The effort that points are compared by: what was asked for, else CPU time; unknowns where nothing was timed."""
+    return asked or next((clock for clock in CLOCKS if any(p.cost.spread(clock) for p in points)), UNKNOWNS)
 
 
 def error_metrics(points: Iterable[Point]) -> list[str]:
     """Metrics that measure from something, in the order in which they come."""
-    names: dict[str, None] = {}
-    for point in points:
-        for name, found in (point.get("errors") or {}).items():
-            if found.get("against") is not None:
-                names[name] = None
-    return list(names)
-
-
-def measured(point: Point, metric: str) -> float | None:
-    """The size of an error; None where there is none."""
-    value = ((point.get("errors") or {}).get(metric) or {}).get("value")
-    return None if value is None else abs(float(value))
+    return list(dict.fromkeys(n for p in points for n, found in p.errors.items() if found.against is not None))
 
 
 def uncertainty_of(points: Iterable[Point], metric: str) -> float:
     """What the reference leaves open, in the metric's unit: the largest that a point states; 0 if none does."""
-    found = ((p.get("errors") or {}).get(metric) or {} for p in points)
-    return max((abs(float(u)) for e in found if (u := e.get("uncertainty")) is not None), default=0.0)
+    found = (p.metric(metric).uncertainty for p in points)
+    return max((abs(float(u)) for u in found if u is not None), default=0.0)
 
 
-def stated(points: Iterable[Point], metric: str, what: str) -> Any:
-    """What the first point that has this metric says of it: `unit`, `against`."""
-    found = ((p.get("errors") or {}).get(metric) or {} for p in points)
-    return next((e[what] for e in found if e.get(what) is not None), None)
+def unit_of(points: Iterable[Point], metric: str) -> str | None:
+    """The unit of a metric, as the first point that has it says."""
+    return next((unit for p in points if (unit := p.metric(metric).unit) is not None), None)
 
 
-# ------------------------------------------------------------------ lines
-
-
-@dataclass(frozen=True)
-class Line:
-    """A model over its refinement: configurations that differ in one number alone, in the order of that number."""
-
-    scene: str
-    model: str
-    study: str | None
-    varied: str | None  # None: one configuration
-    fixed: tuple[tuple[str, str], ...]  # what else was varied, the same for all members
-    members: tuple[Point, ...]
-
-    @cached_property
-    def keys(self) -> list[str]:
-        """Keys of its members."""
-        return [str(p["key"]) for p in self.members]
-
-    @property
-    def label(self) -> str:
-        """`corot_tet, nu = 0.49`; of one configuration, its own label."""
-        if self.varied is None:
-            return label_of(self.members[0])
-        return ", ".join([self.model, *said_values(self.members[0], dict(self.fixed))])
-
-    def number(self, point: Point) -> float:
-        """The value of what is varied."""
-        return float((point.get("numbers") or {}).get(self.varied, 0.0))
-
-
-def lines_of(points: Sequence[Point]) -> list[Line]:
-    """The lines of one scene: each study of a model by the number that it refines by, all else being the same."""
-    groups: dict[tuple[str, str, str | None], list[Point]] = {}
-    for point in points:
-        study = point.get("study")
-        groups.setdefault((str(point.get("scene")), str(point["model"]), study), []).append(point)
-    return _named_apart([line for who, members in groups.items() for line in _lines(who, members)])
-
-
-def _lines(who: tuple[str, str, str | None], members: Sequence[Point]) -> list[Line]:
-    varied = refinement(members)
-    if varied is None:
-        return [Line(*who, None, _rest(p, None), (p,)) for p in members]
-    groups: dict[tuple[tuple[str, str], ...], list[Point]] = {}
-    for point in members:
-        groups.setdefault(_rest(point, varied), []).append(point)
-    common = set.intersection(*(set(rest) for rest in groups))
-    found = []
-    for rest, own in groups.items():
-        ordered = sorted(own, key=lambda p: -float((p.get("numbers") or {}).get(varied, 0.0)))
-        fixed = tuple(item for item in rest if item not in common)
-        found.append(Line(*who, varied if len(own) > 1 else None, fixed, tuple(_from_coarse(ordered))))
-    return found
-
-
-def refinement(members: Sequence[Point]) -> str | None:
-    """The number that makes lines: the first that decides a size, segments or a step.
-
-    Else the first that changes the number of unknowns, else the first.
-    """
-    numbers: dict[str, set[float]] = {}
-    for point in members:
-        for name, value in (point.get("numbers") or {}).items():
-            numbers.setdefault(name, set()).add(float(value))
-    names = [name for name, values in numbers.items() if len(values) > 1]
-    for what in (_resolution, _unknowns):
-        found = next((name for name in names if _changes(members, name, what)), None)
-        if found is not None:
-            return found
-    return names[0] if names else None
-
-
-def finenesses(points: Sequence[Point]) -> set[str]:
-    """Names that decide how finely some model is solved, and not what is solved."""
-    names = dict.fromkeys(n for p in points for n in p.get("variation") or {})
-    what = _resolution if any(_resolution(p) for p in points) else _unknowns
-    models = dict.fromkeys(str(p["model"]) for p in points)
-    families = [[p for p in points if p["model"] == m] for m in models]
-    return {n for n in names if any(_changes(own, n, what) for own in families)}
-
-
-def _resolution(point: Point) -> Any:
-    """How finely it is solved, if that is known."""
-    known = point.get("resolution")
-    return tuple(sorted(known["of"].items())) if known else None
-
-
-def _unknowns(point: Point) -> Any:
-    return (point.get("size") or {}).get("dofs")
-
-
-def _changes(members: Sequence[Point], name: str, what: Callable[[Point], Any]) -> bool:
-    """Whether two configurations that differ in this number alone differ in this as well."""
-    seen: dict[tuple[tuple[str, str], ...], set[Any]] = {}
-    for point in members:
-        if value := what(point):
-            seen.setdefault(_rest(point, name), set()).add(value)
-    return any(len(values) > 1 for values in seen.values())
-
-
-def _rest(point: Point, varied: str | None) -> tuple[tuple[str, str], ...]:
-    """What is varied besides."""
-    variation = point.get("variation") or {}
-    return tuple((str(k), str(v)) for k, v in variation.items() if k != varied)
-
-
-def _from_coarse(ordered: list[Point]) -> list[Point]:
-    """From coarse to fine: a number of segments grows where a cell size falls."""
-    sizes = [n for p in ordered if (n := (p.get("size") or {}).get("dofs"))]
-    return ordered[::-1] if len(sizes) > 1 and sizes[0] > sizes[-1] else ordered
-
-
-def _named_apart(lines: list[Line]) -> list[Line]:
-    """Lines in the order of their models; those of one model follow each other."""
-    order = {model: i for i, model in enumerate(dict.fromkeys(line.model for line in lines))}
-    return sorted(lines, key=lambda line: order[line.model])
-
-
-def line_labels(lines: Sequence[Line]) -> list[str]:
-    """A label for each line; where two would be the same, with the study's name or a number."""
-    plain = [line.label for line in lines]
-    several = [f"{p} ({line.study})" if line.study and plain.count(p) > 1 else p
-               for p, line in zip(plain, lines, strict=True)]  # fmt: skip
-    return [f"{s}, {several[: i + 1].count(s)}" if several.count(s) > 1 else s for i, s in enumerate(several)]
+def against_of(points: Iterable[Point], metric: str) -> str | None:
+    """What a metric measures from, as the first point that has it says."""
+    return next((name for p in points if (name := p.metric(metric).against) is not None), None)

@@ -50,7 +50,7 @@ REMARKS: dict[str, str] = {
 }
 
 Record = Mapping[str, Any]
-Cost = dict[str, Any]
+CostJson = dict[str, Any]  # what `point.Cost` is read from
 
 
 def good(record: Record) -> bool:
@@ -101,7 +101,7 @@ def refusal(records: Sequence[Record]) -> str | None:
     return str(bad[-1].get("message") or bad[-1].get("status")) if bad else "it was not timed"
 
 
-def cost(records: Sequence[Record], asked: int = FEWEST, pace: float | None = None) -> Cost | None:
+def cost(records: Sequence[Record], asked: int = FEWEST, pace: float | None = None) -> CostJson | None:
     """Medians and quartiles over the clean runs of one job, `asked` of which were wanted; None without a solution.
 
     `pace` is the usual one of the whole comparison; that of these runs alone if it is not given. Where too few runs are

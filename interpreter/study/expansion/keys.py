@@ -92,7 +92,7 @@ def _refined(scene: Scene) -> list[str]:
 
 def _unsized(model: Declared) -> Declared:
     """A model whose size a reference chooses."""
-    if not hasattr(model.thing, "size"):
+    if "size" not in model.thing.finely:
         return model
     return replace(model, thing=replace(model.thing, size=None))
 

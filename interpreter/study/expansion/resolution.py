@@ -10,7 +10,6 @@ import hashlib
 from dataclasses import replace
 from typing import Any
 
-from softmark.interpreter.front.refinements import counted
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.plan.needs import reached
 from softmark.interpreter.problem.case import Fault, case_for
@@ -47,7 +46,8 @@ def _counts(scene: Scene, model: Declared, size: float) -> list[int] | None:
         case = case_for(scene, model)
     except Fault:
         return None
-    return list(counted(case.shape, size, cuts_of(case))) if hasattr(case.shape, "counts") else None
+    counts = case.shape.counts(size, cuts_of(case))
+    return None if counts is None else list(counts)
 
 
 def _without(declared: Declared) -> Declared:

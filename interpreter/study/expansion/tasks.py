@@ -110,12 +110,13 @@ def _truth(report: Report, asked: TruthAsked) -> Truth:
 def scene_of(task: PointTask) -> tuple[Scene, list[Diagnostic]]:
     """The scene of a task, and the warnings about it. Raises SceneError."""
     from softmark.interpreter.front.catalogue import compiled
-    from softmark.interpreter.front.check import varied
+    from softmark.interpreter.front.check import check
 
     source, file = Source(task.shown, task.text), Path(task.file) if task.file else None
     scene, found = compiled(source, Path(task.folder), file, task.overrides)
     if not any(d.severity == "error" for d in found):
-        scene, found = varied(replace(scene, chosen=needed(scene, task.models)), [])
+        scene = replace(scene, chosen=needed(scene, task.models))
+        found += check(scene)
     if errors := [d for d in found if d.severity == "error" and not _of_another(scene, task, d)]:
         raise SceneError(errors)
     return scene, [d for d in found if d.severity != "error"]

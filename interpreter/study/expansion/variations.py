@@ -49,7 +49,7 @@ class Configuration:
     @property
     def label(self) -> str:
         """`corot_tet, h = 5 mm`; for display alone, what it is stands in `variation`."""
-        return ", ".join((self.model, *said_values({"model": self.model}, self.variation)))
+        return ", ".join((self.model, *said_values(self.model, self.variation)))
 
     def described(self) -> dict[str, Any]:
         """The part of a point that says what it is."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from softmark.interpreter.language.scene import Scene
 from softmark.interpreter.problem.beam_theory import cantilever_of
@@ -93,13 +93,6 @@ def _size(probe: ProbeTrace) -> float:
     return math.sqrt(sum(math.hypot(*u) ** 2 for u in probe.displacement) / max(1, len(probe.displacement)))
 
 
-def _extents(section: Any) -> tuple[float, float]:
-    """Of a section, along gravity and across, m."""
-    if hasattr(section, "height"):
-        return float(section.height), float(section.width)
-    return 2.0 * float(section.radius), 2.0 * float(section.radius)
-
-
 def theory_of(scene: Scene, against: str) -> tuple[float, str | None]:
     """What a theory of beams leaves out, relative, and why it is no truth here, if it is none."""
     reference = scene.declared[against]
@@ -109,7 +102,7 @@ def theory_of(scene: Scene, against: str) -> tuple[float, str | None]:
         beam = cantilever_of(reference, case_for(scene, reference))
     except Fault as refused:
         return 0.0, refused.diagnostic.message
-    height, width = _extents(beam.section)
+    height, width = beam.section.extents
     k, ratio, widest = beam.load_parameter, height / beam.length, max(height, width) / beam.length
     # phi'(0) = k int (1-s) cos(phi) ds <= k / 2, and phi'(0)^2 / 2 = k int sin(phi) ds <= k
     strain = 0.5 * ratio * min(0.5 * k, math.sqrt(2 * k))

@@ -97,7 +97,7 @@ def timings(
     say: Say = _nobody,
     extra: int | None = None,
     phases: bool = True,
-) -> dict[str, quality.Cost | None]:
+) -> dict[str, quality.CostJson | None]:
     """The cost of each job by its key (see `quality.cost`), None where it has no solution.
 
     Each is run until `repeats` of its runs are undisturbed, with at most `extra` more (as many as `repeats`, unless

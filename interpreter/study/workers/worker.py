@@ -54,7 +54,8 @@ def _prepare() -> None:
     """Import what every task needs, so that no task's clock counts it."""
     import importlib
 
-    importlib.import_module("softmark.interpreter.run.pipeline")
+    for step in ("pipeline", "references", "models", "reports"):
+        importlib.import_module(f"softmark.interpreter.run.{step}")
 
 
 def _limit_memory() -> None:

@@ -1,0 +1,63 @@
+"""What a run has found so far: every step of the pipeline reads it and adds to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.problem.case import Case, case_for, case_of
+from softmark.interpreter.problem.points import Place, place_of
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.grammar.diagnostic import Diagnostic
+    from softmark.interpreter.language.scene import Declared, Scene
+    from softmark.interpreter.models.shared.prepared import Prepared
+    from softmark.interpreter.plan.plan import Plan
+    from softmark.interpreter.problem.view import View
+    from softmark.interpreter.results.report import ModelResult, ReferenceResult
+    from softmark.interpreter.run.options import Options
+
+
+@dataclass
+class Work:
+    """A run of a scene: what it is to do, and what is known by now, by name."""
+
+    scene: Scene
+    plan: Plan
+    options: Options
+    warnings: list[Diagnostic]
+    started: datetime = field(default_factory=lambda: datetime.now(UTC))
+    prepared: dict[str, tuple[Prepared, float, float]] = field(default_factory=dict)  # with wall and CPU seconds
+    models: dict[str, ModelResult] = field(default_factory=dict)
+    references: dict[str, ReferenceResult] = field(default_factory=dict)
+    views: dict[str, View] = field(default_factory=dict)
+    measured: dict[str, Any] = field(default_factory=dict)  # what references of measured data hold
+    places: dict[str, Place] = field(default_factory=dict)  # of probes
+    surfaces: dict[str, Place] = field(default_factory=dict)  # of bodies, for pictures
+    drawn: dict[str, np.ndarray] = field(default_factory=dict)  # displacements there, by reference
+    compiling: bool = False  # kernels, which is said once
+
+    def case(self, declared: Declared) -> Case:
+        """The case that a model or reference is about."""
+        return case_for(self.scene, declared)
+
+    def place(self, probe: Declared) -> Place:
+        """The points of a probe, found once. Raises Fault."""
+        if probe.name not in self.places:
+            case = case_of(self.scene, probe.thing.body)
+            self.places[probe.name] = place_of(probe, case, lambda name: self.measured[name].X)
+        return self.places[probe.name]
+
+    def probes(self, body: str) -> list[Declared]:
+        """The probes of a body, without those of tracked points that could not be read."""
+        own = [p for p in self.scene.of_kind("probe").values() if p.thing.body == body]
+        return [p for p in own if p.thing.tracked in (None, *self.measured)]
+
+    def warn(self, found: Sequence[Diagnostic]) -> None:
+        """Keep warnings for the report, and show them."""
+        self.warnings.extend(found)
+        self.options.warn(found)

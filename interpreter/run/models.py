@@ -1,0 +1,137 @@
+"""Models of a run: prepared, solved, looked at again, and asked what error they state."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.evidence.force_check import watched
+from softmark.interpreter.evidence.selection_error import reactions
+from softmark.interpreter.language.scene import SceneError
+from softmark.interpreter.models.prepare import prepared_model
+from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
+from softmark.interpreter.problem.case import Fault
+from softmark.interpreter.problem.parts.resultants import doubts, resultants
+from softmark.interpreter.problem.points import seen_finite
+from softmark.interpreter.problem.view import View
+from softmark.interpreter.results.report import ModelResult, Timing
+from softmark.interpreter.run import probes
+from softmark.interpreter.run.answers import Work
+
+if TYPE_CHECKING:
+    from softmark.solvers.statics.equilibrium import Iteration
+
+
+def prepare(work: Work) -> None:
+    """Build every model; report everything that cannot be built at once. Raises SceneError."""
+    faults, workshop = [], Workshop(scene=work.scene, measured=work.measured)
+    for name in work.plan.models:
+        declared = work.scene.declared[name]
+        case = work.case(declared)
+        work.options.say("prepare", name)
+        try:
+            prepared, spent = prepared_model(declared, case, workshop)
+            work.prepared[name] = (prepared, *spent)
+            probes.must_be_inside(work, case.body.name, prepared)
+        except Fault as error:
+            faults.append(error.diagnostic)
+        else:
+            work.warn(prepared.notes)
+    if faults:
+        raise SceneError(list(dict.fromkeys(faults)))
+
+
+def solve(work: Work, name: str) -> None:
+    """Solve a model and keep what came of it."""
+    case = work.case(declared := work.scene.declared[name])
+    prepared, setup, setup_cpu = work.prepared[name]
+    solution, wall, cpu = _timed(work, name, prepared)
+    solution = watched(work.scene, declared, case, prepared, solution)
+    history = solution.history
+    clock = {
+        "setup_s": Timing((setup,)),
+        "solve_s": Timing(tuple(wall)) if wall else None,
+        "step_s": Timing(history.step_s) if history and history.step_s else None,
+        "setup_cpu_s": Timing((setup_cpu,)),
+        "solve_cpu_s": Timing(tuple(cpu)) if cpu else None,
+    }
+    seen = {}
+    if solution.displacement is not None:
+        seen = probes.look(work, case.body.name, solution.displacement, history)
+        if not all(map(seen_finite, seen.values())):
+            reason, seen = "the displacements are not finite numbers", {}
+            solution = Solution("failed", reason, solution.facts, notes=solution.notes)
+    work.warn((*doubts(case, declared, loads := resultants(case, prepared)), *solution.notes))
+    message = solution.message if solution.displacement is None else None
+    work.views[name] = View(
+        name,
+        case.body.name,
+        case,
+        message or (None if solution.displacement else "it was not computed"),
+        solution.displacement,
+        seen,
+        probes.weights(work, case.body.name),
+        clock=clock,
+        history=solution.history,
+        solve=solution.facts,
+    )
+    outline, kind, held = declared.thing.outline(case), declared.thing.kind(case), reactions(case, prepared)
+    found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)
+    work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind)
+
+
+def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
+    """The solution, and wall and CPU seconds of each repetition; kernels are ready before the clock starts."""
+    wall: list[float] = []
+    cpu: list[float] = []
+    solution = Solution("failed", "not run", {})
+
+    def watch(iteration: Iteration) -> None:
+        work.options.say(
+            "solve",
+            f"{name}: {iteration.phase}, iteration {iteration.number + 1}, residual {iteration.residual:.1e}",
+        )
+
+    try:
+        _warm(work, name, prepared)
+        for _ in range(work.options.repeat):
+            start = time.perf_counter(), time.process_time()
+            solution = prepared.solve(watch)
+            wall.append(time.perf_counter() - start[0])
+            cpu.append(time.process_time() - start[1])
+    except Exception as error:
+        if os.environ.get("SOFTMARK_DEBUG"):
+            raise
+        what = "out of memory" if isinstance(error, MemoryError) else f"{type(error).__name__}: {error}"
+        return Solution("failed", f"the solver stopped with an error ({what})", {}), wall, cpu
+    return solution, wall, cpu
+
+
+def _warm(work: Work, name: str, prepared: Prepared) -> None:
+    kernels: Any = sys.modules.get("softmark.solvers.base.jit")
+    cold = not work.compiling and kernels is not None and not kernels.compiled()
+    work.compiling |= cold
+    say, begin, before = work.options.say, time.perf_counter(), kernels.made() if kernels else 0
+    say("compile", "compiling kernels, once for this version") if cold else say("solve", name)
+    prepared.warm()
+    if work.compiling and kernels and kernels.made() > before:
+        say("compiled", f"compiling kernels: {kernels.made() - before}, {time.perf_counter() - begin:.0f} s")
+
+
+def state(work: Work) -> None:
+    """Have models state the error of their answers: at a cost those that are asked, at none the others if `free`."""
+    asked = () if work.options.stated is None else work.options.stated or tuple(work.models)
+    if not asked and not work.options.free:
+        return
+    from softmark.interpreter.evidence.error_estimate import stated
+
+    for name, result in list(work.models.items()):
+        if name in asked or work.options.free:
+            work.options.say("state", f"the error of {name}")
+            declared, prepared, view = work.scene.declared[name], work.prepared[name][0], work.views[name]
+            known = work.measured, work.warnings
+            said = stated(work.scene, declared, view, prepared, result, *known, name in asked)
+            work.models[name] = replace(result, stated=said)

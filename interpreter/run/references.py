@@ -1,0 +1,170 @@
+"""References of a run: data that was measured, theories and limits that are solved, scans of what models computed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.language.scene import Declared, SceneError
+from softmark.interpreter.models.prepare import from_a_model, measurement
+from softmark.interpreter.problem.beam_theory import cantilever_of
+from softmark.interpreter.problem.case import Fault
+from softmark.interpreter.problem.points import above, facts_of, scanned, seen_finite
+from softmark.interpreter.problem.view import View
+from softmark.interpreter.results.report import ProbeResult, ReferenceResult, Shape, clean
+from softmark.interpreter.run import probes
+from softmark.interpreter.run.answers import Work
+from softmark.references.measured import MeasuredSurface
+
+
+def read(work: Work) -> None:
+    """Read measured data first: probes and supports may lie where something was measured."""
+    for name in work.plan.references:
+        thing = work.scene.declared[name].thing
+        if thing.how == "measured":
+            work.options.say("reference", f"reading {name}")
+            try:
+                work.measured[name] = _measurement(work, work.scene.declared[name])
+            except Exception as failure:  # whatever is wrong with a file, the models can still be computed
+                if os.environ.get("SOFTMARK_DEBUG"):
+                    raise
+                _failed(work, work.scene.declared[name], str(failure))
+
+
+def solve(work: Work) -> None:
+    """Solve, or look at, every reference that is asked for and needs no model. Raises SceneError."""
+    for name in work.plan.references:
+        if not from_a_model(work.scene.declared[name]):
+            work.options.say("reference", name)
+            _reference(work, work.scene.declared[name])
+
+
+def scan(work: Work) -> None:
+    """Make the references that are made from what models computed."""
+    for name in work.plan.references:
+        if from_a_model(work.scene.declared[name]):
+            work.options.say("scan", name)
+            _virtual(work, work.scene.declared[name])
+
+
+def _measurement(work: Work, declared: Declared) -> Any:
+    return work.options.recall(work.scene, declared, lambda: measurement(work.scene, declared))
+
+
+def _failed(work: Work, declared: Declared, message: str) -> None:
+    cls, case = type(declared.thing), work.case(declared)
+    work.views[declared.name] = View(declared.name, case.body.name, case, message)
+    work.references[declared.name] = ReferenceResult(declared.name, "failed", message, cls.kind, cls.source)
+
+
+def _reference(work: Work, declared: Declared) -> None:
+    """Solve a reference, or look at what was measured."""
+    if declared.name in work.references:  # it could not be read
+        return
+    try:
+        if declared.name in work.measured:
+            _keep_measured(work, declared, work.measured[declared.name])
+            return
+        if declared.thing.how == "refined":
+            _keep_refined(work, declared)
+            return
+        line = work.options.recall(
+            work.scene, declared, lambda: declared.thing.solve(cantilever_of(declared, work.case(declared)))
+        )
+        error = float(line.estimated_error)
+        _keep_reference(work, declared, lambda X: above(line.displacement(X), error), error)
+    except Fault as refused:
+        raise SceneError([refused.diagnostic]) from refused
+    except Exception as failure:
+        if os.environ.get("SOFTMARK_DEBUG"):
+            raise
+        _failed(work, declared, str(failure))
+
+
+def _keep_refined(work: Work, declared: Declared) -> None:
+    """The limit of models that are refined, over all points that are asked for."""
+    from softmark.interpreter.evidence.refinement import settled
+
+    places = [work.place(p).X for p in work.probes(work.case(declared).body.name)]
+    points = np.concatenate([np.zeros((0, 3)), *places])
+    found = work.options.recall(
+        work.scene, declared, lambda: settled(work.scene, declared, points, work.measured, work.options.say)
+    )
+    _keep_reference(work, declared, found.displacement, found.estimated_error, found.facts)
+
+
+def _keep_reference(
+    work: Work,
+    declared: Declared,
+    displacement: Callable[[Any], Any],
+    error: float,
+    facts: Mapping[str, Any] | None = None,
+) -> None:
+    """A reference that has a field of displacements."""
+    cls, case = type(declared.thing), work.case(declared)
+    seen = probes.look(work, case.body.name, displacement)
+    if not (np.isfinite(error) and all(map(seen_finite, seen.values()))):
+        _failed(work, declared, "its displacements are not finite numbers")
+        return
+    weights = probes.weights(work, case.body.name)
+    work.views[declared.name] = View(
+        declared.name, case.body.name, case, None, displacement, seen, weights, uncertainty=error
+    )
+    work.references[declared.name] = ReferenceResult(
+        declared.name, "converged", None, cls.kind, cls.source, error, seen, facts=clean(facts or {})
+    )
+
+
+def _keep_measured(work: Work, declared: Declared, data: Any) -> None:
+    """A measured surface, or the displacements of tracked points."""
+    cls, case = type(declared.thing), work.case(declared)
+    surface: Any = data if isinstance(data, MeasuredSurface) else None
+    if declared.thing.registered == "icp":
+
+        def surface(points: np.ndarray, triangles: np.ndarray) -> Any:
+            return declared.thing.load(target=(points, triangles))
+
+    resolution = data.resolution  # with what registering it has left
+    seen = {}
+    if surface is None:
+        for probe in work.probes(case.body.name):
+            if probe.thing.tracked == declared.name:
+                X = work.place(probe).X
+                seen[probe.name] = ProbeResult(X, data.displacement(X))
+    if not (np.isfinite(resolution) and all(map(seen_finite, seen.values()))):
+        _failed(work, declared, "what was measured is not finite numbers")
+        return
+    work.views[declared.name] = View(
+        declared.name, case.body.name, case, None, None, seen, surface=surface, uncertainty=resolution
+    )
+    work.references[declared.name] = ReferenceResult(
+        declared.name,
+        "converged",
+        None,
+        cls.kind,
+        data.source or cls.source,
+        resolution,
+        seen,
+        shape=Shape(data.points, data.triangles) if isinstance(data, MeasuredSurface) else None,
+        facts=clean(facts_of(data)),
+    )
+
+
+def _virtual(work: Work, declared: Declared) -> None:
+    """A scan of a shape that a model computed: what an imaging chain makes of known truth."""
+    thing, model = declared.thing, work.views.get(declared.thing.of)
+    if model is None or model.displacement is None:
+        _failed(work, declared, f"the model `{thing.of}` has no shape to scan")
+        return
+    place = scanned(model.case)
+    try:
+        data = thing.load(place.X + model.displacement(place.X), place.triangles)
+    except Exception as failure:
+        if os.environ.get("SOFTMARK_DEBUG"):
+            raise
+        _failed(work, declared, str(failure))
+        return
+    _keep_measured(work, declared, data)

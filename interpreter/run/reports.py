@@ -1,0 +1,94 @@
+"""The report of a run: every answer measured and drawn, expectations judged."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.evidence.expectations import judge
+from softmark.interpreter.evidence.force_check import loose
+from softmark.interpreter.metrics.measure import metrics_of
+from softmark.interpreter.problem.points import drawn, surface_of
+from softmark.interpreter.problem.view import View
+from softmark.interpreter.results.report import ExpectationResult, ModelResult, ReferenceResult, Report, Shape, Warned
+from softmark.interpreter.run.answers import Work
+from softmark.interpreter.run.environment import describe, environment
+from softmark.interpreter.run.names import names_of
+
+
+def unfinished(work: Work) -> Report:
+    """What is known by now, without shapes and verdicts."""
+    _measure(work, partial=True)
+    return _report(work, (), partial=True)
+
+
+def finished(work: Work) -> Report:
+    """What came of everything that was asked for."""
+    _measure(work, partial=False)
+    work.warn(loose(work.scene, work.models))
+    known: dict[str, ModelResult | ReferenceResult] = {**work.models, **work.references}
+    return _report(work, tuple(judge(work.scene, known, e) for e in work.scene.expectations), partial=False)
+
+
+def _measure(work: Work, partial: bool) -> None:
+    """Metrics and shapes of what is there; in an unfinished report, of what is new since the last."""
+    results: list[dict[str, Any]] = [work.models, work.references]
+    for kept in results:
+        for name, result in kept.items():
+            if partial and result.metrics:
+                continue
+            metrics, errors = metrics_of(work.scene, work.views[name], work.views)
+            shape = _shape(work, name, errors) if work.options.draw and not partial else None
+            kept[name] = replace(result, metrics=metrics, shape=shape or result.shape)
+
+
+def _shape(work: Work, name: str, errors: dict[str, np.ndarray]) -> Shape | None:
+    """The surface of a body as a model or a theory has it, coloured by its error where there is one."""
+    view = work.views[name]
+    if view.displacement is None:
+        return None
+    probe = next((p for p in work.probes(view.body) if work.place(p).triangles is not None), None)
+    if view.body not in work.surfaces:
+        work.surfaces[view.body] = work.place(probe) if probe else drawn(view.case)
+    place, u = work.surfaces[view.body], _drawn(work, view)
+    asked = {m.name: m.thing for m in work.scene.of_kind("metric").values()}
+    for metric, error in errors.items():
+        if probe is not None and asked[metric].probe == probe.name:
+            return surface_of(view, place, u, error, asked[metric].measured_from)
+    fields = (v for v in work.views.values() if v.name in work.references and v.body == view.body)
+    known = next((v for v in fields if v.displacement is not None), None)
+    if known is None or known.name == name:
+        return surface_of(view, place, u, None, None)
+    error = np.linalg.norm(u - _drawn(work, known), axis=1)
+    return surface_of(view, place, u, error, known.name)
+
+
+def _drawn(work: Work, view: View) -> np.ndarray:
+    """The displacements (n, 3) of a body's surface in m; of a reference, which all models are compared with, kept."""
+    if view.displacement is None:
+        raise ValueError(f"{view.name} has no displacements")
+    if view.name in work.drawn:
+        return work.drawn[view.name]
+    u = np.asarray(view.displacement(work.surfaces[view.body].X))
+    if view.name in work.references:
+        work.drawn[view.name] = u
+    return u
+
+
+def _report(work: Work, expectations: tuple[ExpectationResult, ...], partial: bool) -> Report:
+    warnings = tuple(
+        Warned(d.code, d.message, d.span.line if d.span and d.source is work.scene.source else None, d.help)
+        for d in dict.fromkeys(work.warnings)
+    )
+    return Report(
+        describe(work.scene),
+        environment(work.started),
+        dict(work.models),
+        dict(work.references),
+        expectations,
+        warnings,
+        partial,
+        names_of(work.scene),
+    )

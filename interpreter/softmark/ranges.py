@@ -1,0 +1,35 @@
+"""Ranges of numbers as the annotations of fields write them: `Pa in (0, inf)`, a round bracket for an end left out."""
+
+from __future__ import annotations
+
+import re
+
+from softmark.records import dataclass
+
+TYPE_CHECKING = False  # as in `typing`: every start of `dsl` comes here
+if TYPE_CHECKING:
+    from typing import Self
+
+_WRITTEN = re.compile(r"in ([(\[])(\S+), (\S+)([)\]])$")
+
+
+@dataclass(frozen=True)
+class Range:
+    """From low to high, with open or closed ends."""
+
+    low: float
+    high: float
+    low_open: bool
+    high_open: bool
+
+    @classmethod
+    def read(cls, text: str) -> Self | None:
+        """The range that an annotation ends with, None where it has none."""
+        found = _WRITTEN.search(text)
+        if found is None:
+            return None
+        return cls(float(found[2]), float(found[3]), found[1] == "(", found[4] == ")")
+
+    def __contains__(self, value: float) -> bool:
+        above = value > self.low if self.low_open else value >= self.low
+        return above and (value < self.high if self.high_open else value <= self.high)

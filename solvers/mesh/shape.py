@@ -1,0 +1,196 @@
+"""What every shape says, and every straight prism: those of `shapes.py` derive from these, and say what is otherwise.
+
+Nobody asks whether a shape has a member: all are here, with what a shape says of which nothing else is known. What a
+scene writes as a field of some (`length`, `axis`) is declared for the type checker alone: a dataclass would take it for
+the field's default.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, ClassVar
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.solvers.mesh.cuts import Cut
+    from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+
+    Surface = tuple[Floats, Ints]
+else:
+    from softmark.solvers.base.deferred import np
+
+Vector3 = tuple[float, float, float]
+Span = tuple[float, float]
+Bounds = tuple[Vector3, Vector3]
+Plane = tuple[float, float, float, float]
+
+
+def cross(a: tuple[float, ...], b: tuple[float, ...]) -> Vector3:
+    """a x b."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def transverse(axis: Vector3) -> tuple[Vector3, Vector3]:
+    """Two unit vectors that make a right-handed frame with `axis`; coordinate axes stay coordinate axes."""
+    smallest = min(range(3), key=lambda i: (round(abs(axis[i]), 12), i))
+    seed = tuple(1.0 if i == smallest else 0.0 for i in range(3))
+    second = cross(axis, seed)
+    norm = sum(c * c for c in second) ** 0.5
+    second = (second[0] / norm, second[1] / norm, second[2] / norm)
+    return cross(second, axis), second
+
+
+class Section:
+    """A cross-section, in coordinates from its centre along the two axes of `transverse`, m."""
+
+    @property
+    def extents(self) -> tuple[float, float]:
+        """Along its first and its second axis, m."""
+        raise NotImplementedError(f"{type(self).__name__} has no extents")
+
+    @property
+    def area(self) -> float:
+        """Area, m^2."""
+        raise NotImplementedError(f"{type(self).__name__} has no area")
+
+    @property
+    def moments(self) -> tuple[float, float]:
+        """Second moments of area about its first and its second axis, m^4."""
+        raise NotImplementedError(f"{type(self).__name__} has no moments")
+
+    @property
+    def torsion(self) -> float:
+        """Saint-Venant torsion constant, m^4."""
+        raise NotImplementedError(f"{type(self).__name__} has no torsion")
+
+    def shear_factor(self, poisson: float) -> float:
+        """Mean shear strain times it, G and the area is the shear force."""
+        raise NotImplementedError(f"{type(self).__name__} has no shear factor")
+
+    def samples(self) -> list[tuple[float, float]]:
+        """Points of it, m, its corners among them."""
+        raise NotImplementedError(f"{type(self).__name__} has no samples")
+
+    def contains(self, u: float, v: float, slack: float) -> bool:
+        """Whether a point of its plane lies within, give or take `slack` (m)."""
+        raise NotImplementedError(f"{type(self).__name__} holds no points")
+
+    def outside(self, u: Floats, v: Floats) -> Floats:
+        """How far points of its plane (n,) lie outside (n,), m."""
+        raise NotImplementedError(f"{type(self).__name__} has no outside")
+
+    def outline(self, around: int) -> Floats:
+        """About `around` points of its border (k, 2), m, counter-clockwise."""
+        raise NotImplementedError(f"{type(self).__name__} has no outline")
+
+    def reach(self, axis: Vector3) -> Vector3:
+        """How far it reaches from its centre along x, y and z, m, normal to an axis: of one with corners."""
+        first, second = transverse(axis)
+        rows = [tuple(u * a + v * b for a, b in zip(first, second, strict=True)) for u, v in self.samples()]
+        x, y, z = (max(abs(c) for c in column) for column in zip(*rows, strict=True))
+        return x, y, z
+
+
+class Shape:
+    """The geometry of a body, of which nothing else is said."""
+
+    prebuilt: ClassVar[bool] = False  # its cells are those of a file, and a size has no part in them
+    curved: ClassVar[bool] = False  # facets of its meshes are inscribed in a side: `side` and `onto_side` know of it
+
+    @property
+    def file(self) -> str:
+        """The file that it is read from, "" of none."""
+        return ""
+
+    @property
+    def bounds(self) -> Bounds | None:
+        """Lowest and highest coordinates, m; None where only its file knows."""
+        return None
+
+    @property
+    def diagonal(self) -> float:
+        """Of its bounds, m; 0 where there are none."""
+        return 0.0 if self.bounds is None else math.dist(*self.bounds)
+
+    @property
+    def volume(self) -> float | None:
+        """Exact volume, m^3, where it is known."""
+        return None
+
+    @property
+    def even(self) -> float | None:
+        """Sizes that are this by whole numbers give similar meshes, m; None where there are none such."""
+        return None
+
+    @property
+    def spans(self) -> dict[str, Span]:
+        """Coordinates of its own, and their ends; none where meshes cannot be cut along them."""
+        return {}
+
+    def place(self, *args: Any, **kwargs: Any) -> Vector3:
+        """The point of its own coordinates, m."""
+        raise NotImplementedError(f"{type(self).__name__} has no coordinates of its own")
+
+    def chord(self, plane: Plane) -> Cut | None:
+        """The cut of a plane a x + b y + c z + d = 0 across its section, where a mesh can have one."""
+        return None
+
+    def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...] | None:
+        """Cells of a mesh of a size (m) along its directions; None where a size does not say."""
+        return None
+
+    def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
+        """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
+        raise NotImplementedError(f"{type(self).__name__} has no mesh")
+
+    def surface(self, size: float) -> Surface:
+        """Points (n, 3) in m and triangles (t, 3) of its surface, outward, with edges of about `size` (m)."""
+        raise NotImplementedError(f"{type(self).__name__} has no surface")
+
+    def side(self, corners: Floats) -> NDArray[np.bool_]:
+        """Which facets with nodes (f, k, 3) stand for its curved side (f,)."""
+        return np.zeros(len(corners), dtype=np.bool_)
+
+    def onto_side(self, place: Any) -> Any:
+        """x, y and z of points, moved straight out onto the curved side: numbers, arrays or bounds of them, m."""
+        return place
+
+
+class Prism(Shape):
+    """A straight body of one cross-section: what beam theory, and all that goes along an axis, asks of a shape."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def length(self) -> float:
+            """Along the axis, m."""
+
+        @property
+        def axis(self) -> Vector3:
+            """Unit vector, from `root`."""
+
+        @property
+        def root(self) -> Vector3:
+            """The centre of the section where the axis starts, m."""
+
+        @property
+        def section(self) -> Section:
+            """The cross-section."""
+
+        @property
+        def bounds(self) -> Bounds:
+            """Lowest and highest coordinates, m."""
+
+        @property
+        def volume(self) -> float:
+            """Exact volume, m^3."""
+
+    def contains(self, point: Vector3) -> bool:
+        """Whether it holds a point, give or take 1e-9 of its length."""
+        slack = 1e-9 * self.length
+        offset = [p - r for p, r in zip(point, self.root, strict=True)]
+        first, second = transverse(self.axis)
+        s, u, v = (sum(a * o for a, o in zip(t, offset, strict=True)) for t in (self.axis, first, second))
+        return -slack <= s <= self.length + slack and self.section.contains(u, v, slack)

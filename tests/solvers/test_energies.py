@@ -1,0 +1,46 @@
+"""What every energy says of itself, over all that there are."""
+
+from __future__ import annotations
+
+import inspect
+import pkgutil
+from importlib import import_module
+
+import pytest
+
+from softmark.solvers import assembly, energies, reduced
+from softmark.solvers.energies.elastic import Together
+from softmark.solvers.energies.energy import Energy, Lagging
+from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.energies.pressures import Mixed
+
+METHODS = {"value", "add_gradient", "add_hessian"}
+KNOWN = sorted(
+    {
+        cls
+        for package in (assembly, energies, reduced)
+        for module in pkgutil.iter_modules(package.__path__, f"{package.__name__}.")
+        for _, cls in inspect.getmembers(import_module(module.name), inspect.isclass)
+        if vars(cls).keys() >= METHODS and cls is not Energy
+    },
+    key=lambda cls: cls.__qualname__,
+)
+
+
+@pytest.mark.parametrize("cls", KNOWN, ids=lambda cls: cls.__name__)
+def test_every_energy_derives_from_energy(cls: type[Energy]) -> None:
+    """So that it inherits what most energies are, and nobody has to ask whether it says so."""
+    assert Energy in cls.__mro__
+    assert isinstance(cls.saddle, bool)
+    assert isinstance(cls.cellular, bool)
+    if "dNdX" in getattr(cls, "__dataclass_fields__", {}):
+        assert cls.cellular
+    assert issubclass(cls, Lagging) == hasattr(cls, "add_both_lagged")
+
+
+def test_which_energies_are_otherwise() -> None:
+    assert {Mixed.__name__} == {cls.__name__ for cls in KNOWN if cls.saddle}
+    assert Together in KNOWN
+    assert len(KNOWN) >= 12
+    assert not DeadForces.saddle
+    assert not DeadForces.cellular
