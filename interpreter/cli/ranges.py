@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from softmark.interpreter.plan.quantities import Quantity
+    from softmark.interpreter.plan.quantities import WalkedQuantity
     from softmark.interpreter.study.stability.record import StressEdge
 
 Json = dict[str, Any]
@@ -38,7 +38,7 @@ def ranges_of(stress: Mapping[str, Any], constructors: Mapping[str, str]) -> Jso
     }  # fmt: skip
 
 
-def _range(own: list[StressEdge], quantity: Quantity) -> Json:
+def _range(own: list[StressEdge], quantity: WalkedQuantity) -> Json:
     from softmark.interpreter.report.stability.reach import nowhere
     from softmark.interpreter.report.stability.view import beyond, reach
     from softmark.interpreter.study.stability.record import StressChoice

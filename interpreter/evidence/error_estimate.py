@@ -26,7 +26,7 @@ from softmark.interpreter.evidence import orders, rounding
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.doubts import DOUBTS, doubts_of, is_doubt
 from softmark.interpreter.evidence.kinds import voucher_of
-from softmark.interpreter.evidence.probe_answers import Field, Floats, Seen, Unknown
+from softmark.interpreter.evidence.probe_answers import Field, Floats, ProbeAnswer, Unknown
 from softmark.interpreter.evidence.selection_error import selection
 from softmark.interpreter.front.course_steps import shows
 from softmark.interpreter.language.scene import Declared, Scene
@@ -39,7 +39,7 @@ from softmark.interpreter.results.report import ModelResult, ProbeResult
 from softmark.interpreter.results.stated import StatedError
 from softmark.interpreter.vocabulary.analyses import Dynamic
 
-__all__ = ["DOUBTS", "Seen", "Stated", "Unknown", "doubts_of", "is_doubt", "stated"]
+__all__ = ["DOUBTS", "ProbeAnswer", "Stated", "Unknown", "doubts_of", "is_doubt", "stated"]
 
 VOID = ("W351",)  # states of which no part of the error says anything
 
@@ -53,7 +53,7 @@ COARSE = orders.COARSE  # relative: more than that is no statement, of parts tha
 class Stated(Answer):
     """The parts of the error of an answer."""
 
-    def of(self, seen: Seen) -> StatedError:
+    def of(self, seen: ProbeAnswer) -> StatedError:
         """The parts of the error of what a probe sees, and their sum; `reason` where there is none."""
         parts: dict[str, float | None] = {}
         reasons: dict[str, list[str]] = {}
@@ -71,8 +71,8 @@ class Stated(Answer):
         reason = "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
         return StatedError(value, seen.unit, parts, reason or None)
 
-    def _parts(self) -> dict[str, Callable[[Seen], float]]:
-        found: dict[str, Callable[[Seen], float]] = {
+    def _parts(self) -> dict[str, Callable[[ProbeAnswer], float]]:
+        found: dict[str, Callable[[ProbeAnswer], float]] = {
             "discretisation": self._discretisation,
             "model": self._model,
             "rounding": self._rounding,
@@ -82,16 +82,16 @@ class Stated(Answer):
         found |= of_selections(self.result.loads)
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
-    def _discretisation(self, seen: Seen) -> float:
+    def _discretisation(self, seen: ProbeAnswer) -> float:
         return voucher_of(self.declared.thing).discretisation(self, seen)
 
-    def _model(self, seen: Seen) -> float:
+    def _model(self, seen: ProbeAnswer) -> float:
         return voucher_of(self.declared.thing).model(self, seen)
 
-    def _rounding(self, seen: Seen) -> float:
+    def _rounding(self, seen: ProbeAnswer) -> float:
         return rounding.part(self.result, self.case, self.mesh, voucher_of(self.declared.thing).cells(self), seen)
 
-    def _solver(self, seen: Seen) -> float:
+    def _solver(self, seen: ProbeAnswer) -> float:
         """The Newton step from the solution with the full tangent: of a reduced model, that of the full one."""
         residual = float(self.result.solve.get("residual") or 0.0)
         if isinstance(self.case.analysis, Dynamic):
@@ -116,7 +116,7 @@ class Stated(Answer):
             raise Unknown("the displacements of its nodes are not known")
         return displacement_of(self.mesh.mesh, step)
 
-    def _time(self, seen: Seen) -> float:
+    def _time(self, seen: ProbeAnswer) -> float:
         """The same with a step twice as long, or half as long where that is explicit or would not show a course."""
         analysis = self.case.analysis
         if not isinstance(analysis, Dynamic):
@@ -133,7 +133,7 @@ class Stated(Answer):
         return STEP * apart * (2.0 if finer else 1.0)
 
 
-def _at_most(seen: Seen, step: Floats) -> float | None:
+def _at_most(seen: ProbeAnswer, step: Floats) -> float | None:
     """What a step of the nodes (n, 3) changes at most; None of what is not about displacements."""
     if not seen.in_displacements or seen.unit == "s":
         return None
@@ -172,7 +172,7 @@ def stated(
     return found
 
 
-def _safely(whole: Stated, seen: Seen) -> StatedError:
+def _safely(whole: Stated, seen: ProbeAnswer) -> StatedError:
     try:
         return whole.of(seen)
     except Exception as error:
@@ -182,7 +182,7 @@ def _safely(whole: Stated, seen: Seen) -> StatedError:
         return StatedError(reason=reason)
 
 
-def _asked(scene: Scene, result: ModelResult, view: View) -> dict[str, Seen]:
+def _asked(scene: Scene, result: ModelResult, view: View) -> dict[str, ProbeAnswer]:
     """What is stated: metrics of what probes saw, and probes.
 
     Of metrics against the model itself as well: how far it can be trusted as a truth, in their terms.
@@ -195,8 +195,8 @@ def _asked(scene: Scene, result: ModelResult, view: View) -> dict[str, Seen]:
     return found | {name: _seen(probe, None, view) for name, probe in result.probes.items()}
 
 
-def _seen(probe: ProbeResult, metric: Any, view: View) -> Seen:
+def _seen(probe: ProbeResult, metric: Any, view: View) -> ProbeAnswer:
     course = probe.course is not None and (metric is None or isinstance(metric, CourseNorm))
     u, times = (probe.course, probe.times) if course else (probe.displacement, None)
     assert u is not None
-    return Seen(probe.points, u, times, metric, view.displacement, probe, view, view.history)
+    return ProbeAnswer(probe.points, u, times, metric, view.displacement, probe, view, view.history)

@@ -29,7 +29,7 @@ from softmark.interpreter.results.plain import clean
 from softmark.interpreter.results.report import ModelResult
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.checks import solids
-from softmark.solvers.checks.solids import Body
+from softmark.solvers.checks.solids import CheckedBody
 from softmark.solvers.elements import ELEMENTS
 
 AGREES = 2.0  # times what the solver claims
@@ -146,7 +146,7 @@ def _cells(solution: Solution) -> dict[str, Any]:
     mesh = solution.mesh
     if mesh is None or mesh.kind not in ELEMENTS:
         return {}
-    body = Body(mesh.points, mesh.cells, mesh.kind, np.asarray(mesh.displacement, dtype=np.float64), (), 0.0)
+    body = CheckedBody(mesh.points, mesh.cells, mesh.kind, np.asarray(mesh.displacement, dtype=np.float64), (), 0.0)
     least, strain = body.volumes()
     return {
         "inverted": int((~(least > 0.0)).sum()), "of_cells": len(least), "worst_J": float(least.min()),

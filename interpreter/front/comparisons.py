@@ -25,7 +25,7 @@ from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.probes import Markers, Surface, Volume
 from softmark.records import dataclass
-from softmark.references.markers import Markers as TrackedPoints
+from softmark.references.markers import TrackedPoints as TrackedPoints
 
 Known = Literal["field", "surface", "points"]
 

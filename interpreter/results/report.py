@@ -77,7 +77,7 @@ class ProbeResult:
 
 
 @dataclass(frozen=True)
-class Shape:
+class SeenSurface:
     """The surface of a body as a model or a reference sees it: what the report draws.
 
     `position` (n, 3) in m, after deformation; `triangles` (k, 3), outward. `frames` (t, n, 3) and `times` (t,) where
@@ -127,7 +127,7 @@ class MetricResult:
 
 
 @dataclass(frozen=True)
-class Kind:
+class ModelKind:
     """What a model is, but for how fine it is and its Poisson's ratio: those of one kind are of one family."""
 
     words: str  # `tet4, corotational strain`
@@ -148,12 +148,12 @@ class ModelResult:
     time: Mapping[str, Timing | None] = field(default_factory=dict)
     probes: Mapping[str, ProbeResult] = field(default_factory=dict)
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
-    shape: Shape | None = None
+    shape: SeenSurface | None = None
     mesh: Any = None  # the mesh and its nodal displacements, for files that other programs read
     stated: Mapping[str, StatedError] = field(default_factory=dict)  # errors, where it was asked
     loads: Mapping[str, Resultant] = field(default_factory=dict)  # what acts, and what was asked
     reactions: Mapping[str, Any] = field(default_factory=dict)  # of each support: the share that is held
-    kind: Kind | None = None  # of one that has others of its kind
+    kind: ModelKind | None = None  # of one that has others of its kind
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""
@@ -197,7 +197,7 @@ class ReferenceResult:
     estimated_error: float | None = None
     probes: Mapping[str, ProbeResult] = field(default_factory=dict)
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
-    shape: Shape | None = None
+    shape: SeenSurface | None = None
     facts: Mapping[str, Any] = field(default_factory=dict)  # where measured data came from, how it was registered
 
     def to_json(self) -> dict[str, Any]:

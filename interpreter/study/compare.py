@@ -17,20 +17,20 @@ from typing import TYPE_CHECKING, Any
 from softmark.interpreter.results import forms
 from softmark.interpreter.results.plain import clean
 from softmark.interpreter.run.environment import describe, environment
-from softmark.interpreter.study.analysis.point import SOLVED, Point
+from softmark.interpreter.study.analysis.point import SOLVED, ComparedPoint
 from softmark.interpreter.study.expansion.outcome import PointOutcome, PointTask
 from softmark.interpreter.study.expansion.tasks import FINE, failed
 from softmark.interpreter.study.expansion.truths import marked
 from softmark.interpreter.study.expansion.variations import (
-    Asked,
+    Additions,
     Configuration,
-    Subject,
+    SceneSubject,
     TooMany,
     expand,
     read_vary,
 )
 from softmark.interpreter.study.workers import pool
-from softmark.interpreter.study.workers.journal import Interrupted, Journal, Refused
+from softmark.interpreter.study.workers.journal import Interrupted, Journal, JournalRefused
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Sweep
 from softmark.records import dataclass
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.study.analysis.compared import Compared
     from softmark.interpreter.study.expansion.job import TimingJob
 
-__all__ = ["Comparison", "Interrupted", "Request", "TooMany", "compare"]
+__all__ = ["Comparison", "ComparisonRequest", "Interrupted", "TooMany", "compare"]
 
 SCHEMA = "softmark-compare/1"
 ACCURACY, TIMING = "accuracy", "timing"
@@ -48,7 +48,7 @@ Say = Callable[[str, str], None]
 
 
 @dataclass(frozen=True)
-class Request:
+class ComparisonRequest:
     """What is to be compared, and how. `timeout` in s for each task, None: no limit; `repeats` 0: no timing."""
 
     folder: Path
@@ -108,7 +108,7 @@ class Comparison:
         return json.dumps(self.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def compare(subjects: Sequence[Subject], request: Request) -> Comparison:
+def compare(subjects: Sequence[SceneSubject], request: ComparisonRequest) -> Comparison:
     """Carry a comparison out.
 
     Raises SceneError for names or values of the request that cannot be meant, Refused for a folder that cannot be used,
@@ -116,7 +116,7 @@ def compare(subjects: Sequence[Subject], request: Request) -> Comparison:
     """
     started = datetime.now(UTC)
     vary, models = read_vary(request.vary)
-    asked = Asked(vary, (*request.models, *(m for m in models if m not in request.models)), request.study)
+    asked = Additions(vary, (*request.models, *(m for m in models if m not in request.models)), request.study)
     configurations = expand(subjects, asked)
     with Journal.open(request.folder, request.fresh) as journal:
         tasks = {c.key: c.task for c in configurations if c.reason is None}
@@ -139,11 +139,11 @@ def compare(subjects: Sequence[Subject], request: Request) -> Comparison:
     return Comparison(**saved, found=_analysed(saved, request), unsound=unsound)
 
 
-def _refuse_mixing(journal: Journal, tasks: Mapping[str, PointTask], request: Request) -> None:
+def _refuse_mixing(journal: Journal, tasks: Mapping[str, PointTask], request: ComparisonRequest) -> None:
     finished = [key for key in journal.of_kind(ACCURACY) if key in tasks]
     if finished and not request.resume:
         count = f"{len(finished)} finished task" + ("s" if len(finished) > 1 else "")
-        raise Refused(
+        raise JournalRefused(
             f"{request.folder} holds {count} of this comparison; `--resume` goes on from there, `--fresh` starts anew"
         )
 
@@ -169,7 +169,7 @@ class _Done:
 # ------------------------------------------------------------------ accuracy
 
 
-def _accuracy(tasks: Mapping[str, PointTask], request: Request, done: _Done) -> dict[str, PointOutcome]:
+def _accuracy(tasks: Mapping[str, PointTask], request: ComparisonRequest, done: _Done) -> dict[str, PointOutcome]:
     """Outcomes by key: those of the journal, and what is computed now."""
     journal = done.journal
     sound = ({**e["outcome"], "key": k} for k, e in journal.of_kind(ACCURACY).items() if k in tasks and _sound(e))
@@ -201,7 +201,9 @@ def _counts(record: Json) -> bool:
     return True
 
 
-def _computed(waiting: Sequence[PointTask], request: Request, started: Callable[[str], None]) -> Iterator[PointOutcome]:
+def _computed(
+    waiting: Sequence[PointTask], request: ComparisonRequest, started: Callable[[str], None]
+) -> Iterator[PointOutcome]:
     if not waiting:
         return iter(())
     if request.cluster is not None:
@@ -213,7 +215,10 @@ def _computed(waiting: Sequence[PointTask], request: Request, started: Callable[
 
 
 def _timing(
-    configurations: Sequence[Configuration], outcomes: Mapping[str, PointOutcome], request: Request, journal: Journal
+    configurations: Sequence[Configuration],
+    outcomes: Mapping[str, PointOutcome],
+    request: ComparisonRequest,
+    journal: Journal,
 ) -> Json:
     """Costs by key, of what was solved: measured alone on this machine, each process's record kept at once."""
     if request.repeats == 0:
@@ -234,7 +239,7 @@ def _solved(configuration: Configuration, outcomes: Mapping[str, PointOutcome]) 
     return found is not None and found.status in SOLVED
 
 
-def _job(configuration: Configuration, request: Request) -> TimingJob:
+def _job(configuration: Configuration, request: ComparisonRequest) -> TimingJob:
     from softmark.interpreter.study.expansion.job import TimingJob
 
     task = configuration.task
@@ -259,7 +264,7 @@ def _references(points: Sequence[Json], outcomes: Mapping[str, PointOutcome]) ->
     found: dict[str, Json] = {}
     unsound = False
     for p in points:
-        part = Point.from_json(p).part
+        part = ComparedPoint.from_json(p).part
         for name, reference in (outcomes[p["key"]].references if p["key"] in outcomes else {}).items():
             own, lost = found.setdefault(part, {}), reference.status not in FINE
             if name not in own or (lost and own[name]["status"] in FINE):
@@ -268,20 +273,20 @@ def _references(points: Sequence[Json], outcomes: Mapping[str, PointOutcome]) ->
     return found, unsound
 
 
-def _analysed(saved: Json, request: Request) -> Compared:
+def _analysed(saved: Json, request: ComparisonRequest) -> Compared:
     from softmark.interpreter.study.analysis.analysis import Terms
     from softmark.interpreter.study.analysis.compared import Compared
 
     return Compared.from_json(saved, Terms(request.allow_contaminated))
 
 
-def _scene(subject: Subject) -> Json:
+def _scene(subject: SceneSubject) -> Json:
     known = describe(subject.scene)
     chosen = ("title", "file", "standard", "sha256", "text", "parameters", "overrides")
     return {"name": subject.name, **{n: known[n] for n in chosen}}
 
 
-def _studies(subject: Subject) -> Json:
+def _studies(subject: SceneSubject) -> Json:
     """The studies of a scene, for whoever analyses: sweeps, and what is asked of them."""
     found: Json = {}
     for name, declared in subject.scene.of_kind("study").items():

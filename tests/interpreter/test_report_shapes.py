@@ -35,7 +35,7 @@ from softmark.interpreter.results.report import (
     ProbeResult,
     ReferenceResult,
     Report,
-    Shape,
+    SeenSurface,
 )
 from softmark.interpreter.results.stated import StatedError
 from softmark.solvers.elements import ELEMENTS
@@ -94,12 +94,12 @@ def model(name: str, bend: float, frames: int = 0, along: int = 40) -> ModelResu
         }
         events = [{"time": 0.25, "what": "step halved to 5 ms"}]
         solve |= {"times": moments.tolist(), "energies": energies, "events": events}
-    shape = Shape(X, triangles, times, course, error, "scan")
+    shape = SeenSurface(X, triangles, times, course, error, "scan")
     return ModelResult(name, "converged", None, "a tube", {"dofs": 9}, solve, {}, {"tip": tip}, metrics, shape)
 
 
 def report(*models: ModelResult) -> Report:
-    scan = ReferenceResult("scan", "converged", None, "measured surface", "us", 5e-4, shape=Shape(*tube(0.02)))
+    scan = ReferenceResult("scan", "converged", None, "measured surface", "us", 5e-4, shape=SeenSurface(*tube(0.02)))
     source = {"metric": "gap", "source": "A. Author (2008), Table 1", "note": "Mean (mm)."}
     scene = {"title": "Shapes", "file": "s.scene", "text": SCENE, "published": [source]}
     return Report(scene, {}, {m.name: m for m in models}, {"scan": scan}, (), (), names=names_in(SCENE))
@@ -163,7 +163,7 @@ def test_every_figure_has_words_numbers_and_csv(page: str) -> None:
 
 
 def test_large_surfaces_are_thinned_and_the_page_says_so() -> None:
-    fine = Shape(*tube(0.02, along=600))  # 12 000 points
+    fine = SeenSurface(*tube(0.02, along=600))  # 12 000 points
     small = surfaces.fit({"fine": fine})
     own = small.shapes["fine"]
     assert 0.4 * surfaces.POINTS < len(own.position) <= surfaces.POINTS
@@ -178,7 +178,7 @@ def test_large_surfaces_are_thinned_and_the_page_says_so() -> None:
 def test_frames_go_before_points() -> None:
     X, triangles = tube(0.02, along=200)
     frames = np.repeat(X[None], 300, axis=0)
-    moving = {f"m{i}": Shape(X, triangles, np.arange(300.0), frames) for i in range(3)}
+    moving = {f"m{i}": SeenSurface(X, triangles, np.arange(300.0), frames) for i in range(3)}
     small = surfaces.fit(moving)
     kept = [s.times for s in small.shapes.values() if s.times is not None]
     assert all(len(t) <= surfaces.FRAMES and t[0] == 0.0 and t[-1] == 299.0 for t in kept)

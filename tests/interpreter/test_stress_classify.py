@@ -112,7 +112,7 @@ def test_a_locking_truth_judges_nothing(tmp_path: Any) -> None:
     import softmark
     from softmark.interpreter.plan.stability import asked_of
     from softmark.interpreter.study.expansion.tasks import perform
-    from softmark.interpreter.study.expansion.variations import Subject
+    from softmark.interpreter.study.expansion.variations import SceneSubject
     from softmark.interpreter.study.stability.points import Ground
 
     text = """
@@ -127,7 +127,7 @@ probe    axis = line(beam, from = (0, 10, 10) mm, to = (40, 10, 10) mm, points =
 metric   eta  = energy_norm(axis, against = fine)
 """
     scene = softmark.loads(text).scene
-    ground = Ground(Subject("a", scene, tmp_path), asked_of(scene, None))
+    ground = Ground(SceneSubject("a", scene, tmp_path), asked_of(scene, None))
     found = lean(perform(ground.task((), "same")))
     known = classify(found, "eta", WITHIN, uncertainty_of(found, "fine", "axis"))
     assert known.error is not None

@@ -16,10 +16,10 @@ from softmark.interpreter.cli.main import main
 from softmark.interpreter.study.expansion.outcome import PointTask
 from softmark.interpreter.study.expansion.variations import subject_of
 from softmark.interpreter.study.stability import queue, waiting_points
-from softmark.interpreter.study.stability.queue import Request, stress
+from softmark.interpreter.study.stability.queue import StabilityRequest, stress
 from softmark.interpreter.study.stability.record import Stress
 from softmark.interpreter.study.workers import pool
-from softmark.interpreter.study.workers.journal import Refused
+from softmark.interpreter.study.workers.journal import JournalRefused
 
 BEAM = """
 scene "Two rods"
@@ -68,7 +68,7 @@ def made_up(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def found_in(folder: Path, study: str, **more: Any) -> Stress:
     subject = subject_of(softmark.loads(BEAM + study).scene)
-    return stress(subject, Request(folder, **more))
+    return stress(subject, StabilityRequest(folder, **more))
 
 
 def edges(found: Stress) -> dict[tuple[str, str, str], dict[str, Any]]:
@@ -124,7 +124,7 @@ def test_resumed_nothing_is_computed_again(tmp_path: Path) -> None:
     study = "study s = stability(over = [weight.magnitude], until = inaccuracy)"
     first = found_in(tmp_path, study)
     lines = (tmp_path / "journal.jsonl").read_text(encoding="utf-8")
-    with pytest.raises(Refused, match="--resume"):
+    with pytest.raises(JournalRefused, match="--resume"):
         found_in(tmp_path, study)
     again = found_in(tmp_path, study, resume=True)
     assert (tmp_path / "journal.jsonl").read_text(encoding="utf-8") == lines

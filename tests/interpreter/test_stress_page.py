@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter.plan.quantities import Quantity
+from softmark.interpreter.plan.quantities import WalkedQuantity
 from softmark.interpreter.report.page.document import POLICY
 from softmark.interpreter.report.stability.page import again, page
 from softmark.interpreter.report.stability.view import ruler, shown, told
@@ -132,7 +132,7 @@ def test_the_page_runs_nothing_that_a_scene_holds(parsed: Parsed) -> None:
     ],
 )
 def test_values_stand_in_order_on_the_scale_that_parts_them(asked: Json, values: tuple[Any, ...], kind: str) -> None:
-    scale = ruler(Quantity.from_json(asked), values)
+    scale = ruler(WalkedQuantity.from_json(asked), values)
     places = [scale.at(v) for v in scale.marks]
     assert scale.kind == kind
     assert places == sorted(places)

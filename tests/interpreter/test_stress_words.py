@@ -9,16 +9,16 @@ import pytest
 
 from softmark.interpreter.cli import ranges
 from softmark.interpreter.plan import ladder
-from softmark.interpreter.plan.quantities import Quantity
-from softmark.interpreter.plan.walks import Seen, Walk
+from softmark.interpreter.plan.quantities import WalkedQuantity
+from softmark.interpreter.plan.walks import PointClass, Walk
 from softmark.interpreter.report.stability.page import page
 from softmark.interpreter.report.stability.terminal import table
 from softmark.interpreter.study.stability.edges import choice_of, edge_of
 from softmark.interpreter.study.stability.record import Classified, Stress, StressEdge
 
 Json = dict[str, Any]
-POISSON = Quantity("gel.poisson", "gap", 0.4, "0.4")
-PRECISION = Quantity("tets.precision", "choice", "double", "double", options=("double", "single"))
+POISSON = WalkedQuantity("gel.poisson", "gap", 0.4, "0.4")
+PRECISION = WalkedQuantity("tets.precision", "choice", "double", "double", options=("double", "single"))
 NO_TRUTH = "the reference is uncertain by 0.12, more than the 0.05 that counts as right"
 
 
@@ -31,15 +31,15 @@ def walked(rule: Callable[[float], str]) -> list[StressEdge]:
     ways, found = (ladder.stretched(0.4, 0.0, "down"), ladder.closing(0.4, 0.499)), []
     for way in ways:
         assert way is not None
-        walk = Walk(way, "failure", {0.0: Seen.of(rule(0.4), "converged")})
+        walk = Walk(way, "failure", {0.0: PointClass.of(rule(0.4), "converged")})
         while (t := walk.wanted()) is not None:
-            walk.tell(t, Seen.of(rule(way.at(t)), "converged"))
+            walk.tell(t, PointClass.of(rule(way.at(t)), "converged"))
         at = lambda model, name, value: classified(rule(float(value)))  # noqa: E731
         found.append(edge_of("rod", POISSON, walk, at, {}, {}))
     return found
 
 
-def study(edges: list[StressEdge], quantity: Quantity, classes: dict[str, int]) -> Json:
+def study(edges: list[StressEdge], quantity: WalkedQuantity, classes: dict[str, int]) -> Json:
     """A study of one quantity with nothing but its edges."""
     one = {
         "name": "everything", "metric": "eta", "against": "theory", "within": 0.05, "until": "failure",

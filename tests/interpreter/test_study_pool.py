@@ -19,7 +19,7 @@ import pytest
 import softmark
 from softmark.interpreter.study.expansion import tasks
 from softmark.interpreter.study.expansion.outcome import PointOutcome, PointTask
-from softmark.interpreter.study.expansion.variations import Asked, expand, read_vary, subject_of
+from softmark.interpreter.study.expansion.variations import Additions, expand, read_vary, subject_of
 from softmark.interpreter.study.workers import pool
 from softmark.records import dataclass
 
@@ -72,7 +72,7 @@ def done(given: list[Told], jobs: int = 1, timeout: float | None = None) -> dict
 
 
 def beam_tasks(over: str, text: str = BEAM) -> list[PointTask]:
-    configurations = expand([subject_of(softmark.loads(text).scene)], Asked(*read_vary([over])))
+    configurations = expand([subject_of(softmark.loads(text).scene)], Additions(*read_vary([over])))
     return [c.task for c in configurations]
 
 
@@ -130,7 +130,7 @@ def test_closing_the_outcomes_ends_all_workers() -> None:
 
 
 def test_workers_that_do_not_start() -> None:
-    with pytest.raises(pool.Unavailable, match="do not start"):
+    with pytest.raises(pool.NoWorkers, match="do not start"):
         list(pool.outcomes([told("a")], command=(sys.executable, "-c", "raise SystemExit(3)")))
 
 
@@ -248,13 +248,13 @@ def test_a_reference_is_solved_once_in_a_process(monkeypatch: pytest.MonkeyPatch
 
 
 def test_nobody_answers() -> None:
-    with pytest.raises(pool.Unavailable, match=r"no dask scheduler answers at tcp://127\.0\.0\.1:9"):
+    with pytest.raises(pool.NoWorkers, match=r"no dask scheduler answers at tcp://127\.0\.0\.1:9"):
         list(pool.outcomes_of_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9", wait=0.5))
 
 
 def test_without_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(pool.Unavailable, match=r"pip install 'softmark\[cluster\]'"):
+    with pytest.raises(pool.NoWorkers, match=r"pip install 'softmark\[cluster\]'"):
         list(pool.outcomes_of_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9"))
 
 

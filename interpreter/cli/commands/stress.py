@@ -21,8 +21,8 @@ from softmark.interpreter.cli.commands.study_options import (
 
 if TYPE_CHECKING:
     from softmark.interpreter.cli.commands.progress import Progress
-    from softmark.interpreter.study.expansion.variations import Subject
-    from softmark.interpreter.study.stability.queue import Request
+    from softmark.interpreter.study.expansion.variations import SceneSubject
+    from softmark.interpreter.study.stability.queue import StabilityRequest
     from softmark.interpreter.study.stability.record import Stress
 
 
@@ -76,16 +76,16 @@ def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
     return found if isinstance(found, int) else _shelve(found, folder, parsed)
 
 
-def _stressed(subject: Subject, request: Request) -> Stress:
+def _stressed(subject: SceneSubject, request: StabilityRequest) -> Stress:
     from softmark.interpreter.study.stability.queue import stress
 
     return stress(subject, request)
 
 
-def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> Request:
-    from softmark.interpreter.study.stability.queue import Request
+def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> StabilityRequest:
+    from softmark.interpreter.study.stability.queue import StabilityRequest
 
-    return Request(
+    return StabilityRequest(
         folder=folder, models=tuple(parsed.model), study=parsed.study, jobs=parsed.jobs, timeout=parsed.timeout,
         memory=parsed.memory, resume=parsed.resume, fresh=parsed.fresh, command=shlex.join(["dsl", *sys.argv[1:]]),
         say=progress.say,

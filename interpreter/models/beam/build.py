@@ -21,7 +21,7 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.rod import RodElastic, RodLoad
-from softmark.solvers.energies.rod_section import RodStiffness, Section
+from softmark.solvers.energies.rod_section import RodSection, RodStiffness
 from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, rod_at_rest
 from softmark.solvers.linear import factorisations
 from softmark.solvers.mesh.shape import transverse
@@ -84,7 +84,7 @@ class PreparedBeam(Meshless):
 def _solve_one_segment() -> None:
     """One of a metre, held at its root, under a force that hardly bends it: once in a process."""
     rest, fixed = rod_at_rest(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])), np.arange(6)
-    elastic = RodElastic(rest, chain(2), Section(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0).stiffness)
+    elastic = RodElastic(rest, chain(2), RodSection(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0).stiffness)
     assembly = Assembly(12, fixed, [elastic], [RodLoad(rest, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1e-3]]))])
     space = RodChain(rest, np.array([[True] * 3, [False] * 3]))
     equilibrium(Statics(assembly, space, rest, fixed, np.zeros(6), bold=False))
@@ -131,7 +131,7 @@ def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
     # `moments` are about the first and the second transverse axis: about e2 the distance is X3
     I2, I3 = section.moments
     kappa = section.shear_factor(material.poisson)
-    whole = Section(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
+    whole = RodSection(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
     return whole.stiffness.without(case.prism.length, shear=model.shear, axial=model.axial)
 
 

@@ -43,7 +43,7 @@ from softmark.solvers.linear import factorisations, systems
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.polar import least_stretch, rotations
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
-from softmark.solvers.mesh.files.reading import Unreadable
+from softmark.solvers.mesh.files.reading import UnreadableMesh
 from softmark.solvers.mesh.interpolation import Integration, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.reduced.cells import BY_CELL
@@ -324,7 +324,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
             workshop.meshes[key] = with_quality(made, model, declared)
         except UnknownElement as error:
             raise Fault(levers.unmeshed(declared, error)) from error
-        except Unreadable as error:
+        except UnreadableMesh as error:
             raise fault(
                 error.code,
                 at,

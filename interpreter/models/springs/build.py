@@ -22,7 +22,7 @@ from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note
 from softmark.interpreter.models.shared.motion import PreparedMotion, in_motion
 from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
-from softmark.interpreter.models.springs.calibration import Fit, NoFit, Target, least, target_of
+from softmark.interpreter.models.springs.calibration import Fit, FitTarget, NoFit, least, target_of
 from softmark.interpreter.models.springs.words import Calibrated, MassSpring, Uniform
 from softmark.interpreter.problem.case import Case, fault
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -58,7 +58,7 @@ class PreparedSprings(OnMesh):
     problem: Statics
     size: dict[str, int]
     notes: tuple[Diagnostic, ...]
-    target: Target | None = None
+    target: FitTarget | None = None
     fit: Fit | NoFit | None = None
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
@@ -234,7 +234,7 @@ def _fitted(built: PreparedSprings, case: Case, workshop: Workshop) -> PreparedS
     return replace(built, springs=springs, problem=problem, target=target, fit=fit)
 
 
-def _error(factor: float, built: PreparedSprings, trial: Statics, target: Target) -> float | None:
+def _error(factor: float, built: PreparedSprings, trial: Statics, target: FitTarget) -> float | None:
     """The metric with a factor on the stiffness, None where there is no equilibrium within PATIENCE iterations."""
     springs = replace(built.springs, k=factor * built.springs.k)
     assembly = trial.assembly.with_internal([springs])

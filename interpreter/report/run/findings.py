@@ -16,7 +16,7 @@ UNKNOWN = Named("")
 
 
 @dataclass(frozen=True)
-class Metric:
+class MetricColumn:
     """A column of the table. `against` is the reference an error is measured from, None for a measurement."""
 
     name: str
@@ -66,28 +66,28 @@ class Findings:
         return {**self.report.models, **self.report.references}
 
     @cached_property
-    def metrics(self) -> tuple[Metric, ...]:
+    def metrics(self) -> tuple[MetricColumn, ...]:
         """The metrics that somebody has, in the order of the scene's text."""
         found = {name: m.unit for r in self.everyone.values() for name, m in r.metrics.items()}
         order = {name: i for i, name in enumerate(self.declared)}
         names = sorted(found, key=lambda name: order.get(name, len(order)))
         return tuple(self._metric(name, found[name]) for name in names)
 
-    def _metric(self, name: str, unit: str) -> Metric:
+    def _metric(self, name: str, unit: str) -> MetricColumn:
         clock = any("verdict" in r.metrics[name].details for r in self.everyone.values() if name in r.metrics)
         known = self.declared.get(name, UNKNOWN)
         against, line = known.against, self.line(name)
         measured = against if against in self.report.references else None
         computed = against if against in self.report.models else None
-        return Metric(name, unit, known.probe, measured, known.summary, line, computed, clock)
+        return MetricColumn(name, unit, known.probe, measured, known.summary, line, computed, clock)
 
     @cached_property
-    def errors(self) -> tuple[Metric, ...]:
+    def errors(self) -> tuple[MetricColumn, ...]:
         """The metrics that measure an error against a reference."""
         return tuple(m for m in self.metrics if m.is_error)
 
     @cached_property
-    def telling(self) -> tuple[Metric, ...]:
+    def telling(self) -> tuple[MetricColumn, ...]:
         """Error metrics, the most telling first: what the scene's own expectations ask of its models, in their order.
 
         Whoever wrote an expectation says by it what the scene is for; without any it is the order of the text.
@@ -95,19 +95,19 @@ class Findings:
         order = {name: i for i, name in enumerate(self.report.names.expected)}
         return tuple(sorted(self.errors, key=lambda m: order.get(m.name, len(order))))
 
-    def best(self, metric: Metric) -> tuple[str, ...]:
+    def best(self, metric: MetricColumn) -> tuple[str, ...]:
         """The models with the least value of an error metric, and those that the uncertainty leaves undecided."""
         values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
         least = min(values.values(), default=0.0)
         within = least + self.uncertainty(metric)
         return tuple(n for n, v in values.items() if v <= within) if metric.is_error else ()
 
-    def uncertainty(self, metric: Metric) -> float:
+    def uncertainty(self, metric: MetricColumn) -> float:
         """How large differences of a metric have to be to mean something, in its unit; 0 where nothing is known."""
         found = (m.metrics.get(metric.name) for m in self.report.models.values())
         return max((m.uncertainty for m in found if m is not None and m.uncertainty), default=0.0)
 
-    def tied(self, metric: Metric) -> bool:
+    def tied(self, metric: MetricColumn) -> bool:
         """Whether several models are best because the uncertainty cannot tell them apart."""
         values = {value_of(self.report.models[n], metric.name) for n in self.best(metric)}
         return len(values) > 1
@@ -175,7 +175,7 @@ class Findings:
             said[str(metric.against)] = f"the closest to `{metric.against}` {who}: {amount} (`{metric.name}`){last}"
         return list(said.values())
 
-    def _farthest(self, metric: Metric, best: tuple[str, ...]) -> str:
+    def _farthest(self, metric: MetricColumn, best: tuple[str, ...]) -> str:
         """`, the farthest is linear_tet: 47 %`: the least error alone tells how good the best is, and nothing else."""
         values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
         worst = max(values, key=lambda n: values[n])
@@ -183,7 +183,7 @@ class Findings:
             return ""
         return f", the farthest is `{worst}`: {quantity(values[worst], metric.unit, digits=2, percent=True)}"
 
-    def _amount(self, metric: Metric, best: tuple[str, ...]) -> str:
+    def _amount(self, metric: MetricColumn, best: tuple[str, ...]) -> str:
         """The least error, or the bound under which nothing tells several models apart."""
         if self.tied(metric):
             return f"no difference above ± {quantity(self.uncertainty(metric), metric.unit, 2, percent=True)}"

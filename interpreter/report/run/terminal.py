@@ -12,8 +12,8 @@ from typing import Any
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language import units
 from softmark.interpreter.language.amounts import negligible
-from softmark.interpreter.report.run.bodies import Body, bodies
-from softmark.interpreter.report.run.findings import Findings, Metric, Result, value_of
+from softmark.interpreter.report.run.bodies import BodyResults, bodies
+from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of
 from softmark.interpreter.report.run.tables import vouching
 from softmark.interpreter.report.run.tables.results_table import ordered
 from softmark.interpreter.results.report import ExpectationResult, MetricResult, ModelResult, Report
@@ -96,11 +96,11 @@ class _Rows:
     """The table of one body."""
 
     findings: Findings
-    body: Body
+    body: BodyResults
     paint: _Paint
 
     @property
-    def metrics(self) -> list[Metric]:
+    def metrics(self) -> list[MetricColumn]:
         """Columns: errors by reference, measurements, times, as on the page."""
         return ordered(self.body.metrics)
 
@@ -137,7 +137,7 @@ class _Rows:
         end = "reference" if result.status == "converged" else result.status
         return [f"({name})", *values, "", "", "", end]
 
-    def _value(self, result: Result, metric: Metric) -> str:
+    def _value(self, result: Result, metric: MetricColumn) -> str:
         found = result.metrics.get(metric.name)
         if found is None:
             return ""

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
-from softmark.interpreter.plan.quantities import Quantity, Value
+from softmark.interpreter.plan.quantities import Value, WalkedQuantity
 from softmark.interpreter.report.page.markup import plain, tag, text
 from softmark.interpreter.report.stability.view import Ruler, class_of, percent, ruler, shown, told, walked
 from softmark.interpreter.study.stability.record import StressMap, StressPoint, StressStudy
@@ -38,7 +38,7 @@ def _mark(x: float, y: float, name: str, size: float, alone: bool = False, title
     return tag("svg", group, viewBox="0 0 24 20", width=24, height=20, aria_hidden="true")
 
 
-def strip(study: StressStudy, asked: Quantity) -> str:
+def strip(study: StressStudy, asked: WalkedQuantity) -> str:
     """All models along one quantity: bands where the class is the same from point to point. Empty without points."""
     rows = {m: walked(study, m, asked) for m in study.models}
     rows = {m: points for m, points in rows.items() if len(points) > 1}
@@ -60,7 +60,7 @@ def _figure(said: str, size: tuple[float, float], pieces: Sequence[str], caption
     return tag("figure", tag("div", picture, class_="drawing"), tag("figcaption", tag("p", caption)), class_="plate")
 
 
-def _nominal_words(asked: Quantity) -> str:
+def _nominal_words(asked: WalkedQuantity) -> str:
     return text(f"; the scene has {asked.text}") if asked.text else ""
 
 
@@ -81,7 +81,7 @@ def _row(model: str, points: Sequence[tuple[Value, StressPoint]], scale: Ruler, 
     return tag("g", name, *bands, *marks)
 
 
-def _nominal(asked: Quantity, scale: Ruler, rows: int) -> str:
+def _nominal(asked: WalkedQuantity, scale: Ruler, rows: int) -> str:
     """A line where the scene itself is."""
     if isinstance(asked.nominal, str) or asked.nominal not in scale.marks:
         return ""

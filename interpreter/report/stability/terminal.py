@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language import units
-from softmark.interpreter.plan.quantities import Quantity
+from softmark.interpreter.plan.quantities import WalkedQuantity
 from softmark.interpreter.report.stability.reach import chosen, ends, gaps, nowhere
 from softmark.interpreter.study.stability.record import (
     Stress,
@@ -54,7 +54,7 @@ def _study(study: StressStudy) -> Iterator[str]:
             yield from (f"    {'':<{width}}    {line}" for line in lines)
 
 
-def _is_vector(quantity: Quantity) -> bool:
+def _is_vector(quantity: WalkedQuantity) -> bool:
     return quantity.kind == "factor" and quantity.text.startswith("(")
 
 

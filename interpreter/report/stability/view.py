@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from softmark.interpreter.language.amounts import quantity, signed
-from softmark.interpreter.plan.quantities import Quantity, Value
+from softmark.interpreter.plan.quantities import Value, WalkedQuantity
 from softmark.interpreter.report.stability.reach import chosen, ends
 from softmark.interpreter.study.stability.record import StressChoice, StressEdge, StressPoint, StressStudy
 from softmark.records import dataclass
@@ -76,7 +76,7 @@ def place(kind: str, value: Any, marks: Sequence[Any]) -> float:
     return math.log10(float(value)) if kind == "log" else float(value)
 
 
-def ruler(asked: Quantity, values: Sequence[Any]) -> Ruler:
+def ruler(asked: WalkedQuantity, values: Sequence[Any]) -> Ruler:
     """The scale on which the values of a quantity stand apart."""
     numbers = all(isinstance(v, int | float) for v in values)
     marks = tuple(sorted(set(values)) if numbers else dict.fromkeys(values))
@@ -118,7 +118,7 @@ def beyond(edge: StressEdge, unit: str) -> str | None:
     return words if edge.met is None or at_once else f"{words} from {shown(edge.met, unit)}"
 
 
-def walked(study: StressStudy, model: str, quantity: Quantity) -> list[tuple[Value, StressPoint]]:
+def walked(study: StressStudy, model: str, quantity: WalkedQuantity) -> list[tuple[Value, StressPoint]]:
     """The points of a model along one quantity, all others nominal; in no order."""
     nominal = {q.name: q.nominal for q in study.quantities}
     own = []

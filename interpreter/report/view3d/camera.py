@@ -7,23 +7,23 @@ from collections.abc import Iterable
 import numpy as np
 
 from softmark.interpreter.report.run.findings import Findings
-from softmark.interpreter.report.view3d.still import View, frame_of
+from softmark.interpreter.report.view3d.still import CameraView, frame_of
 from softmark.interpreter.report.view3d.surfaces import Floats
-from softmark.interpreter.results.report import Shape
+from softmark.interpreter.results.report import SeenSurface
 
 TURN, TILT = 26.0, 16.0  # degrees
 LETTERS = "xyz"
 
 
-def view_of(findings: Findings, shapes: Iterable[Shape]) -> View:
+def view_of(findings: Findings, shapes: Iterable[SeenSurface]) -> CameraView:
     """The first view: the longer level direction runs from left to right."""
     frame = frame_of(upward(findings))
     every = np.concatenate([s.position for s in shapes]) @ frame.T
     across, deep, _ = np.ptp(every, axis=0)
-    return View(TURN if across >= deep else 90.0 - TURN, TILT, frame)
+    return CameraView(TURN if across >= deep else 90.0 - TURN, TILT, frame)
 
 
-def letters(view: View) -> str:
+def letters(view: CameraView) -> str:
     """The names of the level directions and of the upward one: `xyz`, `zxy`."""
     return "".join(LETTERS[int(np.abs(row).argmax())] for row in view.frame)
 

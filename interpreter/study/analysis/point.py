@@ -221,7 +221,7 @@ class ReferenceOutcome:
 
 
 @dataclass(frozen=True)
-class Point:
+class ComparedPoint:
     """One configuration: one model of one scene at one value of everything that is varied, and what came of it."""
 
     key: str
@@ -248,7 +248,7 @@ class Point:
     cost: Cost
 
     @classmethod
-    def from_json(cls, found: Json) -> Point:
+    def from_json(cls, found: Json) -> ComparedPoint:
         """From a point of `softmark-compare/1`."""
         size, solve = found.get("size") or {}, found.get("solve") or {}
         return cls(
@@ -321,27 +321,27 @@ def ratio_of(a: float | None, b: float | None) -> float | None:
 # ------------------------------------------------------------------ what several points say
 
 
-def clock_of(points: Sequence[Point], asked: str | None = None) -> str:
+def clock_of(points: Sequence[ComparedPoint], asked: str | None = None) -> str:
     """The effort that points are compared by: what was asked for, else CPU time; unknowns where nothing was timed."""
     return asked or next((clock for clock in CLOCKS if any(p.cost.spread(clock) for p in points)), UNKNOWNS)
 
 
-def error_metrics(points: Iterable[Point]) -> list[str]:
+def error_metrics(points: Iterable[ComparedPoint]) -> list[str]:
     """Metrics that measure from something, in the order in which they come."""
     return list(dict.fromkeys(n for p in points for n, found in p.errors.items() if found.against is not None))
 
 
-def uncertainty_of(points: Iterable[Point], metric: str) -> float:
+def uncertainty_of(points: Iterable[ComparedPoint], metric: str) -> float:
     """What the reference leaves open, in the metric's unit: the largest that a point states; 0 if none does."""
     found = (p.metric(metric).uncertainty for p in points)
     return max((abs(float(u)) for u in found if u is not None), default=0.0)
 
 
-def unit_of(points: Iterable[Point], metric: str) -> str | None:
+def unit_of(points: Iterable[ComparedPoint], metric: str) -> str | None:
     """The unit of a metric, as the first point that has it says."""
     return next((unit for p in points if (unit := p.metric(metric).unit) is not None), None)
 
 
-def against_of(points: Iterable[Point], metric: str) -> str | None:
+def against_of(points: Iterable[ComparedPoint], metric: str) -> str | None:
     """What a metric measures from, as the first point that has it says."""
     return next((name for p in points if (name := p.metric(metric).against) is not None), None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from softmark.interpreter.plan.quantities import Quantity
+from softmark.interpreter.plan.quantities import WalkedQuantity
 from softmark.interpreter.plan.walks import Walk
 from softmark.interpreter.study.stability.record import WORST, Classified, StressChoice, StressEdge
 from softmark.interpreter.study.stability.remedies import reason_of, remedy_of
@@ -14,7 +14,7 @@ At = Callable[[str, str, float | str], Classified | None]  # model, quantity, va
 
 
 def edge_of(
-    model: str, quantity: Quantity, walk: Walk, at: At, outlines: Mapping[str, str], others: Mapping[str, Walk]
+    model: str, quantity: WalkedQuantity, walk: Walk, at: At, outlines: Mapping[str, str], others: Mapping[str, Walk]
 ) -> StressEdge:  # fmt: skip
     """The edges of one walk; `others` go the same way with other models, which may be right where this one is not."""
     found, verdicts, ladder = walk.edge(), walk.verdicts(), walk.ladder
@@ -40,14 +40,14 @@ def edge_of(
     return replace(edge, remedy=remedy_of(beyond, quantity, outlines, right, edge))
 
 
-def _right_there(model: str, quantity: Quantity, value: str, at: At, models: Sequence[str]) -> list[str]:
+def _right_there(model: str, quantity: WalkedQuantity, value: str, at: At, models: Sequence[str]) -> list[str]:
     """Other models that are right with a choice with which this one is not."""
     found = ((other, at(other, quantity.name, value)) for other in models if other != model)
     return [other for other, seen in found if seen is not None and seen.word == "right"]
 
 
 def choice_of(
-    model: str, quantity: Quantity, seen: Mapping[str, Classified], at: At, outlines: Mapping[str, str],
+    model: str, quantity: WalkedQuantity, seen: Mapping[str, Classified], at: At, outlines: Mapping[str, str],
     models: Sequence[str],
 ) -> StressChoice:  # fmt: skip
     """The edge of a quantity that is chosen: the worst that a choice comes to."""

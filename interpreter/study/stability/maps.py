@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 
-from softmark.interpreter.plan.quantities import Quantity, Value
+from softmark.interpreter.plan.quantities import Value, WalkedQuantity
 from softmark.interpreter.plan.walks import Walk
 from softmark.interpreter.study.stability.record import Classified, StressMap
 
 
-def levels(quantity: Quantity, walks: Sequence[Walk]) -> list[Value]:
+def levels(quantity: WalkedQuantity, walks: Sequence[Walk]) -> list[Value]:
     """About six values from the farthest that the walks of a quantity reached on one side to that on the other."""
     if quantity.options:
         return list(quantity.options)
@@ -29,13 +29,13 @@ def _position(walk: Walk, t: float) -> float:
     return near if abs(near - t) <= 0.2 * max(walk.seen) else t
 
 
-def pairs(quantities: Sequence[Quantity]) -> list[tuple[Quantity, Quantity]]:
+def pairs(quantities: Sequence[WalkedQuantity]) -> list[tuple[WalkedQuantity, WalkedQuantity]]:
     """Every pair, once."""
     return list(combinations(quantities, 2))
 
 
 def map_of(
-    model: str, x: Quantity, y: Quantity, xs: Sequence[Value], ys: Sequence[Value],
+    model: str, x: WalkedQuantity, y: WalkedQuantity, xs: Sequence[Value], ys: Sequence[Value],
     found: Mapping[tuple[Value, Value], Classified],
 ) -> StressMap:  # fmt: skip
     """One grid: rows by y, columns by x."""

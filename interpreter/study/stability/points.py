@@ -11,10 +11,10 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.front.check import varied
 from softmark.interpreter.language import overrides
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.plan.quantities import Quantity, Value
-from softmark.interpreter.plan.stability import Asked
+from softmark.interpreter.plan.quantities import Value, WalkedQuantity
+from softmark.interpreter.plan.stability import StudyUnderway
 from softmark.interpreter.study.expansion.outcome import PointTask, TruthAsked
-from softmark.interpreter.study.expansion.variations import Subject, task_of
+from softmark.interpreter.study.expansion.variations import SceneSubject, task_of
 from softmark.interpreter.study.stability.classify import ABOUT_REFERENCES
 from softmark.interpreter.study.stability.record import Classified
 from softmark.interpreter.study.stability.truth import theory_of
@@ -39,12 +39,12 @@ class Site:
 class Ground:
     """The scene of one study, at any values."""
 
-    subject: Subject
-    asked: Asked
+    subject: SceneSubject
+    asked: StudyUnderway
     _sites: dict[Values, Site] = field(default_factory=dict)
     _tasks: dict[tuple[Values, str], PointTask] = field(default_factory=dict)
 
-    def quantity(self, name: str) -> Quantity:
+    def quantity(self, name: str) -> WalkedQuantity:
         """By its name."""
         return next(q for q in self.asked.quantities if q.name == name)
 

@@ -10,11 +10,11 @@ from pathlib import Path
 from softmark.interpreter.front.requests import at_name, unknown_models
 from softmark.interpreter.language.scene import Declared, Scene, SceneError
 from softmark.interpreter.plan.needs import reached
-from softmark.interpreter.plan.quantities import Quantity, Value
-from softmark.interpreter.plan.stability import Asked, asked_of, judges, no_judge
-from softmark.interpreter.plan.walks import Seen, Walk
+from softmark.interpreter.plan.quantities import Value, WalkedQuantity
+from softmark.interpreter.plan.stability import StudyUnderway, asked_of, judges, no_judge
+from softmark.interpreter.plan.walks import PointClass, Walk
 from softmark.interpreter.run.environment import describe, environment
-from softmark.interpreter.study.expansion.variations import Subject
+from softmark.interpreter.study.expansion.variations import SceneSubject
 from softmark.interpreter.study.stability import maps
 from softmark.interpreter.study.stability.classify import classify
 from softmark.interpreter.study.stability.edges import choice_of, edge_of
@@ -29,7 +29,7 @@ from softmark.interpreter.study.stability.record import (
 )
 from softmark.interpreter.study.stability.truth import LeanOutcome, uncertainty_of
 from softmark.interpreter.study.stability.waiting_points import KIND, Desk
-from softmark.interpreter.study.workers.journal import Interrupted, Journal, Refused
+from softmark.interpreter.study.workers.journal import Interrupted, Journal, JournalRefused
 from softmark.interpreter.vocabulary.studies import Stability
 from softmark.records import dataclass
 
@@ -41,7 +41,7 @@ Then = Callable[[Classified], None]
 
 
 @dataclass(frozen=True)
-class Request:
+class StabilityRequest:
     """What is to be stressed, and how. `timeout` in CPU seconds for each point, `memory` in GiB for each worker."""
 
     folder: Path
@@ -56,7 +56,7 @@ class Request:
     say: Say = field(default=lambda what, detail: None, repr=False)
 
 
-def stress(subject: Subject, request: Request) -> Stress:
+def stress(subject: SceneSubject, request: StabilityRequest) -> Stress:
     """Carry the stability studies of a scene out, or one over everything where it declares none.
 
     Raises SceneError for a request that cannot be meant, Refused for a folder that cannot be used, pool.Unavailable
@@ -67,12 +67,12 @@ def stress(subject: Subject, request: Request) -> Stress:
     with Journal.open(request.folder, request.fresh) as journal:
         if journal.of_kind(KIND) and not request.resume:
             count = len(journal.of_kind(KIND))
-            raise Refused(f"{request.folder} holds {count} finished points; `--resume` goes on from there, "
+            raise JournalRefused(f"{request.folder} holds {count} finished points; `--resume` goes on from there, "
                           "`--fresh` starts anew")  # fmt: skip
         desk = Desk(journal, request.jobs, request.timeout, request.memory, lambda n, key: None)
-        trials = [Trial(Ground(subject, one), desk, request.say) for one in asked]
+        trials = [StudyTrial(Ground(subject, one), desk, request.say) for one in asked]
         try:
-            for stage in (Trial.start, Trial.map):
+            for stage in (StudyTrial.start, StudyTrial.map):
                 for trial in trials:
                     stage(trial)
                 desk.work()
@@ -86,7 +86,7 @@ def stress(subject: Subject, request: Request) -> Stress:
     return Stress.of(created, environment(started), request.command, scene, tuple(t.found() for t in trials))
 
 
-def _asked(scene: Scene, request: Request) -> list[Asked]:
+def _asked(scene: Scene, request: StabilityRequest) -> list[StudyUnderway]:
     """The studies that are meant. Raises SceneError."""
     problems = unknown_models(scene, request.models)
     own = {n: d for n, d in scene.of_kind("study").items() if isinstance(d.thing, Stability)}
@@ -106,7 +106,7 @@ def _asked(scene: Scene, request: Request) -> list[Asked]:
 
 
 @dataclass
-class Trial:
+class StudyTrial:
     """One study while it is carried out."""
 
     ground: Ground
@@ -118,7 +118,7 @@ class Trial:
     outlines: dict[str, str] = field(default_factory=dict)
 
     @property
-    def asked(self) -> Asked:
+    def asked(self) -> StudyUnderway:
         """What the study asks."""
         return self.ground.asked
 
@@ -134,29 +134,29 @@ class Trial:
             if quantity.options:
                 self._choose(model, quantity, nominal)
             for ladder in quantity.ladders:
-                walk = Walk(ladder, self.asked.until, {0.0: Seen.of(nominal.word, nominal.status)})
+                walk = Walk(ladder, self.asked.until, {0.0: PointClass.of(nominal.word, nominal.status)})
                 self.walks.setdefault((model, quantity.name), []).append(walk)
                 self._step(model, quantity, walk)
 
-    def _step(self, model: str, quantity: Quantity, walk: Walk) -> None:
+    def _step(self, model: str, quantity: WalkedQuantity, walk: Walk) -> None:
         """Ask for the next point of a walk, and go on when it is there."""
         t = walk.wanted()
         if t is None:
             return
 
         def told(found: Classified) -> None:
-            walk.tell(t, Seen.of(found.word, found.status))
+            walk.tell(t, PointClass.of(found.word, found.status))
             self._step(model, quantity, walk)
 
         self.look(model, {quantity.name: walk.ladder.at(t)}, told)
 
-    def _choose(self, model: str, quantity: Quantity, nominal: Classified) -> None:
+    def _choose(self, model: str, quantity: WalkedQuantity, nominal: Classified) -> None:
         seen = self.chosen.setdefault((model, quantity.name), {str(quantity.nominal): nominal})
         for option in quantity.options:
             if option != quantity.nominal:
                 self.look(model, {quantity.name: option}, lambda found, o=option: seen.update({o: found}))  # type: ignore[misc]
 
-    def _depends(self, model: str, quantity: Quantity) -> bool:
+    def _depends(self, model: str, quantity: WalkedQuantity) -> bool:
         """Whether what a model comes to depends on a quantity: its key changes with it."""
         scene = self.ground.subject.scene
         owner = quantity.name.rpartition(".")[0]
@@ -208,7 +208,7 @@ class Trial:
                 for b in ys:
                     self.look(model, {x.name: a, y.name: b}, lambda found: None)
 
-    def _grids(self) -> list[tuple[str, Quantity, Quantity, list[Value], list[Value]]]:
+    def _grids(self) -> list[tuple[str, WalkedQuantity, WalkedQuantity, list[Value], list[Value]]]:
         if not self.asked.mapped:
             return []
         found = []
@@ -218,7 +218,7 @@ class Trial:
                     found.append((model, x, y, self._levels(x), self._levels(y)))
         return found
 
-    def _levels(self, quantity: Quantity) -> list[Value]:
+    def _levels(self, quantity: WalkedQuantity) -> list[Value]:
         return maps.levels(quantity, [w for (_, name), own in self.walks.items() if name == quantity.name for w in own])
 
     # ------------------------------------------------------------------ the result
@@ -247,7 +247,7 @@ class Trial:
                     found.append(choice_of(model, quantity, seen, self._at, self.outlines, models))
         return found
 
-    def _beside(self, model: str, quantity: Quantity, walk: Walk) -> dict[str, Walk]:
+    def _beside(self, model: str, quantity: WalkedQuantity, walk: Walk) -> dict[str, Walk]:
         """Walks of other models along the same quantity in the same direction."""
         return {
             other: own for other in self.asked.models if other != model

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import field, fields, replace
 from typing import Any, ClassVar, Self
 
-from softmark.interpreter.plan.quantities import Quantity, Value
+from softmark.interpreter.plan.quantities import Value, WalkedQuantity
 from softmark.interpreter.results.plain import Plain, several
 from softmark.interpreter.results.stated import StatedError
 from softmark.records import dataclass
@@ -154,7 +154,7 @@ class StressStudy(Plain):
     """One study: its points, and the edges and maps that they make."""
 
     READ: ClassVar = {
-        "models": tuple, "quantities": several(Quantity.from_json), "points": several(StressPoint.from_json),
+        "models": tuple, "quantities": several(WalkedQuantity.from_json), "points": several(StressPoint.from_json),
         "edges": several(StressEdge.read), "maps": several(StressMap.from_json),
     }  # fmt: skip
 
@@ -165,7 +165,7 @@ class StressStudy(Plain):
     until: str
     models: tuple[str, ...]
     outlines: Mapping[str, str]
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[WalkedQuantity, ...]
     points: tuple[StressPoint, ...] = ()
     edges: tuple[StressEdge, ...] = ()
     maps: tuple[StressMap, ...] = ()

@@ -35,7 +35,7 @@ START = 120.0  # s in which a worker must have started
 STARTS = 3  # workers in a row that may fail to start
 
 
-class Unavailable(Exception):
+class NoWorkers(Exception):
     """Nobody can do the tasks; the text says why and what to do."""
 
 
@@ -192,7 +192,7 @@ class _Pool:
         elif not worker.ready:
             self.lost += 1
             if self.lost >= STARTS:
-                raise Unavailable(f"worker processes do not start (exit status {code}); see the lines above")
+                raise NoWorkers(f"worker processes do not start (exit status {code}); see the lines above")
 
     def _late(self) -> Iterator[PointOutcome]:
         """Kill what has had its time."""
@@ -248,7 +248,7 @@ def _client(address: str, wait: float) -> Any:
         return _dask().Client(address, timeout=wait, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         reason = str(error) or type(error).__name__
-        raise Unavailable(
+        raise NoWorkers(
             f"no dask scheduler answers at {address} ({reason}); start one by `dask scheduler`, or leave out --cluster"
         ) from error
 
@@ -258,7 +258,7 @@ def _dask() -> Any:
     try:
         return importlib.import_module("distributed")
     except ImportError as error:
-        raise Unavailable("--cluster needs dask: pip install 'softmark[cluster]'") from error
+        raise NoWorkers("--cluster needs dask: pip install 'softmark[cluster]'") from error
 
 
 def _gathered(client: Any, tasks: Sequence[PointTask], timeout: float | None) -> Iterator[PointOutcome]:
