@@ -61,7 +61,7 @@ class ProbeTrace(Plain):
 
 
 @dataclass(frozen=True)
-class ReferenceOutcome(Plain):
+class SolvedReference(Plain):
     """What a reference came to, with an estimate of its own error in m."""
 
     READ: ClassVar = {"probes": by_name(ProbeTrace.from_json)}
@@ -98,12 +98,12 @@ class PointOutcome(Attempt):
     One that is `unfinished` was lost, or had no more than `limit_s`: another try may have a result.
     """
 
-    READ: ClassVar = {"references": by_name(ReferenceOutcome.from_json), "truths": by_name(Truth.from_json)}
+    READ: ClassVar = {"references": by_name(SolvedReference.from_json), "truths": by_name(Truth.from_json)}
     SELDOM: ClassVar = ("truths", "unfinished", "limit_s")
 
     key: str
     point: Mapping[str, Any]
-    references: Mapping[str, ReferenceOutcome] = field(default_factory=dict)
+    references: Mapping[str, SolvedReference] = field(default_factory=dict)
     truths: Mapping[str, Truth] | None = None
     wall_s: float | None = None
     cpu_s: float | None = None

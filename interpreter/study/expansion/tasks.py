@@ -26,7 +26,7 @@ from softmark.interpreter.study.expansion.outcome import (
     PointTask,
     PointWarning,
     ProbeTrace,
-    ReferenceOutcome,
+    SolvedReference,
     Truth,
     TruthAsked,
 )
@@ -176,9 +176,9 @@ def _concerned(scene: Scene, report: Report, model: ModelResult) -> list[Warned]
     return [w for w in report.warnings if w.line is None or not any(w.line in there for there in lines)]
 
 
-def _reference(reference: ReferenceResult) -> ReferenceOutcome:
+def _reference(reference: ReferenceResult) -> SolvedReference:
     error = reference.estimated_error
-    return ReferenceOutcome(
+    return SolvedReference(
         reference.kind, reference.source, reference.status, reference.message,
         clean(error), {n: _probe(p) for n, p in reference.probes.items()},
     )  # fmt: skip
