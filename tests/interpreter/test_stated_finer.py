@@ -18,6 +18,7 @@ from softmark.interpreter.cli.main import main
 from softmark.interpreter.evidence import orders
 from softmark.interpreter.evidence.budget import Budget, Overspent
 from softmark.interpreter.evidence.probe_answers import Unknown
+from softmark.interpreter.results.report import Timing
 from softmark.interpreter.run.pipeline import Options, run
 from softmark.solvers.elements import ELEMENTS
 
@@ -130,12 +131,7 @@ metric   eta  = energy_norm(line, against = fine)
 
 
 def test_what_costs_more_than_it_may_is_not_begun_or_stopped() -> None:
-    class Clock:
-        @staticmethod
-        def to_json() -> dict[str, float]:
-            return {"median": 10.0}
-
-    budget = Budget.of({"solve_cpu_s": Clock(), "setup_cpu_s": None}, asked=True)
+    budget = Budget.of({"solve_cpu_s": Timing((10.0,)), "setup_cpu_s": None}, asked=True)
     budget.must_hold(3.9)
     with pytest.raises(Overspent, match="more than 4 times the solution"):
         budget.must_hold(4.1)
