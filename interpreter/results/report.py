@@ -226,9 +226,15 @@ class ExpectationResult:
     reason: str | None = None
     left_out: bool = False  # what it is about was not chosen to run
 
+    @property
+    def verdict(self) -> str:
+        """`met`, `not_met`, or `cannot_tell`."""
+        return "cannot_tell" if self.passed is None else "met" if self.passed else "not_met"
+
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of an expectation."""
         own = {"text": self.text, "line": self.line, "passed": self.passed, "value": self.value}
+        own["verdict"] = self.verdict
         return own if self.reason is None else {**own, "reason": self.reason}
 
 
