@@ -40,7 +40,7 @@ def _concerns(scene: Scene, metric: Declared, view: View) -> bool:
         return False
     probe, model = metric.thing.looked_at, scene.declared[view.name].kind == "model"
     if probe is None:  # about the computation itself
-        return model
+        return model and metric.thing.about in (None, view.body)
     if not model and view.message is None and probe not in view.probes:  # measured elsewhere
         return False
     return bool(scene.declared[probe].thing.body == view.body)
@@ -107,6 +107,7 @@ def _seen(thing: Metric, view: View, views: Mapping[str, View]) -> Seen:
         view.solve,
         own.times,
         own.course,
+        view.vibrations,
     )
 
 
