@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from softmark.interpreter.evidence.answer import Answer
-    from softmark.interpreter.evidence.probe_answers import Seen
+    from softmark.interpreter.evidence.probe_answers import ProbeAnswer
 
 
-def parts(whole: Answer) -> dict[str, Callable[[Seen], float]]:
+def parts(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     """The part of the stated error that comes of parts of other materials; none where meshes follow them."""
     from softmark.interpreter.models.shared.regions import missed
 
@@ -29,7 +29,7 @@ def parts(whole: Answer) -> dict[str, Callable[[Seen], float]]:
     return {"regions": lambda seen: _apart(whole, seen, side)}
 
 
-def _apart(whole: Answer, seen: Seen, side: int) -> float:
+def _apart(whole: Answer, seen: ProbeAnswer, side: int) -> float:
     """How far the same is with every cell that a border passes of one material."""
     solution, _ = whole.solved("leaning", whole.declared, replace(whole.case, leaning=side))
     return seen.apart(seen.of(solution))

@@ -159,8 +159,10 @@ def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Bodies that models compute although nothing moves them."""
-    still = {case.body.name: case for _, case in _cases(scene, "model") if not case.loads and not _driven(case)}
+    """Bodies that models compute although nothing moves them, and nobody asks how they vibrate."""
+    ringing = {metric.thing.about for metric in scene.of_kind("metric").values()}
+    cases = (case for _, case in _cases(scene, "model") if not case.loads and not _driven(case))
+    still = {case.body.name: case for case in cases if case.body.name not in ringing}
     for case in still.values():
         body = case.body.name
         yield diagnostic("W313", case.body.at(), f"nothing loads `{body}`: it stays at rest", "no load",

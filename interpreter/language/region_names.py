@@ -1,4 +1,4 @@
-"""Names of regions where conditions are due: what they select, and which was meant by a name that is none."""
+"""ModuleTable of regions where conditions are due: what they select, and which was meant by a name that is none."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from softmark.grammar.suggest import nearest
 from softmark.interpreter.language.condition_syntax import Named
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.language.sources import Module, Symbol, Table
+from softmark.interpreter.language.sources import Module, ModuleTable, Symbol
 
 KIND = "region"  # of declarations whose names stand for conditions
 
 
-def regions_of(module: Module, table: Table, declared: Callable[[tree.Name], Declared]) -> Named:
+def regions_of(module: Module, table: ModuleTable, declared: Callable[[tree.Name], Declared]) -> Named:
     """What names in a text of a module select; `declared` finds one, and raises Bad for one in error or in a circle."""
 
     def named(name: tree.Name) -> Condition | str | None:

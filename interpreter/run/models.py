@@ -79,6 +79,7 @@ def solve(work: Work, name: str) -> None:
         clock=clock,
         history=solution.history,
         solve=solution.facts,
+        vibrations=solution.vibrations,
     )
     outline, kind, held = declared.thing.outline(case), declared.thing.kind(case), reactions(case, prepared)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)

@@ -21,7 +21,7 @@ class Region:
 
 
 @dataclass(frozen=True)
-class Part(Region):
+class BodyPart(Region):
     """The part of a body where a condition holds, of a material of its own or of that of the body.
 
     Its name stands wherever a condition does: `where = lump`, `where = lump and x > 0 mm`. Finite elements in full take

@@ -14,13 +14,13 @@ from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.pressures import Pressed, split_of
-from softmark.solvers.checks.solids import Balance, Body, Term
+from softmark.solvers.checks.solids import CheckedBody, ForceBalance, StressTerm
 from softmark.solvers.elements import ELEMENTS
 
 LEFT = 50.0  # times the estimate of what rounding leaves
 
 
-def balance_of(model: Fem, case: Case, mesh: Moved | None) -> Balance:
+def balance_of(model: Fem, case: Case, mesh: Moved | None) -> ForceBalance:
     """The forces of finite elements found again. Raises Unchecked."""
     if mesh is None or mesh.kind not in ELEMENTS:
         raise Unchecked(f"there is no other formula for {model.element}")
@@ -37,7 +37,7 @@ def balance_of(model: Fem, case: Case, mesh: Moved | None) -> Balance:
         for own, which in alone(case, mesh):
             terms, stiff = terms_of(model, own)
             cells = mesh.cells[which] if near is None else mesh.cells[which][near[which]]
-            body = Body(mesh.points, cells, mesh.kind, u, terms, stiff, turned=model.rotation == "element")
+            body = CheckedBody(mesh.points, cells, mesh.kind, u, terms, stiff, turned=model.rotation == "element")
             f, left = body.forces(cells)
             inside, noise = inside + f, noise + left
     outside, unsure = loads_on(case, mesh, u, model.strain == "small", model.mass)
@@ -69,7 +69,7 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
     return Pressed(mesh.points, mesh.cells[which], mesh.kind, u, split, E / (2.0 * (1.0 + nu)), own)
 
 
-def terms_of(model: Fem, case: Case) -> tuple[tuple[Term, ...], float]:
+def terms_of(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
     """The parts of the stress of a model, and its stiffest modulus, Pa. Raises Unchecked."""
     E, nu = case.material.young, case.material.poisson
     mu, lam = E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
@@ -81,15 +81,15 @@ def terms_of(model: Fem, case: Case) -> tuple[tuple[Term, ...], float]:
         return _finite_terms(case.material, selective), stiff
     law = solids.small_stress if strain == "small" else solids.corotational_stress
     if selective:
-        return (Term(law(mu, 0.0)), Term(law(0.0, lam), centre=True)), stiff
-    return (Term(law(mu, lam)),), stiff
+        return (StressTerm(law(mu, 0.0)), StressTerm(law(0.0, lam), centre=True)), stiff
+    return (StressTerm(law(mu, lam)),), stiff
 
 
-def _finite_terms(material: Any, selective: bool) -> tuple[Term, ...]:
+def _finite_terms(material: Any, selective: bool) -> tuple[StressTerm, ...]:
     parts = material.finite_parts() if selective else None
     if parts is not None:
-        return Term(parts[0].P), Term(parts[1].P, centre=True)
-    return (Term(material.finite_law().P),)
+        return StressTerm(parts[0].P), StressTerm(parts[1].P, centre=True)
+    return (StressTerm(material.finite_law().P),)
 
 
 def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:

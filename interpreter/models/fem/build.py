@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields, replace
 from functools import reduce
 from operator import add
@@ -30,6 +30,7 @@ from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.pieces import Piece, pieces
 from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.vibrations import about
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.problem.data import located
@@ -47,7 +48,7 @@ from softmark.solvers.linear import factorisations, systems
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.polar import least_stretch, rotations
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
-from softmark.solvers.mesh.files.reading import Unreadable
+from softmark.solvers.mesh.files.reading import UnreadableMesh
 from softmark.solvers.mesh.interpolation import Integration, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.reduced.cells import BY_CELL
@@ -142,7 +143,12 @@ class PreparedSolid(OnMesh):
         facts = solution.facts | mesh_facts(self.mesh)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
-        return replace(solution, message=message, facts=facts, notes=notes, mesh=self._deformed(u, found.x, left))
+        moved = self._deformed(u, found.x, left)
+        modes = about(self.assembly, found.x, self._mass, self.problem.linear)
+        return replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
+
+    def _mass(self) -> Any:
+        return _mass(self.model, self.pieces)
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""
@@ -267,10 +273,8 @@ def at_rest(
         *held_notes(declared, case, mesh),
         *notes_of_parts(declared, case, mesh),
     )
-    static = PreparedSolid(
-        model, declared, shape, mesh, elastic, problem, size, notes, applied=(*applied,), pieces=each
-    )
-    return static, parts
+    known = (model, declared, shape, mesh, elastic, problem, size, notes)
+    return PreparedSolid(*known, applied=(*applied,), pieces=each), parts
 
 
 def levered(static: PreparedSolid, workshop: Workshop, disturbance: Disturbance | None = None) -> PreparedSolid:
@@ -322,8 +326,11 @@ def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> E
 
 def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
     """The mass matrix of a model, kg: sparse (3n, 3n) where it is consistent, and else its diagonal (3n,)."""
-    each = (mass_matrix(p.mesh, p.parts, p.case.material.density, model.mass) for p in pieces(case, mesh, parts))
-    return reduce(add, each)
+    return _mass(model, pieces(case, mesh, parts))
+
+
+def _mass(model: Fem, each: Sequence[Piece]) -> Any:
+    return reduce(add, (mass_matrix(p.mesh, p.parts, p.case.material.density, model.mass) for p in each))
 
 
 def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Mesh:
@@ -341,7 +348,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
             workshop.meshes[key] = with_quality(made, model, declared)
         except UnknownElement as error:
             raise Fault(levers.unmeshed(declared, error)) from error
-        except Unreadable as error:
+        except UnreadableMesh as error:
             raise fault(
                 error.code,
                 at,

@@ -127,12 +127,12 @@ def of_parts(model: Fem, pieces: Sequence[Piece], make: Forming) -> tuple[list[E
 
 def _apart(energies: list[Energy]) -> list[Energy]:
     """The same with pressures of one behind those of another."""
-    from softmark.solvers.energies.pressures import Mixed
+    from softmark.solvers.energies.pressures import MixedSolid
 
     found: list[Energy] = []
     behind = 0
     for energy in energies:
-        if isinstance(energy, Mixed):
+        if isinstance(energy, MixedSolid):
             own = energy.dofs - 3 * energy.nodes
             energy = replace(energy, pressures=energy.pressures + behind) if behind else energy
             behind += own
@@ -173,10 +173,10 @@ class Unknowns:
     @classmethod
     def of(cls, energies: Sequence[Energy], mesh: Mesh) -> Unknowns:
         """Those of elastic energies over a mesh, one for each material."""
-        from softmark.solvers.energies.pressures import Mixed
+        from softmark.solvers.energies.pressures import MixedSolid
 
         last = energies[-1]
-        return cls(mesh.points.size, last.dofs if isinstance(last, Mixed) else mesh.points.size)
+        return cls(mesh.points.size, last.dofs if isinstance(last, MixedSolid) else mesh.points.size)
 
     @property
     def pressures(self) -> int:
@@ -187,9 +187,9 @@ class Unknowns:
         """Loads on displacements, as energies of the whole state."""
         if not self.pressures:
             return loads
-        from softmark.solvers.energies.pressures import OfDisplacements
+        from softmark.solvers.energies.pressures import DisplacementEnergy
 
-        return [OfDisplacements(load, self.displacements) for load in loads]
+        return [DisplacementEnergy(load, self.displacements) for load in loads]
 
     def of_displacements(self, of: Callable[[Floats], bool]) -> Callable[[Floats], bool]:
         """A question about displacements, asked of the whole state."""
