@@ -48,13 +48,13 @@ def away(scene: str) -> float:
     return float(value)
 
 
-def stated(scene: str) -> tuple[dict[str, Any], float]:
+def stated(scene: str) -> tuple[Any, float]:
     """What the model says of its error, and what it finds, m."""
     loaded = softmark.loads(scene)
     model = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=())).models["m"]
     value = model.metrics["away"].value
     assert value is not None
-    return dict(model.stated["away"]), float(value)
+    return model.stated["away"], float(value)
 
 
 LINEAR = 0.023 * 2.0 / 10.0 + 0.017 * 2.0 / 80.0  # m: each layer by its own modulus
@@ -172,14 +172,14 @@ def test_what_is_missed_of_a_ball_is_a_number() -> None:
 def test_the_stated_error_contains_what_cells_make_of_a_border_that_they_do_not_follow(where: str) -> None:
     """Held against the same on cells of a quarter of the size; the part that is stated for regions is above zero."""
     said, found = stated(chain("hex8, strain = small, size = 5 mm", where=where))
-    assert said["parts"]["regions"] > 0.0
+    assert said.parts["regions"] > 0.0
     fine = away(chain("hex8, strain = small, size = 1.25 mm", where=where))
-    assert abs(found - fine) <= said["value"]
+    assert abs(found - fine) <= said.value
 
 
 def test_layers_that_a_mesh_follows_add_nothing_to_the_stated_error() -> None:
     said, _ = stated(chain("hex8, strain = small, size = 5 mm"))
-    assert "regions" not in said["parts"]
+    assert "regions" not in said.parts
     report = softmark.loads(chain("hex8, strain = small, size = 5 mm")).run()
     assert report.models["m"].solve["regions"]["rear"]["missed_m3"] == 0.0
 
