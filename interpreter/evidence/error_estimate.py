@@ -34,10 +34,12 @@ from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.models.shared.prepared import Prepared
 from softmark.interpreter.problem.parts.resultants import of_selections
 from softmark.interpreter.problem.view import View
-from softmark.interpreter.results.report import ModelResult, ProbeResult, clean
+from softmark.interpreter.results.plain import clean
+from softmark.interpreter.results.report import ModelResult, ProbeResult
+from softmark.interpreter.results.stated import StatedError
 from softmark.interpreter.vocabulary.analyses import Dynamic
 
-__all__ = ["DOUBTS", "Seen", "Stated", "Unknown", "doubts_of", "is_doubt", "stated"]
+__all__ = ["DOUBTS", "ProbeAnswer", "Stated", "Unknown", "doubts_of", "is_doubt", "stated"]
 
 VOID = ("W351",)  # states of which no part of the error says anything
 
@@ -51,23 +53,23 @@ COARSE = orders.COARSE  # relative: more than that is no statement, of parts tha
 class Stated(Answer):
     """The parts of the error of an answer."""
 
-    def of(self, seen: ProbeAnswer) -> dict[str, Any]:
+    def of(self, seen: ProbeAnswer) -> StatedError:
         """The parts of the error of what a probe sees, and their sum; `reason` where there is none."""
         parts: dict[str, float | None] = {}
         reasons: dict[str, list[str]] = {}
         for name, part in self._parts().items():
             try:
                 with self.budget:
-                    parts[name] = part(seen)
+                    parts[name] = float(part(seen))
                 if not math.isfinite(parts[name] or 0.0):
                     raise Unknown("a part of the error is not finite")
             except Unknown as unknown:
                 parts[name] = None
                 reasons.setdefault(str(unknown), []).append(name)
         known = [v for v in parts.values() if v is not None]
-        value = sum(known) if len(known) == len(parts) else None
+        value = clean(sum(known)) if len(known) == len(parts) else None
         reason = "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
-        return {"value": value, "unit": seen.unit, "parts": parts, "reason": reason or None}
+        return StatedError(value, seen.unit, parts, reason or None)
 
     def _parts(self) -> dict[str, Callable[[ProbeAnswer], float]]:
         found: dict[str, Callable[[ProbeAnswer], float]] = {
@@ -77,6 +79,10 @@ class Stated(Answer):
             "solver": self._solver,
         }
         found |= selection(self)
+        if self.case.parts:
+            from softmark.interpreter.evidence.region_error import parts
+
+            found |= parts(self)
         found |= of_selections(self.result.loads)
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
@@ -154,7 +160,7 @@ def stated(
     measured: Mapping[str, Any],
     warnings: Sequence[Diagnostic],
     asked: bool = True,
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, StatedError]:
     """What a model states of every metric and of every probe, by name; empty where it has no answer.
 
     Where nobody `asked`, what costs next to nothing.
@@ -165,19 +171,19 @@ def stated(
     doubts, found = doubts_of(scene, declared, warnings), {}
     void = next((f"{code}: {DOUBTS[code]}" for code in VOID if code in doubts), None)
     for name, seen in _asked(scene, result, view).items():
-        said = _safely(whole, seen) if void is None else {"value": None, "parts": {}, "reason": void}
-        found[name] = clean({**said, "doubts": doubts})
+        said = _safely(whole, seen) if void is None else StatedError(reason=void)
+        found[name] = replace(said, doubts=tuple(doubts))
     return found
 
 
-def _safely(whole: Stated, seen: ProbeAnswer) -> dict[str, Any]:
+def _safely(whole: Stated, seen: ProbeAnswer) -> StatedError:
     try:
         return whole.of(seen)
     except Exception as error:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
         reason = f"stating it stopped with an error ({type(error).__name__}: {error})"
-        return {"value": None, "parts": {}, "reason": reason}
+        return StatedError(reason=reason)
 
 
 def _asked(scene: Scene, result: ModelResult, view: View) -> dict[str, ProbeAnswer]:

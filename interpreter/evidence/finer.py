@@ -77,7 +77,7 @@ def _freed(model: Fem, case: Case, kind: str) -> Fem:
     thing = model.plain(element=kind)
     full = model.integration == "full" and model.formulation == "displacement" and model.rotation == "point"
     freed = "mean_dilatation" in element_of(kind).formulations
-    if freed and full and case.material.poisson >= FREED and mixed_for(case.material, model.strain):
+    if freed and full and case.largest_poisson >= FREED and all(mixed_for(m, model.strain) for m in case.materials):
         return replace(thing, formulation="mean_dilatation")
     return thing
 

@@ -25,7 +25,8 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.shared.prepared import Prepared, Solution
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.results.report import ModelResult, clean
+from softmark.interpreter.results.plain import clean
+from softmark.interpreter.results.report import ModelResult
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.solids import CheckedBody

@@ -15,7 +15,7 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.interpreter.results.report import Report
     from softmark.interpreter.study.compare import Comparison
-    from softmark.interpreter.study.stability.queue import Stress
+    from softmark.interpreter.study.stability.record import Stress
 
 
 @dataclass(frozen=True)

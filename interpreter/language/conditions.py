@@ -197,7 +197,8 @@ class Border:
 class Condition:
     """A selection of points: `holds` works on floats and on arrays, `over` on a box; `said` is its text with values.
 
-    `borders` are the surfaces that can bound it: between them it is true or false throughout.
+    `borders` are the surfaces that can bound it: between them it is true or false throughout. `regions` names those
+    that it is made of.
     """
 
     _test: Callable[[tuple[Any, Any, Any], float], Any] = field(repr=False)
@@ -205,6 +206,7 @@ class Condition:
     _told: Callable[[Sequence[Any], float], Any] = field(repr=False)
     said: str = field(default="", compare=False)
     borders: tuple[Border, ...] = field(default=(), compare=False, repr=False)
+    regions: tuple[str, ...] = field(default=(), compare=False)
 
     def holds(self, x: Any, y: Any, z: Any, extent: float) -> Any:
         """True where (x, y, z), in m, satisfies the condition in a body of this extent (m)."""
@@ -255,7 +257,7 @@ class Condition:
         def told(levels: Sequence[Any], extent: float) -> Any:
             return _not(a._told(levels, extent))
 
-        return Condition(test, bound, told, borders=a.borders)
+        return Condition(test, bound, told, borders=a.borders, regions=a.regions)
 
     @staticmethod
     def junction(operator: str, a: Condition, b: Condition) -> Condition:
@@ -275,7 +277,7 @@ class Condition:
             left, right = a._told(levels[:first], extent), b._told(levels[first:], extent)
             return left & right if both else left | right
 
-        return Condition(test, bound, told, borders=(*a.borders, *b.borders))
+        return Condition(test, bound, told, borders=(*a.borders, *b.borders), regions=(*a.regions, *b.regions))
 
 
 def _not(held: Any) -> Any:

@@ -56,6 +56,7 @@ class Seen:
     solve: Mapping[str, Any] = field(default_factory=dict)  # iterations, tolerance, whether it was capped
     times: Floats | None = None  # (t,) s, and
     course: Floats | None = None  # (t, n, 3) m at the points of the probe, where there is a history
+    vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ To let another field go farther or less far: a line in SPANS.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, Literal
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal, Self, cast
 
 from softmark.interpreter.language import overrides, units
 from softmark.interpreter.language.expressions import Quantity as Number
@@ -16,6 +16,7 @@ from softmark.interpreter.language.schema import Field, Interval
 from softmark.interpreter.language.units import Dimension
 from softmark.interpreter.plan import ladder
 from softmark.interpreter.plan.ladder import Ladder
+from softmark.interpreter.results.plain import Plain
 from softmark.records import dataclass
 
 Kind = Literal["gap", "factor", "integer", "choice", "reach"]
@@ -48,7 +49,7 @@ class Unwalkable(ValueError):
 
 
 @dataclass(frozen=True)
-class WalkedQuantity:
+class WalkedQuantity(Plain):
     """Something that is walked: its value in the scene, and the ways outward. A vector's value is the factor on it."""
 
     name: str
@@ -86,6 +87,17 @@ class WalkedQuantity:
         nominal = None if isinstance(self.nominal, str) else self.nominal
         return {"name": self.name, "unit": self.unit, "nominal": nominal, "text": self.text, "kind": self.kind,
                 "limits": list(self.limits) if self.limits else None, "options": list(self.options)}  # fmt: skip
+
+    @classmethod
+    def from_json(cls, own: Mapping[str, Any]) -> Self:
+        """From its entry, which has no ladders."""
+        text, unit = str(own.get("text") or ""), str(own.get("unit") or "1")
+        nominal, kind = own.get("nominal"), cast("Kind", own.get("kind") or "reach")
+        limits, options = own.get("limits"), tuple(own.get("options") or ())
+        return cls(
+            own["name"], kind, text if nominal is None else nominal, text, units.parse(unit).dimension,
+            tuple(limits) if limits else None, options,
+        )  # fmt: skip
 
 
 def _plain(value: float) -> str:

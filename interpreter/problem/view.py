@@ -36,3 +36,4 @@ class View:
     clock: Mapping[str, Timing | None] = field(default_factory=dict)
     history: History | None = None
     solve: Mapping[str, Any] = field(default_factory=dict)
+    vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined

@@ -12,6 +12,7 @@ from softmark.interpreter.evidence.force_check import watched
 from softmark.interpreter.evidence.selection_error import reactions
 from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.models.prepare import prepared_model
+from softmark.interpreter.models.shared.pieces import facts
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.parts.resultants import doubts, resultants
@@ -51,6 +52,7 @@ def solve(work: Work, name: str) -> None:
     solution, wall, cpu = _timed(work, name, prepared)
     solution = watched(work.scene, declared, case, prepared, solution)
     history = solution.history
+    solution = replace(solution, facts=solution.facts | facts(case, prepared.mesh))
     clock = {
         "setup_s": Timing((setup,)),
         "solve_s": Timing(tuple(wall)) if wall else None,
@@ -77,6 +79,7 @@ def solve(work: Work, name: str) -> None:
         clock=clock,
         history=solution.history,
         solve=solution.facts,
+        vibrations=solution.vibrations,
     )
     outline, kind, held = declared.thing.outline(case), declared.thing.kind(case), reactions(case, prepared)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)

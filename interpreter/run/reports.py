@@ -22,6 +22,7 @@ from softmark.interpreter.results.report import (
 )
 from softmark.interpreter.run.answers import Work
 from softmark.interpreter.run.environment import describe, environment
+from softmark.interpreter.run.names import names_of
 
 
 def unfinished(work: Work) -> Report:
@@ -96,5 +97,5 @@ def _report(work: Work, expectations: tuple[ExpectationResult, ...], partial: bo
         expectations,
         warnings,
         partial,
-        work.scene.table.modules[0].tree if work.scene.table else None,
+        names_of(work.scene),
     )

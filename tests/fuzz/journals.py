@@ -129,6 +129,7 @@ def compare(data: bytes, folder: Path) -> str:
 def resume(data: bytes, folder: Path) -> str:
     """What a journal tells, and that it can be gone on with."""
     from softmark.interpreter.study.compare import ACCURACY, TIMING, ComparisonRequest, _accuracy, _Done, _sound
+    from softmark.interpreter.study.expansion.outcome import PointTask
 
     path = folder / "journal.jsonl"
     path.write_bytes(data)
@@ -139,7 +140,7 @@ def resume(data: bytes, folder: Path) -> str:
             for key, entry in journal.of_kind(ACCURACY).items():
                 if _sound(entry):  # what is not is computed anew, which takes too long here
                     _accuracy(
-                        {key: {"scene": "s", "model": "a"}},
+                        {key: PointTask(key, "s", "a")},
                         ComparisonRequest(folder, resume=True),
                         _Done(journal, frozenset([key])),
                     )

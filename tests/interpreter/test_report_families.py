@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scene_names import names_in
 
 import softmark
 from softmark.interpreter.language.amounts import negligible, own_error
@@ -82,6 +83,7 @@ def report(*models: ModelResult, text: str = SCENE, **changes: Any) -> Report:
         references,
         (),
         (),
+        names=names_in(text),
     )
     return replace(own, **changes)
 
@@ -160,8 +162,7 @@ def test_families_by_size_and_by_poisson() -> None:
 
 def test_a_parameter_gives_poissons_ratio() -> None:
     text = SCENE.replace("poisson = 0.49", "poisson = nu")
-    scene = {**REFINED.scene, "text": text, "parameters": {"nu": {"value": 0.45, "unit": "1"}}}
-    ratios = by_poisson(Findings(replace(REFINED, scene=scene)))
+    ratios = by_poisson(Findings(replace(REFINED, names=names_in(text, {"nu": 0.45}))))
     assert ratios["tet4, corotational strain, 7 mm"]["t7"] == 0.45
 
 
@@ -274,7 +275,7 @@ def two() -> Report:
         "scan": ReferenceResult("scan", "converged", None, "experimental", "us", None),
     }
     models = {"a": one("a", "l", 0.1, 0.54), "b": one("b", "r", 0.2, 3.77), "lost": lost}
-    return Report({"title": "Two", "file": "t.scene", "text": TWO}, {}, models, references, (), ())
+    return Report({"title": "Two", "file": "t.scene", "text": TWO}, {}, models, references, (), (), names=names_in(TWO))
 
 
 def box() -> tuple[Any, Any]:

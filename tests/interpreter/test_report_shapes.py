@@ -17,6 +17,7 @@ from xml.etree import ElementTree
 import meshio
 import numpy as np
 import pytest
+from scene_names import names_in
 
 from softmark.interpreter.report.charts.colours import VIRIDIS, viridis
 from softmark.interpreter.report.files import files as disk
@@ -36,6 +37,7 @@ from softmark.interpreter.results.report import (
     Report,
     SeenSurface,
 )
+from softmark.interpreter.results.stated import StatedError
 from softmark.solvers.elements import ELEMENTS
 
 SCENE = """softmark 1
@@ -100,7 +102,7 @@ def report(*models: ModelResult) -> Report:
     scan = ReferenceResult("scan", "converged", None, "measured surface", "us", 5e-4, shape=SeenSurface(*tube(0.02)))
     source = {"metric": "gap", "source": "A. Author (2008), Table 1", "note": "Mean (mm)."}
     scene = {"title": "Shapes", "file": "s.scene", "text": SCENE, "published": [source]}
-    return Report(scene, {}, {m.name: m for m in models}, {"scan": scan}, (), ())
+    return Report(scene, {}, {m.name: m for m in models}, {"scan": scan}, (), (), names=names_in(SCENE))
 
 
 RICH = report(model("good", 0.0205), model("near", 0.0207), model("poor", 0.03), model("moving", 0.028, 12))
@@ -207,9 +209,9 @@ def test_of_many_shapes_a_few_are_shown_at_first_and_the_caption_says_how_many(c
 
 
 def test_what_many_models_state_alike_is_one_line() -> None:
-    said = {"gap": {"value": None, "reason": "model: too thick", "unit": "m"}}
+    said = {"gap": StatedError(reason="model: too thick", unit="m")}
     models = [replace(model(f"m{i}", 0.02, along=8), stated=said) for i in range(7)]
-    own = {"gap": {"value": 1e-3, "unit": "m"}}
+    own = {"gap": StatedError(1e-3, "m")}
     lines = table(report(*models, replace(model("own", 0.02, along=8), stated=own)), False).splitlines()
     assert [line for line in lines if "stat" in line] == [
         "7 models state no error of `gap`: model: too thick",

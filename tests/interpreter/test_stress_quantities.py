@@ -128,7 +128,7 @@ def test_a_model_is_refused_for_its_own_errors_alone() -> None:
     assert refused is not None
     assert (refused.word, refused.code) == ("refused", "E304")
     assert ground.refusal(fine, "rod") is None
-    assert perform(ground.task(fine, "rod"))["point"]["status"] == "converged"
+    assert perform(ground.task(fine, "rod")).point["status"] == "converged"
     assert ground.refusal((), "tet") is None
-    assert ground.task((), "tet")["key"] == ground.task(ground.values({"loose": 1.0}), "tet")["key"]
-    assert ground.task((), "tet")["stated"] is True
+    assert ground.task((), "tet").key == ground.task(ground.values({"loose": 1.0}), "tet").key
+    assert ground.task((), "tet").stated is True

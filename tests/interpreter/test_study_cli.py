@@ -150,7 +150,7 @@ def test_a_configuration_that_takes_too_long_is_tried_again_only_with_more_time(
 
     def staged(given: list[dict[str, Any]], jobs: int, timeout: float, started: object) -> Iterator[dict[str, Any]]:
         for task in given:
-            late = task["overrides"] == ["n=9"] and timeout < 5
+            late = task.overrides == ("n=9",) and timeout < 5
             yield pool.timed_out(task, timeout) if late else tasks.perform(task)
 
     monkeypatch.setattr(pool, "outcomes", staged)

@@ -112,7 +112,7 @@ def test_one_process_at_a_time(tmp_path: Path) -> None:
     with Journal.open(tmp_path), pytest.raises(JournalRefused, match="another comparison is running"):
         Journal.open(tmp_path)
     code = "import sys; from softmark.interpreter.study.workers.journal import *; from pathlib import Path\n"
-    code += "try: Journal.open(Path(sys.argv[1]))\nexcept Refused: sys.exit(5)"
+    code += "try: Journal.open(Path(sys.argv[1]))\nexcept JournalRefused: sys.exit(5)"
     command = [sys.executable, "-c", code, str(tmp_path)]
     with Journal.open(tmp_path):
         assert subprocess.run(command, check=False).returncode == 5

@@ -122,8 +122,8 @@ def test_no_distance_between_shapes_that_were_computed_at_different_values() -> 
 
     def point(model: str, value: str, status: str) -> ComparedPoint:
         label = f"{model}, E = {value}"
-        return ComparedPoint.from_json({"key": label, "label": label, "model": model, "scene": "s", "variation": {"E": value},
-                "status": status, "size": {"dofs": 9}, "probes": probe})  # fmt: skip
+        entries = {"key": label, "label": label, "model": model, "scene": "s", "variation": {"E": value}}
+        return ComparedPoint.from_json(entries | {"status": status, "size": {"dofs": 9}, "probes": probe})
 
     found = distances([point("a", "1", "converged"), point("b", "1", "failed"), point("b", "2", "converged")], {})
     assert found.matrix == [[0.0, None], [None, 0.0]]

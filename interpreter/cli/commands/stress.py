@@ -22,7 +22,8 @@ from softmark.interpreter.cli.commands.study_options import (
 if TYPE_CHECKING:
     from softmark.interpreter.cli.commands.progress import Progress
     from softmark.interpreter.study.expansion.variations import SceneSubject
-    from softmark.interpreter.study.stability.queue import StabilityRequest, Stress
+    from softmark.interpreter.study.stability.queue import StabilityRequest
+    from softmark.interpreter.study.stability.record import Stress
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -98,9 +99,9 @@ def _shelve(found: Stress, folder: Path, parsed: argparse.Namespace) -> int:
     from softmark.interpreter.report.stability.terminal import table
 
     text = found.dumps()
-    files = {"stress.json": lambda: text, "stress.html": lambda: page(found.to_json())}
+    files = {"stress.json": lambda: text, "stress.html": lambda: page(found)}
     sound = shelved(files, text, folder, parsed)
     if parsed.json != "-":
         colour, shown = sys.stdout.isatty() and coloured(), str(folder / "stress.html")
-        print(table(found.to_json(), parsed.file, parsed.overrides, colour, shown if sound else None))
+        print(table(found, parsed.file, parsed.overrides, colour, shown if sound else None))
     return found.exit_status if sound else 3

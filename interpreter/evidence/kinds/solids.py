@@ -14,6 +14,7 @@ from softmark.interpreter.evidence.budget import NOT_ASKED
 from softmark.interpreter.evidence.kinds.solid_forces import balance_of, pressed
 from softmark.interpreter.evidence.kinds.voucher import FINER, HOPELESS, Found, Sized, from_coarser
 from softmark.interpreter.evidence.load_check import Unchecked
+from softmark.interpreter.evidence.materials import alone
 from softmark.interpreter.evidence.probe_answers import Field, ProbeAnswer, Unknown
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import case_for
@@ -30,13 +31,16 @@ class Solids(Sized):
 
     def facts(self, found: Found) -> dict[str, Any]:
         """Of a solid that cannot change its volume: by how much a cell does, and the whole."""
-        if found.solution.mesh is None or found.case.material.poisson < 0.5:
+        mesh = found.solution.mesh
+        if mesh is None or found.case.largest_poisson < 0.5:
             return {}
+        each = [(own, which) for own, which in alone(found.case, mesh) if own.material.poisson >= 0.5]
         try:
-            most, whole = pressed(found.declared.thing, found.case, found.solution.mesh).grown()
+            grown = [pressed(found.declared.thing, own, mesh, which).grown() for own, which in each]
         except Unchecked:  # the balance of forces says why
             return {}
-        return {"volume": most, "body_volume": whole}
+        whole = {"body_volume": grown[0][1]} if not found.case.parts else {}
+        return {"volume": max((most for most, _ in grown), default=0.0), **whole}
 
     def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
         """By the formulas of solvers/checks/solids.py. Raises Unchecked."""
@@ -81,7 +85,7 @@ class Solids(Sized):
     def _from_coarser(self, answer: Answer, seen: ProbeAnswer) -> float:
         """From one or two coarser meshes. Raises Unknown."""
         thing: Fem = answer.solid.thing
-        if thing.locks_at(answer.own.material.poisson):
+        if thing.locks_at(answer.own.largest_poisson):
             raise Unknown("its element locks at this Poisson's ratio, and coarse meshes agree on what is wrong")
         return from_coarser(self.coarser(answer), seen, float(thing.order))
 
@@ -99,11 +103,14 @@ class Solids(Sized):
 
     def _best(self, answer: Answer, thing: Fem) -> dict[str, Any]:
         """What the model would be with the best strain measure that there is, where it is another."""
-        material = answer.scene.declared[answer.own.body.name].thing.material
-        strain = "corotational" if material.finite_law() is None else "finite"
+        materials = replace(answer.own, other_material=None).materials
+        finite = [material.finite_law() is not None for material in materials]
+        if any(finite) and not all(finite):
+            raise Unknown("its materials have no measure of strain in common that is the best of each")
+        strain = "finite" if all(finite) else "corotational"
         best = {"strain": strain, "rotation": "point", "material": None}
         best |= {"mass": "consistent"} if thing.mass == "uniform" else {}
-        if thing.integration == "selective" and strain == "finite" and material.finite_parts() is None:
+        if thing.integration == "selective" and strain == "finite" and any(m.finite_parts() is None for m in materials):
             best["integration"] = "full"
         return best if any(getattr(thing, n) != v for n, v in best.items()) else {}
 
@@ -120,7 +127,8 @@ class Solids(Sized):
 
     def _likened(self, answer: Answer, thing: Fem, best: Mapping[str, Any]) -> dict[str, Any]:
         """How both keep the volume where means of it leave unlike parts of the laws at every point of a cell."""
-        split = answer.scene.declared[answer.own.body.name].thing.material.finite_parts() is not None
+        materials = replace(answer.own, other_material=None).materials
+        split = all(material.finite_parts() is not None for material in materials)
         if thing.formulation == "mean_dilatation" and best["strain"] == "finite" != thing.strain and split:
             return {"formulation": "displacement", "integration": "selective"}
         return {}

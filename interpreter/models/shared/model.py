@@ -32,6 +32,7 @@ class Model:
     loads: tuple[type[Any], ...] = (PerMass, PerArea, Follower, AtPoint)  # how they may act
     supports: tuple[type[Any], ...] = (Holding,)  # what they are
     moves = True  # it takes dynamic analyses
+    composite = False  # it takes bodies with parts of other materials
     recovers = False  # it finds back to rest from any state
 
     # what it is

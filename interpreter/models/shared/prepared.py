@@ -80,6 +80,7 @@ class Solution:
     notes: tuple[Diagnostic, ...] = ()
     history: History | None = None  # of a dynamic analysis; `displacement` is then that of its end
     mesh: Moved | None = None  # of a model that has one
+    vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz, about a static equilibrium
 
 
 class Prepared(Protocol):

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import field
 
-from softmark.grammar import tree
-from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.report.page.markup import listed
-from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result
+from softmark.interpreter.report.run.findings import UNKNOWN, Findings, MetricColumn, Result
 from softmark.records import dataclass
 
 
@@ -85,20 +83,13 @@ def _compared_with(findings: Findings, name: str) -> Iterator[str]:
 
 
 def _declared(findings: Findings) -> list[str]:
-    return [name for name, d in findings.declared.items() if d.kind == "body"]
+    return findings.report.names.of_kind("body")
 
 
 def _named_bodies(findings: Findings, name: str) -> Iterator[str]:
-    """The bodies that the declaration of a name has in its field `body`."""
-    declared = findings.declared.get(name)
-    if declared is None or not isinstance(declared.value, tree.Call):
-        return
-    known = CATALOGUE.constructor(declared.kind, declared.value.function.text)
-    fields = [f.name for f in known.fields] if known else []
-    for position, argument in enumerate(declared.value.arguments):
-        at = argument.name or (fields[position] if position < len(fields) else "")
-        if at == "body" and isinstance(argument.value, tree.Name):
-            yield argument.value.text
+    """The body that a name is declared for."""
+    body = findings.declared.get(name, UNKNOWN).body
+    yield from () if body is None else (body,)
 
 
 def _name(findings: Findings, links: _Links, root: str) -> str:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 
-from softmark.grammar import tree
-from softmark.grammar.diagnostic import Source
-from softmark.grammar.parse import parse
-from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.page.markup import count, listed
+from softmark.interpreter.results.names import Named
 from softmark.interpreter.results.report import ModelResult, ProbeResult, ReferenceResult, Report
 from softmark.records import dataclass
 
 Result = ModelResult | ReferenceResult
+UNKNOWN = Named("")
 
 
 @dataclass(frozen=True)
@@ -43,27 +41,14 @@ class MetricColumn:
 
 @dataclass(frozen=True)
 class Findings:
-    """A report, with what its scene's text says about the names in it."""
+    """A report, and what follows from it."""
 
     report: Report
 
-    @cached_property
-    def _tree(self) -> tree.Tree:
-        """The scene's text, as the run has read it; what cannot be read is left out."""
-        return self.report.syntax or parse(Source("report", str(self.report.scene.get("text", ""))))[0]
-
-    @cached_property
-    def declared(self) -> dict[str, tree.Declare]:
-        """Declarations of the scene's text by name."""
-        return {d.name: d for d in self._tree.declarations if isinstance(d, tree.Declare)}
-
-    @cached_property
-    def expected(self) -> tuple[str, ...]:
-        """Metrics in the order in which expectations ask for them of models."""
-        conditions = (d.condition for d in self._tree.declarations if isinstance(d, tree.Expect))
-        names = (part.parts for c in conditions for part, _ in tree.walk(c) if isinstance(part, tree.Name))
-        models = {n for n, d in self.declared.items() if d.kind == "model"}
-        return tuple(dict.fromkeys(p[1] for p in names if len(p) == 2 and p[0] in models))
+    @property
+    def declared(self) -> Mapping[str, Named]:
+        """What the scene's own text declares, by name."""
+        return self.report.names.declared
 
     @cached_property
     def lines(self) -> range:
@@ -71,9 +56,9 @@ class Findings:
         return range(1, len(str(self.report.scene.get("text", "")).splitlines()) + 1)
 
     def line(self, name: str) -> int | None:
-        """Where a name is declared."""
-        known = self.declared.get(name)
-        return known.span.line if known else None
+        """Where a name is declared, if that text is known."""
+        line = self.declared.get(name, UNKNOWN).line
+        return line if line in self.lines else None
 
     @cached_property
     def everyone(self) -> dict[str, Result]:
@@ -89,18 +74,12 @@ class Findings:
         return tuple(self._metric(name, found[name]) for name in names)
 
     def _metric(self, name: str, unit: str) -> MetricColumn:
-        declared = self.declared.get(name)
         clock = any("verdict" in r.metrics[name].details for r in self.everyone.values() if name in r.metrics)
-        if declared is None or not isinstance(declared.value, tree.Call):
-            return MetricColumn(name, unit, clock=clock)
-        known = CATALOGUE.constructor("metric", declared.value.function.text)
-        fields = dict(_names(declared.value, tuple(f.name for f in known.fields) if known else ()))
-        against = fields.get("against")
-        return MetricColumn(
-            name, unit, fields.get("probe"), against if against in self.report.references else None,
-            known.summary if known else "", declared.span.line, against if against in self.report.models else None,
-            clock,
-        )  # fmt: skip
+        known = self.declared.get(name, UNKNOWN)
+        against, line = known.against, self.line(name)
+        measured = against if against in self.report.references else None
+        computed = against if against in self.report.models else None
+        return MetricColumn(name, unit, known.probe, measured, known.summary, line, computed, clock)
 
     @cached_property
     def errors(self) -> tuple[MetricColumn, ...]:
@@ -113,7 +92,7 @@ class Findings:
 
         Whoever wrote an expectation says by it what the scene is for; without any it is the order of the text.
         """
-        order = {name: i for i, name in enumerate(self.expected)}
+        order = {name: i for i, name in enumerate(self.report.names.expected)}
         return tuple(sorted(self.errors, key=lambda m: order.get(m.name, len(order))))
 
     def best(self, metric: MetricColumn) -> tuple[str, ...]:
@@ -237,14 +216,6 @@ class Findings:
     @property
     def _all_met(self) -> bool:
         return bool(self.report.expectations) and all(e.passed for e in self.report.expectations)
-
-
-def _names(call: tree.Call, fields: tuple[str, ...]) -> Iterator[tuple[str, str]]:
-    """The arguments of a call that are names, by field; those without a field name count by position."""
-    for position, argument in enumerate(call.arguments):
-        field = argument.name or (fields[position] if position < len(fields) else "")
-        if isinstance(argument.value, tree.Name):
-            yield field, argument.value.text
 
 
 def value_of(result: Result, metric: str) -> float | None:

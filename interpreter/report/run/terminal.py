@@ -65,8 +65,10 @@ def _shown(report: Report) -> Report:
 
 def _plain(result: Any) -> Any:
     metrics = {n: replace(m, reason=all_visible(m.reason)) for n, m in result.metrics.items()}
-    stated = {"stated": all_visible(dict(result.stated))} if isinstance(result, ModelResult) else {}
-    return replace(result, message=all_visible(result.message), metrics=metrics, **stated)
+    shown = replace(result, message=all_visible(result.message), metrics=metrics)
+    if not isinstance(shown, ModelResult):
+        return shown
+    return replace(shown, stated={n: replace(s, reason=all_visible(s.reason)) for n, s in shown.stated.items()})
 
 
 class _Paint:
@@ -172,7 +174,7 @@ def _line(cells: Sequence[str], widths: Sequence[int], ends: bool) -> str:
 
 def _effort(m: ModelResult) -> list[str]:
     timing = m.time.get("solve_s")
-    clock = units.show(timing.to_json()["median"], units.TIME) if timing and m.status == "converged" else "-"
+    clock = units.show(timing.median, units.TIME) if timing and m.status == "converged" else "-"
     iterations, unknowns = str(m.solve.get("iterations", "-")), str(m.size.get("dofs", "-"))
     return [unknowns, iterations, _short(clock), STATUS[m.status]]
 

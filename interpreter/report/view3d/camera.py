@@ -6,7 +6,6 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from softmark.grammar import tree
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.view3d.still import CameraView, frame_of
 from softmark.interpreter.report.view3d.surfaces import Floats
@@ -30,33 +29,5 @@ def letters(view: CameraView) -> str:
 
 
 def upward(findings: Findings) -> Floats:
-    """The direction (3,) against gravity as the scene's text has it; z where there is no gravity."""
-    for declared in findings.declared.values():
-        call = declared.value
-        if not isinstance(call, tree.Call) or call.function.text != "gravity":
-            continue
-        for argument in call.arguments:
-            down = _direction(argument.value)
-            if down is not None:
-                return -down
-    return np.array([0.0, 0.0, 1.0])
-
-
-def _direction(value: object) -> Floats | None:
-    """`-z` or `(0, -1, 0)` as a vector; None for what is neither."""
-    if isinstance(value, tree.Vector) and len(value.items) == 3:
-        known = np.array([_number(item) for item in value.items])
-        return known if np.isfinite(known).all() and known.any() else None
-    sign = 1.0
-    if isinstance(value, tree.Unary) and value.operator in ("-", "+"):
-        sign, value = (-1.0 if value.operator == "-" else 1.0), value.operand
-    if isinstance(value, tree.Name) and value.text in LETTERS and len(value.text) == 1:
-        along: Floats = sign * np.eye(3)[LETTERS.index(value.text)]
-        return along
-    return None
-
-
-def _number(value: object) -> float:
-    if isinstance(value, tree.Unary) and value.operator == "-":
-        return -_number(value.operand)
-    return float(value.value) if isinstance(value, tree.Number) else np.nan
+    """The direction (3,) against gravity; z where there is no gravity."""
+    return 0.0 - np.array(findings.report.names.down)  # without the sign of a zero

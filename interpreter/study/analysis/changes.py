@@ -182,7 +182,7 @@ class ComparedSubject:
     def from_json(cls, found: Json, errors: Json | None, times: Json | None = None) -> ComparedSubject:
         """From an entry of a file, its metrics and what it cost."""
         known = times or {}
-        spreads = {n: s for n in TIMES if isinstance(t := known.get(n), Mapping) and (s := Spread.from_json(t))}
+        spreads = {n: s for n in TIMES if isinstance(t := known.get(n), Mapping) and (s := Spread.read(t))}
         measured = {name: ErrorOf.from_json(e) for name, e in (errors or {}).items()}
         return cls(found.get("status"), found.get("message"), measured, spreads, bool(known.get("contaminated")))
 

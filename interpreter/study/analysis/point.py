@@ -37,7 +37,7 @@ class Spread(Written):
     quartiles: bool = True  # False: least and largest, or what 95 % of time steps stay below, stand for them
 
     @classmethod
-    def from_json(cls, known: Json | None) -> Spread | None:
+    def read(cls, known: Json | None) -> Spread | None:
         """From median, q1 and q3; from least and largest where there are no quartiles, as in a report.
 
         Time steps come with what 95 % of them stay below instead. None without a median.
@@ -85,7 +85,7 @@ class Cost:
         if not known:
             return UNTIMED
         return cls(
-            **{name: Spread.from_json(known.get(name)) for name in SPREADS},
+            **{name: Spread.read(known.get(name)) for name in SPREADS},
             frame_s=known.get("frame_s"), memory_bytes=known.get("memory_bytes"),
             phases={str(n): float(s) for n, s in (known.get("phases") or {}).items() if s and s > 0},
             flags=tuple(map(str, known.get("flags") or ())),

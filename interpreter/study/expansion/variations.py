@@ -25,6 +25,7 @@ from softmark.interpreter.plan.needs import reached
 from softmark.interpreter.plan.sweeps import chain, override_of, value_in
 from softmark.interpreter.study.analysis.point import said_values
 from softmark.interpreter.study.expansion.keys import key_of, key_of_text, needed_models
+from softmark.interpreter.study.expansion.outcome import PointTask
 from softmark.interpreter.study.expansion.tasks import told
 from softmark.interpreter.vocabulary.studies import Stability, Sweep
 from softmark.records import dataclass
@@ -34,7 +35,7 @@ MOST = 100_000  # configurations of one comparison
 
 @dataclass(frozen=True)
 class Configuration:
-    """One model of one scene under one set of overrides; `task` is what performing it needs, as JSON."""
+    """One model of one scene under one set of overrides; `task` is what performing it needs."""
 
     key: str
     scene: str
@@ -42,7 +43,7 @@ class Configuration:
     study: str | None
     variation: Mapping[str, str]
     numbers: Mapping[str, float]
-    task: Mapping[str, Any]
+    task: PointTask
     reason: str | None = None  # why it cannot be computed: the scene is in error with these values
 
     @property
@@ -256,7 +257,7 @@ def _members(subject: SceneSubject, family: _Family) -> Iterator[Configuration]:
         numbers = {} if reason else {n: v for n in variation if (v := value_in(scene, n)) is not None}
         for model in family.models:
             task = task_of(subject, scene, model)
-            yield Configuration(str(task["key"]), subject.name, model, family.study, variation, numbers, task, reason)
+            yield Configuration(task.key, subject.name, model, family.study, variation, numbers, task, reason)
 
 
 def _distinct(members: Iterator[Configuration]) -> list[Configuration]:
@@ -271,13 +272,11 @@ def _distinct(members: Iterator[Configuration]) -> list[Configuration]:
     return list(kept.values())
 
 
-def task_of(subject: SceneSubject, scene: Scene, model: str) -> dict[str, Any]:
-    """What performing one configuration needs, as JSON: the text of the scene and the overrides."""
+def task_of(subject: SceneSubject, scene: Scene, model: str) -> PointTask:
+    """What performing one configuration needs: the text of the scene and the overrides."""
     sound = model in scene.declared
-    return {
-        "key": key_of(scene, model) if sound else key_of_text(scene, model),
-        "scene": subject.name, "model": model, "models": list(needed_models(scene, model) if sound else (model,)),
-        "text": scene.source.text, "shown": scene.source.name,
-        "file": str(Path(scene.path).resolve()) if scene.path else None,
-        "folder": str(subject.folder.resolve()), "overrides": list(scene.overrides),
-    }  # fmt: skip
+    return PointTask(
+        key_of(scene, model) if sound else key_of_text(scene, model), subject.name, model,
+        needed_models(scene, model) if sound else (model,), scene.source.text, scene.source.name,
+        str(Path(scene.path).resolve()) if scene.path else None, str(subject.folder.resolve()), scene.overrides,
+    )  # fmt: skip

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations
-from typing import Any
 
 from softmark.interpreter.plan.quantities import Value, WalkedQuantity
 from softmark.interpreter.plan.walks import Walk
-from softmark.interpreter.study.stability.classify import Classified
+from softmark.interpreter.study.stability.record import Classified, StressMap
 
 
 def levels(quantity: WalkedQuantity, walks: Sequence[Walk]) -> list[Value]:
@@ -38,11 +37,9 @@ def pairs(quantities: Sequence[WalkedQuantity]) -> list[tuple[WalkedQuantity, Wa
 def map_of(
     model: str, x: WalkedQuantity, y: WalkedQuantity, xs: Sequence[Value], ys: Sequence[Value],
     found: Mapping[tuple[Value, Value], Classified],
-) -> dict[str, Any]:  # fmt: skip
-    """One grid as JSON: rows by y, columns by x."""
+) -> StressMap:  # fmt: skip
+    """One grid: rows by y, columns by x."""
     rows = [[found.get((a, b)) for a in xs] for b in ys]
-    return {
-        "model": model, "x": x.name, "y": y.name, "xs": list(xs), "ys": list(ys),
-        "classes": [[c.word if c else None for c in row] for row in rows],
-        "errors": [[c.error if c else None for c in row] for row in rows],
-    }  # fmt: skip
+    classes = [[c.word if c else None for c in row] for row in rows]
+    errors = [[c.error if c else None for c in row] for row in rows]
+    return StressMap(model, x.name, y.name, list(xs), list(ys), classes, errors)

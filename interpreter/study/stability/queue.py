@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from softmark.interpreter.front.requests import at_name, unknown_models
 from softmark.interpreter.language.scene import Declared, Scene, SceneError
@@ -18,20 +16,26 @@ from softmark.interpreter.plan.walks import PointClass, Walk
 from softmark.interpreter.run.environment import describe, environment
 from softmark.interpreter.study.expansion.variations import SceneSubject
 from softmark.interpreter.study.stability import maps
-from softmark.interpreter.study.stability.classify import CLASSES, Classified, classify
+from softmark.interpreter.study.stability.classify import classify
 from softmark.interpreter.study.stability.edges import choice_of, edge_of
 from softmark.interpreter.study.stability.points import Ground, Values
-from softmark.interpreter.study.stability.truth import uncertainty_of
+from softmark.interpreter.study.stability.record import (
+    Classified,
+    Stress,
+    StressEdge,
+    StressMap,
+    StressPoint,
+    StressStudy,
+)
+from softmark.interpreter.study.stability.truth import LeanOutcome, uncertainty_of
 from softmark.interpreter.study.stability.waiting_points import KIND, Desk
 from softmark.interpreter.study.workers.journal import Interrupted, Journal, JournalRefused
 from softmark.interpreter.vocabulary.studies import Stability
 from softmark.records import dataclass
 
-SCHEMA = "softmark-stress/1"
 TIMEOUT = 60.0  # s for a point
 MEMORY = 4.0  # GiB for a worker
 
-Json = dict[str, Any]
 Say = Callable[[str, str], None]
 Then = Callable[[Classified], None]
 
@@ -50,43 +54,6 @@ class StabilityRequest:
     fresh: bool = False
     command: str = ""
     say: Say = field(default=lambda what, detail: None, repr=False)
-
-
-@dataclass(frozen=True)
-class Stress:
-    """What stability studies found: `softmark-stress/1` as plain values."""
-
-    scene: Json
-    studies: list[Json]
-    environment: Json
-    command: str
-    created: str
-
-    @property
-    def points(self) -> list[Json]:
-        """Those of all studies."""
-        return [p for s in self.studies for p in s["points"]]
-
-    @property
-    def silent(self) -> list[Json]:
-        """Points that look right and are wrong: there should be none."""
-        return [p for p in self.points if p["class"] == "silent"]
-
-    @property
-    def exit_status(self) -> int:
-        """1 where a point is silent, else 0: that a model has an edge is no failure."""
-        return 1 if self.silent else 0
-
-    def to_json(self) -> Json:
-        """As `softmark-stress/1`."""
-        classes = {word: sum(p["class"] == word for p in self.points) for word in CLASSES}
-        summary = {"points": len(self.points), "classes": classes, "silent": classes["silent"]}
-        return {"schema": SCHEMA, "created": self.created, "environment": self.environment, "command": self.command,
-                "scene": self.scene, "studies": self.studies, "summary": summary}  # fmt: skip
-
-    def dumps(self) -> str:
-        """The JSON text."""
-        return json.dumps(self.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def stress(subject: SceneSubject, request: StabilityRequest) -> Stress:
@@ -116,7 +83,7 @@ def stress(subject: SceneSubject, request: StabilityRequest) -> Stress:
     chosen = ("title", "file", "standard", "sha256", "text", "parameters", "overrides")
     scene = {"name": subject.name, **{n: known[n] for n in chosen}}
     created = started.isoformat(timespec="seconds")
-    return Stress(scene, [t.to_json() for t in trials], environment(started), request.command, created)
+    return Stress.of(created, environment(started), request.command, scene, tuple(t.found() for t in trials))
 
 
 def _asked(scene: Scene, request: StabilityRequest) -> list[StudyUnderway]:
@@ -145,7 +112,7 @@ class StudyTrial:
     ground: Ground
     desk: Desk
     say: Say
-    points: dict[tuple[Values, str], tuple[Classified, Json]] = field(default_factory=dict)
+    points: dict[tuple[Values, str], StressPoint] = field(default_factory=dict)
     walks: dict[tuple[str, str], list[Walk]] = field(default_factory=dict)  # by model and quantity
     chosen: dict[tuple[str, str], dict[str, Classified]] = field(default_factory=dict)
     outlines: dict[str, str] = field(default_factory=dict)
@@ -198,7 +165,7 @@ class StudyTrial:
         ends: list[Value] = [ladder.at(t) for ladder in quantity.ladders for t in ladder.rungs]
         tried = (self.ground.values({quantity.name: v}) for v in (*ends, *quantity.options))
         sound = next((v for v in tried if v and not self.ground.site(v).errors), None)
-        return sound is None or self.ground.task(sound, model)["key"] != self.ground.task((), model)["key"]
+        return sound is None or self.ground.task(sound, model).key != self.ground.task((), model).key
 
     # ------------------------------------------------------------------ one point
 
@@ -208,25 +175,26 @@ class StudyTrial:
         known = self.points.get((values, model))
         refused = self.ground.refusal(values, model) if known is None else None
         if known is not None:
-            self.desk.soon(lambda: then(known[0]))
+            self.desk.soon(lambda: then(known.found))
         elif refused is not None:
-            self.desk.soon(lambda: then(self._kept(values, model, refused, {})))
+            self.desk.soon(lambda: then(self._kept(values, model, refused, None)))
         else:
             task = self.ground.task(values, model)
             self.desk.ask(task, lambda outcome: then(self._judged(values, model, outcome)))
 
-    def _judged(self, values: Values, model: str, outcome: Json) -> Classified:
+    def _judged(self, values: Values, model: str, outcome: LeanOutcome) -> Classified:
         asked, site = self.asked, self.ground.site(values)
         numerical = uncertainty_of(outcome, asked.against, asked.probe)
         uncertainty = None if numerical is None and not site.theory else (numerical or 0.0) + site.theory
         found = classify(outcome, asked.metric, asked.within, uncertainty, site.doubt)
-        self.outlines.setdefault(model, str(outcome["point"].get("outline") or ""))
-        return self._kept(values, model, found, outcome)
+        self.outlines.setdefault(model, outcome.point.outline)
+        return self._kept(values, model, found, outcome.cpu_s)
 
-    def _kept(self, values: Values, model: str, found: Classified, outcome: Json) -> Classified:
-        self.points.setdefault((values, model), (found, outcome))
-        silent = sum(c.word == "silent" for c, _ in self.points.values())
-        told = ", ".join((model, *(f"{n} = {t}" for n, t in self.ground.texts(values).items())))
+    def _kept(self, values: Values, model: str, found: Classified, cpu_s: float | None) -> Classified:
+        texts, key = self.ground.texts(values), self.ground.task(values, model).key
+        self.points.setdefault((values, model), StressPoint(model, dict(values), found, texts, key, cpu_s))
+        silent = sum(p.found.word == "silent" for p in self.points.values())
+        told = ", ".join((model, *(f"{n} = {t}" for n, t in texts.items())))
         warned = f", {silent} SILENT" if silent else ""
         self.say("stress", f"{self.asked.name}: {len(self.points)} points{warned}; {told}: {found.word}")
         return found
@@ -257,29 +225,19 @@ class StudyTrial:
 
     def _at(self, model: str, name: str, value: Value) -> Classified | None:
         known = self.points.get((self.ground.values({name: value}), model))
-        return known[0] if known else None
+        return known.found if known else None
 
-    def to_json(self) -> Json:
-        """The study's entry."""
-        asked = self.asked
-        return {
-            "name": asked.name, "metric": asked.metric, "against": asked.against, "within": asked.within,
-            "until": asked.until, "models": list(asked.models), "outlines": self.outlines,
-            "quantities": [q.to_json() for q in asked.quantities],
-            "points": [self._point(*point, *found) for point, found in self.points.items()],
-            "edges": self._edges(), "maps": self._maps(),
-        }  # fmt: skip
+    def found(self) -> StressStudy:
+        """What the study has found."""
+        asked, quantities = self.asked, tuple(replace(q, ladders=()) for q in self.asked.quantities)
+        return StressStudy(
+            asked.name, asked.metric, asked.against, asked.within, asked.until, asked.models, self.outlines,
+            quantities, tuple(self.points.values()), tuple(self._edges()), tuple(self._maps()),
+        )  # fmt: skip
 
-    def _point(self, values: Values, model: str, found: Classified, outcome: Json) -> Json:
-        return {
-            "key": self.ground.task(values, model)["key"], "model": model, "values": dict(values),
-            "texts": self.ground.texts(values), "class": found.word, "error": found.error,
-            "stated": found.stated, "uncertainty": found.uncertainty, "message": found.message, "code": found.code,
-            "warnings": list(found.warnings), "cpu_s": outcome.get("cpu_s"),
-        }  # fmt: skip
-
-    def _edges(self) -> list[Json]:
-        found, models = [], self.asked.models
+    def _edges(self) -> list[StressEdge]:
+        found: list[StressEdge] = []
+        models = self.asked.models
         for model in models:
             for quantity in self.asked.quantities:
                 for walk in self.walks.get((model, quantity.name), ()):
@@ -296,10 +254,10 @@ class StudyTrial:
             for own in self.walks.get((other, quantity.name), ()) if own.ladder.direction == walk.ladder.direction
         }  # fmt: skip
 
-    def _maps(self) -> list[Json]:
+    def _maps(self) -> list[StressMap]:
         found = []
         for model, x, y, xs, ys in self._grids():
             places = {(a, b): (self.ground.values({x.name: a, y.name: b}), model) for a in xs for b in ys}
-            known = {at: self.points[place][0] for at, place in places.items() if place in self.points}
+            known = {at: self.points[place].found for at, place in places.items() if place in self.points}
             found.append(maps.map_of(model, x, y, xs, ys, known))
         return found

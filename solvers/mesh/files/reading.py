@@ -28,7 +28,7 @@ AGAIN = "write it again as .vtu, .vtk, .msh, .inp or .mesh: it may be cut off, o
 FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
 
 
-__all__ = ["Unreadable", "converted", "read", "read_points", "read_surface"]
+__all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface"]
 
 
 def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:

@@ -114,9 +114,13 @@ def _csv(findings: Findings, columns: Sequence[MetricColumn]) -> str:
 
 
 def _record(
-    name: str, result: Result, columns: Sequence[MetricColumn], uncertain: Sequence[MetricColumn], said: Sequence[MetricColumn],
+    name: str,
+    result: Result,
+    columns: Sequence[MetricColumn],
+    uncertain: Sequence[MetricColumn],
+    said: Sequence[MetricColumn],
     clocks: Sequence[str],
-) -> list[Cell]:  # fmt: skip
+) -> list[Cell]:
     metrics: list[Cell] = [value_of(result, m.name) for m in columns]
     metrics += [_within(result, m) for m in uncertain]
     metrics += [stated_of(result, m) for m in said]

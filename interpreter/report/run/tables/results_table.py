@@ -249,16 +249,16 @@ class ResultsTable:
         timing = model.time.get(kind)
         if timing is None:
             return self.notes.dash("a static analysis has no time steps" if kind == "step_s" else "not timed")
-        wall, cpu, below = timing.to_json(), model.time.get(kind.replace("_s", "_cpu_s")), []
+        cpu, below = model.time.get(kind.replace("_s", "_cpu_s")), []
         setup = model.time.get("setup_s") if kind == "solve_s" else None
-        if wall["runs"] > 1:
-            below.append(_range(wall["min"], wall["max"]))
-            below.append(count(int(wall["runs"]), "run" if kind == "solve_s" else "step"))
+        if timing.runs > 1:
+            below.append(_range(min(timing.seconds), max(timing.seconds)))
+            below.append(count(timing.runs, "run" if kind == "solve_s" else "step"))
         if setup:
-            below.append(f"setup {seconds(setup.to_json()['median'])}")
-        if cpu and _differ(used := cpu.to_json()["median"], wall["median"]):
-            below.append(f"CPU {seconds(used)}")
-        return seconds(wall["median"]) + _small("<br>".join(below))
+            below.append(f"setup {seconds(setup.median)}")
+        if cpu and _differ(cpu.median, timing.median):
+            below.append(f"CPU {seconds(cpu.median)}")
+        return seconds(timing.median) + _small("<br>".join(below))
 
 
 def _differ(cpu: float, wall: float) -> bool:
@@ -315,5 +315,4 @@ def _small(markup: str) -> str:
 def stated_of(result: Result, metric: MetricColumn) -> float | None:
     """The error that a model states of a number, SI; None where it states none."""
     said = result.stated.get(metric.name) if isinstance(result, ModelResult) and not metric.clock else None
-    value = None if said is None else said.get("value")
-    return None if value is None else float(value)
+    return None if said is None else said.value
