@@ -28,9 +28,11 @@ from softmark.interpreter.evidence.doubts import DOUBTS, doubts_of, is_doubt
 from softmark.interpreter.evidence.kinds import voucher_of
 from softmark.interpreter.evidence.probe_answers import Field, Floats, Seen, Unknown
 from softmark.interpreter.evidence.selection_error import selection
+from softmark.interpreter.evidence.stress_limits import UNSETTLED, limitless
 from softmark.interpreter.front.course_steps import shows
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
+from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.shared.prepared import Prepared
 from softmark.interpreter.problem.parts.resultants import of_selections
 from softmark.interpreter.problem.view import View
@@ -81,7 +83,12 @@ class Stated(Answer):
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
     def _discretisation(self, seen: Seen) -> float:
-        return voucher_of(self.declared.thing).discretisation(self, seen)
+        if place := limitless(seen.metric, self.case, self.prepared.mesh, seen.X):
+            raise Unknown(f"it looks at {place}, where every refinement finds a larger stress")
+        found = voucher_of(self.declared.thing).discretisation(self, seen)
+        if isinstance(seen.metric, OfTensors) and found > UNSETTLED * seen.size:
+            raise Unknown(f"it is not settled: refinement may change it by {100 * found / seen.size:.2g} % and more")
+        return found
 
     def _model(self, seen: Seen) -> float:
         return voucher_of(self.declared.thing).model(self, seen)
@@ -197,4 +204,4 @@ def _seen(probe: ProbeResult, metric: Any, view: View) -> Seen:
     course = probe.course is not None and (metric is None or isinstance(metric, CourseNorm))
     u, times = (probe.course, probe.times) if course else (probe.displacement, None)
     assert u is not None
-    return Seen(probe.points, u, times, metric, view.displacement, probe, view, view.history)
+    return Seen(probe.points, u, times, metric, view.displacement, probe, view, view.history, view.stress)

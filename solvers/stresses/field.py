@@ -12,7 +12,7 @@ from softmark.solvers.mesh.interpolation import Rule
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.stresses.measures import Tensors, von_mises
 from softmark.solvers.stresses.patches import Recovered
-from softmark.solvers.stresses.sampled import State
+from softmark.solvers.stresses.sampled import SYMMETRIC, State
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,11 @@ class Stresses:
     def moved(self, step: Floats) -> Stresses:
         """The same with displacements added to its nodes (n, 3), m."""
         return Stresses(replace(self.state, u=self.state.u + step))
+
+    def strain(self) -> Floats:
+        """Green's at every node (nodes, 6) by SYMMETRIC, where strains are small the small one: for files."""
+        tensors = self.at_nodes().strain("green")
+        return np.stack([tensors[:, i, j] for i, j in SYMMETRIC], axis=1)
 
     def von_mises(self) -> Floats:
         """At every node (nodes,), Pa: for pictures and files."""

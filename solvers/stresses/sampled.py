@@ -64,8 +64,8 @@ class State:
     def _selective(self, H: Floats) -> Floats:
         """Of shear at the point, and of the volume at the centre of the cell."""
         laws = parts_for(self.material, self.strain)
-        if laws is None:
-            raise NoStress("its law has no part of the volume alone")
+        if laws is None:  # it is integrated in full
+            return self._pushed(law_for(self.material, self.strain).P(_deformation(H)), H)
         middle = self._gradient(centre_rule(self.mesh.element))
         volume = self._pushed(laws[1].P(_deformation(middle)), middle)  # (m, 1, 3, 3)
         return self._pushed(laws[0].P(_deformation(H)), H) + volume
