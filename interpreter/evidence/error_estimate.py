@@ -28,7 +28,6 @@ from softmark.interpreter.evidence.doubts import DOUBTS, doubts_of, is_doubt
 from softmark.interpreter.evidence.kinds import voucher_of
 from softmark.interpreter.evidence.probe_answers import Field, Floats, Seen, Unknown
 from softmark.interpreter.evidence.selection_error import selection
-from softmark.interpreter.evidence.stress_limits import UNSETTLED, limitless
 from softmark.interpreter.front.course_steps import shows
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
@@ -83,12 +82,12 @@ class Stated(Answer):
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
     def _discretisation(self, seen: Seen) -> float:
-        if place := limitless(seen.metric, self.case, self.prepared.mesh, seen.X):
-            raise Unknown(f"it looks at {place}, where every refinement finds a larger stress")
-        found = voucher_of(self.declared.thing).discretisation(self, seen)
-        if isinstance(seen.metric, OfTensors) and found > UNSETTLED * seen.size:
-            raise Unknown(f"it is not settled: refinement may change it by {100 * found / seen.size:.2g} % and more")
-        return found
+        voucher = voucher_of(self.declared.thing)
+        if not isinstance(seen.metric, OfTensors):
+            return voucher.discretisation(self, seen)
+        from softmark.interpreter.evidence.stress_limits import settled
+
+        return settled(self, seen, voucher.discretisation)
 
     def _model(self, seen: Seen) -> float:
         return voucher_of(self.declared.thing).model(self, seen)

@@ -51,7 +51,9 @@ class Seen:
 
     def of(self, solution: Solution) -> Seen:
         """What the same probe sees of another solution, at the same times. Raises Unknown."""
-        return replace(self, u=self._of(solution), field=solution.displacement, history=solution.history, stress=solution.stress)
+        return replace(
+            self, u=self._of(solution), field=solution.displacement, history=solution.history, stress=solution.stress
+        )
 
     def at(self, field: Field) -> Seen:
         """What it would see of a static field."""

@@ -7,11 +7,13 @@ corners of plates in extension"). Faces that only slide along a plane, as those 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softmark.interpreter.evidence.answer import Answer
+from softmark.interpreter.evidence.probe_answers import Seen, Unknown
 from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.shared.gripping import grip
@@ -40,6 +42,16 @@ def limitless(metric: Metric | None, case: Case, mesh: Mesh | None, X: Floats) -
     return None
 
 
+def settled(answer: Answer, seen: Seen, discretisation: Callable[[Answer, Seen], float]) -> float:
+    """The error of the mesh in a metric of stress or strain. Raises Unknown where there is no limit, or seems to be."""
+    if place := limitless(seen.metric, answer.case, answer.prepared.mesh, seen.X):
+        raise Unknown(f"it looks at {place}, where every refinement finds a larger stress")
+    found = discretisation(answer, seen)
+    if found > UNSETTLED * seen.size:
+        raise Unknown(f"it is not settled: refinement may change it by {100 * found / seen.size:.2g} % and more")
+    return found
+
+
 def _edge(mesh: Mesh) -> float:
     """The usual length of the boundary's edges, m."""
     corners = mesh.points[mesh.facets[:, : mesh.element.facet.corners]]
@@ -62,6 +74,6 @@ def _rim(case: Case, mesh: Mesh) -> NDArray[np.int64]:
     held = np.zeros((len(mesh.points), 3), dtype=np.bool_)
     for support in case.supports:
         held[np.ix_(grip(support.thing.where, case.shape, mesh).nodes, support.thing.components)] = True
-    of_facets = held[mesh.facets].all(axis=1)  # (f, 3)
-    fixed, free = (mesh.facets[rows] for rows in (of_facets.all(axis=1), ~of_facets.any(axis=1)))
+    of_facets = np.all(held[mesh.facets], axis=1)  # (f, 3)
+    fixed, free = mesh.facets[np.all(of_facets, axis=1)], mesh.facets[~np.any(of_facets, axis=1)]
     return np.intersect1d(fixed, free).astype(np.int64)

@@ -22,7 +22,8 @@ class Strain(OfTensors):
     displacements. `xy` and its like are tensor components, half the change of an angle. The gradient is recovered as
     stress is, with the same orders (see `stress`), and what is said there of edges and corners holds as well.
 
-    Beside its value a report has largest_1, least_1, at_m, points, norm_Pa, cells_apart_Pa and usual_stress_Pa, as of `stress`.
+    Beside its value a report has largest_1, least_1, at_m, points, norm_Pa, cells_apart_Pa and usual_stress_Pa, as
+    `stress` does.
     """
 
     probe: Annotated[str, "probe", "where it is looked at"]

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from softmark.solvers.stresses.field import Stresses
     from softmark.solvers.stresses.measures import Tensors
 
+AXES = ("xx", "yy", "zz", "xy", "yz", "zx")  # what a nominal stress, which is not symmetric, has
+
 
 @dataclass(frozen=True)
 class Stress(OfTensors):
@@ -20,7 +22,8 @@ class Stress(OfTensors):
     `cauchy` is force per area as the body is deformed, `nominal` force along the first axis per area at rest across the
     second, P = J sigma F^-T, what a testing machine reports; `xx` ... `zx` are components by the axes of the scene.
     Principal values are in falling order, tension is positive; `pressure` is positive in compression. Where strains are
-    small, both measures are one. The `largest` is that of the greatest magnitude, with its sign.
+    small, both measures are one. The `largest` is that of the greatest magnitude, with its sign; in motion it is that
+    of the last moment.
 
     Stress of the cells follows from the law and, where they have pressures, from these, and jumps from cell to cell.
     What is told here is recovered from it to nodes by polynomials over patches of cells (Zienkiewicz and Zhu 1992) and

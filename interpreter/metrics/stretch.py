@@ -21,7 +21,8 @@ class Stretch(OfTensors):
     J = det F. Where a model measures small strains, 1 + strain, and 1 + its trace. Recovered as stress is (see
     `stress`). The `largest` is the greatest of the values.
 
-    Beside its value a report has largest_1, least_1, at_m, points, norm_Pa, cells_apart_Pa and usual_stress_Pa, as of `stress`.
+    Beside its value a report has largest_1, least_1, at_m, points, norm_Pa, cells_apart_Pa and usual_stress_Pa, as
+    `stress` does.
     """
 
     probe: Annotated[str, "probe", "where it is looked at"]

@@ -17,13 +17,14 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.base.deferred import np
 
+EVEN = 1e-9  # relative: steps between points that are one line
 Over = Literal["largest", "mean"]
-PRINCIPAL = ("principal_1", "principal_2", "principal_3")
 
 
 class OfTensors(Metric):
     """One that is made of stresses or strains of a model, at the points of its probe."""
 
+    probe: str
     over: Over
 
     def values(self, tensors: Tensors) -> Floats:
@@ -57,14 +58,25 @@ class OfTensors(Metric):
         return Measurement(value, details, samples=values if len(values) > 1 else None)
 
     def _mean(self, values: Floats, seen: Seen) -> float:
-        """Over the volume or the area that points stand for; of points without either, each alike."""
+        """Over the volume, the area or the length that points stand for; of points without these, each alike."""
         if seen.weights is not None:
             return float(seen.weights @ values / seen.weights.sum())
         if seen.triangles is None or not len(seen.triangles):
-            return float(values.mean())
+            return float(_along(seen.X) @ values)
         corners = seen.X[seen.triangles]
         areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
         return float(areas @ values[seen.triangles].mean(axis=1) / areas.sum())
+
+
+def _along(X: Floats) -> Floats:
+    """What each of points (n, 3) counts (n,): alike, and the ends of a straight line half, the trapezoidal rule."""
+    count = len(X)
+    w: Floats = np.ones(count)
+    steps = np.diff(X, axis=0)
+    if count > 2 and np.ptp(steps, axis=0).max() <= EVEN * np.abs(steps).max():
+        w[[0, -1]] = 0.5
+    w /= w.sum()
+    return w
 
 
 def field_of(seen: Seen) -> Stresses:
@@ -77,7 +89,7 @@ def field_of(seen: Seen) -> Stresses:
 
     try:
         field: Stresses = seen.stress()
-        field.usual  # noqa: B018: what can go wrong does so here
+        field.sampled()
     except NoStress as refused:
         raise Undefined(str(refused)) from refused
     return field

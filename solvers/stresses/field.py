@@ -12,7 +12,7 @@ from softmark.solvers.mesh.interpolation import Rule
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.stresses.measures import Tensors, von_mises
 from softmark.solvers.stresses.patches import Recovered
-from softmark.solvers.stresses.sampled import SYMMETRIC, State
+from softmark.solvers.stresses.sampled import SYMMETRIC, NoStress, State
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,11 @@ class Stresses:
         weights = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
         left: Floats = np.sqrt((weights * self._recovered.left(X)[:, :6] ** 2).sum(axis=1))
         return left
+
+    def sampled(self) -> None:
+        """Look at every cell once. Raises NoStress where that cannot be."""
+        if not np.isfinite(self.usual).all():
+            raise NoStress("its stress is not a finite number in every cell")
 
     @cached_property
     def usual(self) -> tuple[float, float]:

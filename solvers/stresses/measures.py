@@ -64,7 +64,8 @@ class Tensors:
         """Principal stretches, those of fibres that lay along an axis, or the volume ratio (n,)."""
         if component == "volume":
             H = self.H.reshape(-1, 3, 3)
-            return 1.0 + np.trace(H, axis1=1, axis2=2) if self.small else np.linalg.det(self.F)
+            ratio: Floats = 1.0 + np.trace(H, axis1=1, axis2=2) if self.small else np.linalg.det(self.F)
+            return ratio
         if component in ("x", "y", "z"):
             axis = "xyz".index(component)
             H = self.H.reshape(-1, 3, 3)
@@ -83,7 +84,7 @@ def full(six: Floats) -> Floats:
 
 def principal(tensors: Floats, component: str) -> Floats:
     """The largest (principal_1), middle or least (principal_3) eigenvalue of symmetric tensors (n, 3, 3): (n,)."""
-    values: Floats = np.linalg.eigvalsh(tensors)[:, 3 - int(component[-1])]
+    values: Floats = np.linalg.eigvalsh(tensors)[:, 3 - int(component[-1])].astype(np.float64)
     return values
 
 

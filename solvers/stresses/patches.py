@@ -1,8 +1,8 @@
 """Values at sampling points within cells recovered to nodes, by polynomials over patches of cells.
 
 Around every corner of the mesh a polynomial of the element's order is fitted, by weighed least squares, to what is
-known at the sampling points of the cells around it; values at nodes between corners are means of those of the corners. On the
-surface, where the cells around a corner lie on one side of it, those around their corners belong to the patch as well.
+known at the sampling points of the cells around it; values at nodes between corners are means of those of the corners.
+On the surface, where the cells around a corner lie on one side of it, those around their corners belong to it too.
 Source: Zienkiewicz and Zhu (1992), "The superconvergent patch recovery and a posteriori error estimates", part 1,
 International Journal for Numerical Methods in Engineering 33:1331.
 """

@@ -143,7 +143,9 @@ class Fem(Model):
     def stress_law(self) -> tuple[str, str] | str:
         """The measure of strain and the way to keep the volume that stress follows from, or why there is none."""
         if self.rotation == "element":
-            return "its forces are those of one rotation for each cell, which belong to no stress: use `rotation = point`"
+            return (
+                "its forces are those of one rotation for each cell, which belong to no stress: use `rotation = point`"
+            )
         volume = "full" if self.integration == "full" else "selective"
         return self.strain, volume if self.formulation == "displacement" else self.formulation
 
