@@ -23,7 +23,10 @@ from softmark.solvers.stresses.sampled import superconvergent
 PAIRS = 20_000  # of a corner and a cell whose products are held at once
 ENOUGH = 3.5  # sampling points for each coefficient that leave the patch of a corner on the surface as it is
 NEAR = 2.0  # cells count by exp(-NEAR r^2), r their distance as a part of the patch: the nearest most
-FLAT = 1e-8  # of the largest eigenvalue of a patch's normal equations: with less, its points lie in a plane
+SPECK = 1e-16  # of the trace: no matrix is singular to the last digit
+FLAT = (
+    1e-8  # of the largest eigenvalue of a patch's normal equations: with less, its points lie in a plane, or a surface
+)
 
 Sample = Callable[[Rule], tuple[Floats, Floats]]  # points (m, q, 3) and values there (m, q, k)
 
@@ -80,10 +83,13 @@ class Recovered:
     # ------------------------------------------------------------------ nodes from corners
 
     def _recover(self, nodes: Ints) -> None:
-        parents = {n: self._parents[n] for n in nodes.tolist()}
+        parents = {n: self._parents[n] for n in nodes.tolist() if n in self._parents}
         self._fit(np.unique(np.concatenate([*parents.values()])))
         for n, corners in parents.items():
             self._nodal[n] = np.mean([self._valued(c, self.mesh.points[n]) for c in corners.tolist()], axis=0)
+        if len(parents) < len(nodes):  # a file may have nodes of no cell
+            nothing = np.full(self._points[1].shape[2], np.nan)
+            self._nodal |= {n: nothing for n in nodes.tolist() if n not in parents}
 
     def _valued(self, corner: int, X: Floats) -> Floats:
         """The polynomial of a corner at a point (k,)."""
@@ -146,15 +152,13 @@ class Recovered:
         turned = (basis * near[:, :, None]).swapaxes(1, 2)
         M = np.add.reduceat(turned @ basis, bounds[:-1], axis=0)
         b = np.add.reduceat(turned @ values, bounds[:-1], axis=0)
-        w, V = np.linalg.eigh(M)
-        kept = w > FLAT * w[:, -1:]
-        inverse = np.where(kept, 1.0 / np.where(kept, w, 1.0), 0.0)
-        fits = V @ (inverse[:, :, None] * (V.swapaxes(1, 2) @ b))  # (n, c, k)
+        inverse, flat = _inverted(M)
+        fits = inverse @ b  # (n, c, k)
         apart = ((basis @ fits[owner] - values) ** 2).sum(axis=1)
         left = np.add.reduceat(apart, bounds[:-1], axis=0) / (np.diff(bounds) * X.shape[1])[:, None]
         for i, c in enumerate(corners.tolist()):
             self._fits[c], self._left[c] = (fits[i], middle[i], float(scale[i])), left[i]
-        return corners[~kept.all(axis=1)]
+        return corners[flat]
 
     # ------------------------------------------------------------------ patches
 
@@ -210,6 +214,18 @@ class Recovered:
         outer = np.zeros(len(self.mesh.points), dtype=np.bool_)
         outer[self.mesh.facets] = True
         return outer
+
+
+def _inverted(M: Floats) -> tuple[Floats, Any]:
+    """The inverse of positive semi-definite matrices (n, c, c), and which are singular, whose pseudo-inverse it is."""
+    size = M.shape[1]
+    trace = np.trace(M, axis1=1, axis2=2)
+    inverse: Floats = np.linalg.inv(M + (SPECK * trace)[:, None, None] * np.eye(size))
+    condition = np.linalg.norm(M, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2))
+    flat = ~(condition < 1.0 / FLAT)
+    if flat.any():  # eigenvalues take a hundred times as long
+        inverse[flat] = np.linalg.pinv(M[flat], rcond=FLAT, hermitian=True)
+    return inverse, flat
 
 
 def _exponents(element: type[Element]) -> Ints:

@@ -65,13 +65,13 @@ def test_who_has_no_stress_says_so(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("element", ["tet4", "tet10", "hex8", "hex20"])
-def test_stated_errors_hold_the_bending_stress(element: str, tmp_path: Path) -> None:
-    """Saint-Venant's flexure is exact away from the ends (L/5 of the width's decay, 1e-4): the error covers it."""
+@pytest.mark.parametrize(("element", "size"), [("tet4", 5), ("tet10", 10), ("hex8", 5), ("hex20", 10)])
+def test_stated_errors_hold_the_bending_stress(element: str, size: int, tmp_path: Path) -> None:
+    """Saint-Venant's flexure is exact away from the ends, and Green's strain has half of its square: 3e-4 beside the error."""
     report = run(
         tmp_path,
         BAR
-        + f"model own = fem({element}, strain = small, size = 5 mm)\n"
+        + f"model own = fem({element}, strain = corotational, size = {size} mm)\n"
         + "probe top = point(bar, at = (50, 10, 20) mm)\nmetric most = stress(top, component = xx)\n"
         + "metric bent = strain(top, component = xx)\nmetric longer = stretch(top, component = x)\n",
         stated=(),
@@ -80,7 +80,7 @@ def test_stated_errors_hold_the_bending_stress(element: str, tmp_path: Path) -> 
     for name, truth in (("most", BENDING), ("bent", BENDING / 1e6), ("longer", 1.0 + BENDING / 1e6)):
         stated = own.stated[name]["value"]
         assert stated is not None, own.stated[name]["reason"]
-        assert abs(own.metrics[name].value - truth) <= stated + 1e-4 * BENDING / (1.0 if name == "most" else 1e6)
+        assert abs(own.metrics[name].value - truth) <= stated + 3e-4 * BENDING / (1.0 if name == "most" else 1e6)
         assert stated < (0.3 if element == "tet4" else 0.1) * BENDING / (1.0 if name == "most" else 1e6)
 
 
@@ -92,7 +92,7 @@ def test_the_edge_of_a_clamp_has_no_largest_stress(tmp_path: Path) -> None:
         report = run(
             tmp_path,
             BAR
-            + f"model own = fem(hex20, strain = small, size = {size} mm)\nprobe skin = surface(bar)\n"
+            + f"model own = fem(hex8, strain = corotational, size = {size} mm)\nprobe skin = surface(bar)\n"
             + "probe corner = point(bar, at = (0, 0, 20) mm)\n"
             + "metric most = stress(skin)\nmetric edge = stress(corner)\nmetric usual = stress(skin, over = mean)\n",
             stated=(),
@@ -114,12 +114,14 @@ def test_faces_of_symmetry_have_no_such_edge(tmp_path: Path) -> None:
     report = run(
         tmp_path,
         text
-        + "model own = fem(tet4, strain = small, size = 10 mm)\nprobe skin = surface(bar)\n"
+        + "model own = fem(tet4, strain = corotational, size = 10 mm)\nprobe skin = surface(bar)\n"
         + "metric most = stress(skin)\n",
         stated=(),
     )
     assert not report.warnings
-    assert report.models["own"].metrics["most"].value == pytest.approx(10.0, rel=1e-9)
+    assert report.models["own"].metrics["most"].value == pytest.approx(
+        10.0, rel=1e-5
+    )  # per deformed area: 2 nu F / (E A) more
     assert report.models["own"].stated["most"]["value"] < 1e-3  # of 10 Pa: what rounding is counted for
 
 
