@@ -158,7 +158,8 @@ class Recovered:
         left = np.add.reduceat(apart, bounds[:-1], axis=0) / (np.diff(bounds) * X.shape[1])[:, None]
         for i, c in enumerate(corners.tolist()):
             self._fits[c], self._left[c] = (fits[i], middle[i], float(scale[i])), left[i]
-        return corners[flat]
+        undetermined: Ints = corners[flat]
+        return undetermined
 
     # ------------------------------------------------------------------ patches
 
