@@ -37,7 +37,7 @@ def found(
     from softmark.interpreter.models.shared.deformed import Deformed
     from softmark.solvers.linear.factorisations import Singular
     from softmark.solvers.mesh.refine import Unmatched, finer
-    from softmark.solvers.statics.enriched import Below, Lost, settled
+    from softmark.solvers.statics.enriched import Below, StateLost, settled
 
     model: Fem = declared.thing
     if model.formulation == "mixed":
@@ -52,7 +52,7 @@ def found(
         x[problem.fixed] = problem.target
         coarse = _Once(lambda: Below.of(above.P, below()[0], problem.assembly, below()[1]))
         state = settled(problem.assembly, x, coarse, budget.check)
-    except (Unmatched, Lost, Singular) as error:
+    except (Unmatched, StateLost, Singular) as error:
         raise Unknown(str(error) or "the cells of its mesh do not match across their faces") from error
     if not problem.sound(state):
         raise Unknown("cells of the finer space are inside out")
@@ -89,7 +89,7 @@ def _freed(model: Fem, case: Case, kind: str) -> Fem:
     thing = model.plain(element=kind)
     full = model.integration == "full" and model.formulation == "displacement" and model.rotation == "point"
     freed = "mean_dilatation" in element_of(kind).formulations
-    if freed and full and case.material.poisson >= FREED and mixed_for(case.material, model.strain):
+    if freed and full and case.largest_poisson >= FREED and all(mixed_for(m, model.strain) for m in case.materials):
         return replace(thing, formulation="mean_dilatation")
     return thing
 
@@ -118,6 +118,6 @@ def alike(scene: Scene, declared: Declared, case: Case, solved: Moved, budget: B
         result = equilibrium(replace(static.problem, start=state, watch=budget.check))
     except NotConverged as error:
         raise Unknown(f"the same with its best strain has no solution ({error.reason})") from error
-    pressures = static.unknowns.pressed(static.problem.assembly.internal[0], result.x)
+    pressures = static.unknowns.pressed(static.problem.assembly.internal, static.pieces, result.x)
     mesh = Deformed(solved.mesh, static.unknowns.moved(result.x).reshape(-1, 3), pressures=pressures)
     return remembered(declared.thing, case, mesh)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softmark.interpreter.evidence.materials import alone
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
@@ -56,8 +57,10 @@ def loads_on(case: Case, mesh: Moved, u: Floats, small: bool, mass: str) -> tupl
 def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
     match action:
         case PerMass(acceleration=g):
-            rho, nodes = case.material.density, len(mesh.points)
-            carried = solids.weights_of(mesh.points, mesh.cells, mesh.kind, rho, mass, nodes)
+            carried = np.zeros(len(mesh.points))
+            for own, which in alone(case, mesh):
+                body = (mesh.points, mesh.cells[which], mesh.kind)
+                carried += solids.weights_of(*body, own.material.density, mass, len(mesh.points))
             return carried[:, None] * np.array(g), 0.0
         case PerArea(traction=traction):
             t = np.array(traction)
@@ -103,7 +106,7 @@ def _pushed(
     empty, unsure = True, 0.0
     for which in (np.flatnonzero(~side), np.flatnonzero(side)):
         out = case.shape.onto_side if len(which) and side[which[0]] else None
-        sweep = Sweep(load.where, corners[which], extent, out, settled[which], settling[which])
+        sweep = FacetSweep(load.where, corners[which], extent, out, settled[which], settling[which])
         whole, (f, xi, w), (g, left) = sweep.whole_and_parts()
         if isinstance(load, Follower) or facets.shape[1] == 3:
             found += solids.surface_forces(surface, facets[which[whole]], push)
@@ -135,7 +138,7 @@ def _whole(surface: Floats, facets: Ints, push: Callable[[Floats], Floats]) -> F
 
 
 @dataclass(frozen=True)
-class Sweep:
+class FacetSweep:
     """A condition on facets with nodes `corners` (f, k, 3), m, which `out` moves onto the body."""
 
     condition: Condition

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.evidence.answer import Answer
-from softmark.interpreter.evidence.probe_answers import Seen, Unknown
+from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Unknown
 from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.shared.gripping import grip
@@ -42,7 +42,7 @@ def limitless(metric: Metric | None, case: Case, mesh: Mesh | None, X: Floats) -
     return None
 
 
-def settled(answer: Answer, seen: Seen, discretisation: Callable[[Answer, Seen], float]) -> float:
+def settled(answer: Answer, seen: ProbeAnswer, discretisation: Callable[[Answer, ProbeAnswer], float]) -> float:
     """The error of the mesh in a metric of stress or strain. Raises Unknown where there is no limit, or seems to be."""
     if place := limitless(seen.metric, answer.case, answer.prepared.mesh, seen.X):
         raise Unknown(f"it looks at {place}, where every refinement finds a larger stress")

@@ -18,6 +18,7 @@ CATALOGUE = Vocabulary(
         "shape": ("solvers.mesh.shapes", "SHAPES"),
         "material": ("solvers.materials", "MATERIALS"),
         "body": ("interpreter.vocabulary", "BODIES"),
+        "region": ("interpreter.vocabulary", "REGIONS"),
         "support": ("interpreter.vocabulary", "SUPPORTS"),
         "load": ("interpreter.vocabulary", "LOADS"),
         "analysis": ("interpreter.vocabulary", "ANALYSES"),

@@ -69,7 +69,7 @@ def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Conditions that select nothing, and supports that leave nothing free, as far as bounds tell."""
     everywhere: dict[str, list[Declared]] = {}
-    for declared in (*scene.of_kind("support").values(), *scene.of_kind("load").values()):
+    for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
         condition = declared.value("where")
         body = scene.declared.get(declared.value("body") or "")
         if condition is None or body is None or body.thing.shape.bounds is None:
@@ -159,8 +159,10 @@ def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Bodies that models compute although nothing moves them."""
-    still = {case.body.name: case for _, case in _cases(scene, "model") if not case.loads and not _driven(case)}
+    """Bodies that models compute although nothing moves them, and nobody asks how they vibrate."""
+    ringing = {metric.thing.about for metric in scene.of_kind("metric").values()}
+    cases = (case for _, case in _cases(scene, "model") if not case.loads and not _driven(case))
+    still = {case.body.name: case for case in cases if case.body.name not in ringing}
     for case in still.values():
         body = case.body.name
         yield diagnostic("W313", case.body.at(), f"nothing loads `{body}`: it stays at rest", "no load",
@@ -311,6 +313,14 @@ def _given(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from given.faults(scene, found)
 
 
+def _regions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    if scene.of_kind("region"):
+        from softmark.interpreter.front import regions
+
+        for ask in (regions.foreign, regions.idle, regions.overlaps, regions.untaken):
+            yield from ask(scene)
+
+
 def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """What nothing asks for; not worth saying while something else is wrong."""
     if not any(d.severity == "error" for d in found):
@@ -321,7 +331,7 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (
-    _bodies, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses,
+    _bodies, _regions, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses,
     _published, _expectations, _use,
 )  # fmt: skip
 

@@ -32,6 +32,9 @@ def _materials(scene: Scene) -> Iterator[tuple[Any, Callable[[str], Location]]]:
     for body in scene.of_kind("body").values():
         if id(body.thing.material) not in declared:
             yield body.thing.material, lambda field, body=body: body.at("material")  # type: ignore[misc]
+    for region in scene.of_kind("region").values():
+        if region.thing.material is not None and id(region.thing.material) not in declared:
+            yield region.thing.material, lambda field, region=region: region.at("material")  # type: ignore[misc]
 
 
 def _densities(scene: Scene) -> Iterator[Diagnostic]:

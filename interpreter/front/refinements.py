@@ -193,7 +193,7 @@ def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
         at = reference.at("sizes")
         yield diagnostic("W332", at, f"the meshes of `{reference.name}` tell no order of convergence",
                          "nothing is extrapolated", _better(shape, cuts), (why,))  # fmt: skip
-    nu = methods[0].case.material.poisson
+    nu = methods[0].case.largest_poisson
     if all(own.declared.thing.locks_at(nu) for own in methods):
         at = reference.at("methods")
         yield diagnostic("W333", at, f"all methods of `{reference.name}` lock at a Poisson's ratio of {nu:g}",

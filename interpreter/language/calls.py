@@ -14,6 +14,7 @@ from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import aliases, schema, sweeps, units
 from softmark.interpreter.language.condition_syntax import said, selection
 from softmark.interpreter.language.expressions import Bad, Place, Quantity, VectorValue, describe, words
+from softmark.interpreter.language.region_names import KIND, regions_of
 from softmark.interpreter.language.scene import Location
 from softmark.interpreter.language.schema import Constructor, Field, Vocabulary
 from softmark.interpreter.language.sources import Module
@@ -22,7 +23,7 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.interpreter.language.compile import Compiler
     from softmark.interpreter.language.overrides import Override
-    from softmark.interpreter.language.sweeps import Target, Variant
+    from softmark.interpreter.language.sweeps import SweepTarget, Variant
 
 ORIGINS = 3  # parameters whose places a message shows
 FARTHEST = 1e30  # sixth powers of it, as in the volume times the stiffness of a body, are still numbers
@@ -406,7 +407,9 @@ class Binder:
 
     def _condition(self, field: Field, node: tree.Expression, place: Place) -> Any:
         evaluator = self.compiler.scope.evaluator(self.module, place)
-        return replace(selection(node, evaluator), said=said(node, evaluator))
+        find = self.compiler.named
+        named = regions_of(self.module, self.compiler.table, lambda name: find(name, KIND, self.module, place))
+        return replace(selection(node, evaluator, named), said=said(node, evaluator, named))
 
     def _components(self, field: Field, node: tree.Expression, place: Place) -> tuple[int, ...]:
         items = node.items if isinstance(node, tree.Vector | tree.List) else (node,)
@@ -454,10 +457,10 @@ class Binder:
             self._range(field, item, place, number)
         return value
 
-    def _target(self, field: Field, node: tree.Expression, place: Place) -> Target:
+    def _target(self, field: Field, node: tree.Expression, place: Place) -> SweepTarget:
         return sweeps.target(self, field, node, place)
 
-    def _targets(self, field: Field, node: tree.Expression, place: Place) -> tuple[Target, ...]:
+    def _targets(self, field: Field, node: tree.Expression, place: Place) -> tuple[SweepTarget, ...]:
         return sweeps.targets(self, field, node, place)
 
     def _variants(self, field: Field, node: tree.Expression, place: Place) -> tuple[Variant, ...]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from softmark.grammar import layout, tree
 from softmark.interpreter.language import units
 from softmark.interpreter.language.conditions import Condition, Term
@@ -11,30 +13,37 @@ from softmark.interpreter.language.units import LENGTH, NONE, Dimension
 EXPONENTS = (2.0, 3.0, 4.0)
 HIGHEST = 8  # power of length in a comparison: that of the extent of the farthest body is a number
 
+Named = Callable[[tree.Name], Condition | str | None]  # what a region selects, the region that was meant, or nothing
 
-def selection(node: tree.Expression, evaluator: Evaluator) -> Condition:
-    """The condition that an expression states. Raises Bad."""
+
+def selection(node: tree.Expression, evaluator: Evaluator, named: Named = lambda name: None) -> Condition:
+    """The condition that an expression states, `named` the regions in it. Raises Bad."""
     match node:
         case tree.Unary(operator="not", operand=operand):
-            return Condition.negation(selection(operand, evaluator))
+            return Condition.negation(selection(operand, evaluator, named))
         case tree.Binary(operator="and" | "or" as op, left=left, right=right):
-            return Condition.junction(op, selection(left, evaluator), selection(right, evaluator))
+            return Condition.junction(op, selection(left, evaluator, named), selection(right, evaluator, named))
         case tree.Compare():
             return _comparison(node, evaluator)
+        case tree.Name() if isinstance(region := named(node), Condition):
+            return region
     help = "compare a coordinate with a length: `x <= 0 mm`, `x >= L and z > 0 mm`"
     if isinstance(node, tree.Name) and node.text in COORDINATES:
         help = f"compare it with a length: `{node.text} <= 0 mm`"
+    elif isinstance(node, tree.Name) and isinstance(meant := named(node), str):
+        help = f"did you mean the region `{meant}`?"
     found = describe(node)
     raise evaluator.place.fail(
         "E207", node.span, f"expected a condition on the coordinates, found {found}", found, help
     )
 
 
-def said(node: tree.Expression, evaluator: Evaluator) -> str:
-    """The text of a condition, followed by the values of the parameters in it: what makes it this condition."""
-    names = (n for n, _ in tree.walk(node) if isinstance(n, tree.Name) and n.text not in PREDEFINED)
-    values = {name.text: evaluator.lookup(name) for name in names}
-    return "; ".join((layout.flat(node), *(f"{name} = {value!r}" for name, value in values.items())))
+def said(node: tree.Expression, evaluator: Evaluator, named: Named = lambda name: None) -> str:
+    """The text of a condition, followed by the values of the names in it: what makes it this condition."""
+    names = [n for n, _ in tree.walk(node) if isinstance(n, tree.Name) and n.text not in PREDEFINED]
+    regions = {name.text: found.said for name in names if isinstance(found := named(name), Condition)}
+    values = {name.text: repr(evaluator.lookup(name)) for name in names if name.text not in regions}
+    return "; ".join((layout.flat(node), *(f"{name} = {value}" for name, value in (values | regions).items())))
 
 
 def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:

@@ -236,8 +236,8 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "name", "kind": spec}
     if spec == "reference or model":
         return {"form": "name", "kind": "reference", "also": ("model",)}
-    if spec == "models":
-        return {"form": "names", "kind": "model"}
+    if spec in ("models", "regions"):
+        return {"form": "names", "kind": spec.removesuffix("s")}
     if spec == "values":
         return {"form": "list"}
     unit = spec.split(" in ")[0]

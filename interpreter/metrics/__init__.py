@@ -15,6 +15,7 @@ from typing import Any
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.displacement import Displacement
 from softmark.interpreter.metrics.energy_norm import EnergyNorm
+from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.hausdorff import Hausdorff
 from softmark.interpreter.metrics.max_error import MaxError
 from softmark.interpreter.metrics.mean_error import MeanError
@@ -43,5 +44,6 @@ METRICS: dict[str, type[Any]] = {
     "strain": Strain,
     "stretch": Stretch,
     "period": Period,
+    "frequency": Frequency,
     "realtime": RealTime,
 }

@@ -13,7 +13,8 @@ from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
 from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.problem.view import View
-from softmark.interpreter.results.report import MetricResult, ProbeResult, clean
+from softmark.interpreter.results.plain import clean
+from softmark.interpreter.results.report import MetricResult, ProbeResult
 
 Floats = NDArray[np.float64]
 SAMPLES = 5000  # of a metric that a report keeps
@@ -39,7 +40,7 @@ def _concerns(scene: Scene, metric: Declared, view: View) -> bool:
         return False
     probe, model = metric.thing.looked_at, scene.declared[view.name].kind == "model"
     if probe is None:  # about the computation itself
-        return model
+        return model and metric.thing.about in (None, view.body)
     if not model and view.message is None and probe not in view.probes:  # measured elsewhere
         return False
     return bool(scene.declared[probe].thing.body == view.body)
@@ -107,6 +108,7 @@ def seen_of(thing: Metric, view: View, views: Mapping[str, View]) -> Seen:
         own.times,
         own.course,
         view.stress,
+        view.vibrations,
     )
 
 

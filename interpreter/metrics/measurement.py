@@ -58,6 +58,7 @@ class Seen:
     times: Floats | None = None  # (t,) s, and
     course: Floats | None = None  # (t, n, 3) m at the points of the probe, where there is a history
     stress: Callable[[], Stresses] | None = None  # of a model on a mesh; it raises NoStress
+    vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,11 @@ class Metric:
         return vars(self).get("probe")
 
     @property
+    def about(self) -> str | None:
+        """The body whose models it asks, where no probe says it; None: all."""
+        return vars(self).get("body")
+
+    @property
     def measured_from(self) -> str | None:
         """The reference or model that it is an error from."""
         return vars(self).get("against")

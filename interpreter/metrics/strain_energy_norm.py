@@ -62,7 +62,7 @@ class StrainEnergyNorm(Metric):
             raise Undefined("the points of the probe lie in one place")
         E = green_lagrange(known, seen.X, step)
         dE = green_lagrange(u, seen.X, step) - E
-        error, size = _energy(dE, w, seen.case), _energy(E, w, seen.case)
+        error, size = _energy(dE, w, seen.case, seen.X), _energy(E, w, seen.case, seen.X)
         if size == 0.0:
             raise Undefined("the reference is not strained, so nothing is relative to it")
         details = {
@@ -97,12 +97,18 @@ def green_lagrange(u: Field, X: Floats, step: float) -> Floats:
     return E
 
 
-def _energy(E: Floats, w: Floats, case: Case) -> float:
-    """sum w E : C : E, J."""
-    if not isinstance(case.material, Isotropic):
+def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
+    """sum w E : C : E, J, with the moduli at rest of the material at each point X (n, 3)."""
+    materials = case.materials
+    if not all(isinstance(material, Isotropic) for material in materials):
         raise Undefined("the material has no shear modulus and no Lamé constant at rest")
-    mu, lam = case.material.shear_modulus, case.material.lame_lambda
-    if not np.isfinite(lam):
+    mu = np.array([material.shear_modulus for material in materials])
+    lam = np.array([material.lame_lambda for material in materials])
+    if case.parts:
+        from softmark.interpreter.problem.regions import number
+
+        mu, lam = mu[at := number(case, X)], lam[at]
+    if not np.isfinite(lam).all():
         raise Undefined("in an incompressible material any change of volume has infinite energy")
     trace = np.trace(E, axis1=1, axis2=2)
     return float(w @ (lam * trace**2 + 2.0 * mu * (E**2).sum(axis=(1, 2))))

@@ -20,6 +20,9 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
     if not isinstance(shape, Cylinder | Box):
         raise _refused(reference, f"`{case.body.name}` is not a straight body with a constant section",
                        "beam theory needs a cylinder or a box")  # fmt: skip
+    for part in case.parts:
+        raise _refused(reference, f"the part `{part.name}` of `{case.body.name}` is of another material",
+                       "beam theory knows one material; compare with a model: `self_converged(...)`")  # fmt: skip
     for load in case.loads:
         if not isinstance(load.thing.action, PerMass):
             raise _refused(reference, f"the load `{load.name}` is not gravity",

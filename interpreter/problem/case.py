@@ -38,7 +38,11 @@ class Case:
     loads: tuple[Declared, ...]
     analysis: Static | Dynamic
     other_material: Any = None  # that a model takes instead of the body's
+    parts: tuple[Declared, ...] = ()  # regions with a material of their own
     wide: bool = False  # supports hold whatever cells and facets they select a part of, on meshes that do not end there
+    leaning: int = (
+        0  # 1 or -1: cells that a border of parts passes are of the last or first material, not of most of it
+    )
 
     @property
     def shape(self) -> Shape:
@@ -57,6 +61,16 @@ class Case:
     def material(self) -> Any:
         """What the body is made of."""
         return self.other_material or self.body.thing.material
+
+    @property
+    def materials(self) -> tuple[Any, ...]:
+        """What it is made of: the material of the body, and those of its parts in their order."""
+        return (self.material, *(part.thing.material for part in self.parts))
+
+    @property
+    def largest_poisson(self) -> float:
+        """Poisson's ratio of the material that keeps its volume best."""
+        return float(max(material.poisson for material in self.materials))
 
     @property
     def gravity(self) -> tuple[float, float, float]:
@@ -82,6 +96,7 @@ def _made(scene: Scene, body: str) -> Case:
         supports=scene.acting("support", body),
         loads=scene.acting("load", body),
         analysis=analyses[0].thing if analyses else Static(),
+        parts=tuple(r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.material),
     )
 
 

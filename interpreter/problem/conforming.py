@@ -1,8 +1,9 @@
 """Where meshes of a shape need nodes so that supports hold what they select, and not what happens to lie at a node.
 
-A border of a support's condition is met where it is a surface on which a coordinate of the shape is constant (planes
-across the edges of a box; planes across the axis of a cylinder, circles around it), or a plane along the axis of a
-cylinder. Only parts of a border at which the selection changes within the body count. Numbers alone, no arrays.
+The same is asked for parts of other materials. A border of a condition is met where it is a surface on which a
+coordinate of the shape is constant (planes across the edges of a box; planes across the axis of a cylinder, circles
+around it), or a plane along the axis of a cylinder. Only parts of a border at which the selection changes within the
+body count. Numbers alone, no arrays.
 """
 
 from __future__ import annotations
@@ -31,11 +32,11 @@ MOST = 32  # intervals that may hold a crossing: with more, the border is no suc
 
 
 def cuts_of(case: Case, shape: Shape | None = None) -> Cuts:
-    """The cuts that the supports of a case ask of meshes of its shape; none of a mesh from a file."""
+    """The cuts that the supports and parts of a case ask of meshes of its shape; none of a mesh from a file."""
     shape = shape or case.shape
     found: list[Cut] = []
-    for support in case.supports if shape.spans else ():
-        found += _Asking(shape, support.thing.where).cuts()
+    for asking in (*case.supports, *case.parts) if shape.spans else ():
+        found += _Asking(shape, asking.thing.where).cuts()
     return tuple(dict.fromkeys(found))
 
 

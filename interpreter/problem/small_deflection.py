@@ -15,7 +15,7 @@ def bending_angle(case: Case) -> float | None:
     w L^3 / (6 EI) under a distributed and P L^2 / (2 EI) under an end force; Timoshenko (1955).
     """
     shape = case.shape
-    if not isinstance(shape, Prism):
+    if not isinstance(shape, Prism) or case.parts:
         return None
     EI: float = case.material.young * min(shape.section.moments)
     per_length = case.material.density * shape.section.area

@@ -37,3 +37,4 @@ class View:
     history: History | None = None
     solve: Mapping[str, Any] = field(default_factory=dict)
     stress: Callable[[], Any] | None = None  # of a model on a mesh: its stresses, made when they are asked for
+    vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined

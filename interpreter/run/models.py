@@ -13,6 +13,7 @@ from softmark.interpreter.evidence.selection_error import reactions
 from softmark.interpreter.evidence.stress_notes import asks, unresolved
 from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.models.prepare import prepared_model
+from softmark.interpreter.models.shared.pieces import facts
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.models.shared.stressed import stressed
 from softmark.interpreter.problem.case import Fault
@@ -53,6 +54,7 @@ def solve(work: Work, name: str) -> None:
     solution, wall, cpu = _timed(work, name, prepared)
     solution = stressed(work.scene, declared, case, watched(work.scene, declared, case, prepared, solution))
     history = solution.history
+    solution = replace(solution, facts=solution.facts | facts(case, prepared.mesh))
     clock = {
         "setup_s": Timing((setup,)),
         "solve_s": Timing(tuple(wall)) if wall else None,
@@ -80,6 +82,7 @@ def solve(work: Work, name: str) -> None:
         history=solution.history,
         solve=solution.facts,
         stress=solution.stress,
+        vibrations=solution.vibrations,
     )
     work.warn([d for d in unresolved(work.scene, work.views[name], prepared) if d not in work.warnings])
     outline, kind, held = declared.thing.outline(case), declared.thing.kind(case), reactions(case, prepared)

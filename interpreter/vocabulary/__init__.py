@@ -1,4 +1,4 @@
-"""What a scene says about the experiment itself: bodies, supports, loads, analyses, probes, studies, published values.
+"""What a scene says about the experiment itself: bodies, regions, supports, loads, analyses, probes, studies.
 
 To add one: a class in the file of its kind, a line in that kind's table here.
 """
@@ -13,11 +13,16 @@ from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
 from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published import Column
+from softmark.interpreter.vocabulary.regions import BodyPart
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Stability, Sweep
 from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows
 
 BODIES: dict[str, type[Any]] = {
     "solid": Solid,
+}
+
+REGIONS: dict[str, type[Any]] = {
+    "part": BodyPart,
 }
 
 SUPPORTS: dict[str, type[Any]] = {

@@ -122,7 +122,7 @@ def test_probes(name: str) -> None:
 def test_metrics(name: str) -> None:
     cls = METRICS[name]
     scene, _ = scene_of(BODY + CLAMP)
-    own = {n: v for n, v in (("probe", "tip"), ("against", "truth")) if n in cls.__dataclass_fields__}
+    own = {n: v for n, v in (("probe", "tip"), ("against", "truth"), ("body", "bar")) if n in cls.__dataclass_fields__}
     metric = cls(**own, **MEASURED.get(name, {}))
     check_text(metric)
     check_metric(cls, metric, case_of(scene, "bar"))

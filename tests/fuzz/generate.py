@@ -69,6 +69,7 @@ ORDER = (
     "shape",
     "material",
     "body",
+    "region",
     "support",
     "load",
     "analysis",
@@ -89,11 +90,12 @@ USUAL = {
     ("thickness", ""): ("10 mm",),
 }
 PLACES = ("(100, 0, 0) mm", "(50, 0, 0) mm", "(0, 0, 0) mm")  # on the axis of a cylinder
-FUSSY = ("reference", "published", "study", "metric", "course")  # kinds that seldom fit what else there is
+FUSSY = ("region", "reference", "published", "study", "metric", "course")  # kinds that seldom fit what else there is
 WANTED = ("density", "size", "segments")  # fields that are not required, and mostly needed
 LIKELY = {
     "shape": "cylinder",
     "body": "solid",
+    "region": "part",
     "analysis": "static",
     "support": "fixed",
     "load": "gravity",

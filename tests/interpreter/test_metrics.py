@@ -25,7 +25,7 @@ from softmark.interpreter.results.history import History
 from softmark.interpreter.results.report import Timing
 from softmark.solvers.materials.linear_elastic import LinearElastic
 
-CASE: Any = SimpleNamespace(material=LinearElastic(7.875, 0.3125, 1.0))  # mu = 3, lam = 5
+CASE: Any = SimpleNamespace(materials=(LinearElastic(7.875, 0.3125, 1.0),), parts=())  # mu = 3, lam = 5
 NOTHING = np.zeros((0, 3))
 
 # a cube of corners (0 or 1)^3, number 4 x + 2 y + z, its triangles counter-clockwise from outside

@@ -8,51 +8,68 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.evidence.load_check import Unchecked, loads_on
+from softmark.interpreter.evidence.materials import INWARD, alone
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.pressures import Pressed, split_of
-from softmark.solvers.checks.solids import Balance, Body, Term
+from softmark.solvers.checks.solids import CheckedBody, ForceBalance, StressTerm
 from softmark.solvers.elements import ELEMENTS
 
 LEFT = 50.0  # times the estimate of what rounding leaves
-INWARD = 1e-6  # of the way to its centroid: where a cell is looked at, so that its border is not
 
 
-def balance_of(model: Fem, case: Case, mesh: Moved | None) -> Balance:
+def balance_of(model: Fem, case: Case, mesh: Moved | None) -> ForceBalance:
     """The forces of finite elements found again. Raises Unchecked."""
     if mesh is None or mesh.kind not in ELEMENTS:
         raise Unchecked(f"there is no other formula for {model.element}")
     u = np.asarray(mesh.displacement, dtype=np.float64)
+    chosen, _ = solids.sample(len(mesh.points), mesh.cells, len(solids.rule(mesh.kind)[1]))
+    inside, lacking, noise = np.zeros_like(mesh.points), 0.0, 0.0
     if model.formulation != "displacement":
-        inside, lacking, noise = pressed(model, case, mesh).forces()
-        outside, unsure = loads_on(case, mesh, u, model.strain == "small", model.mass)
-        return solids.balance(inside, outside, held(case, mesh), noise + unsure / LEFT, lacking=lacking)
-    terms, stiff = terms_of(model, case)
-    body = Body(mesh.points, mesh.cells, mesh.kind, u, terms, stiff, turned=model.rotation == "element")
-    chosen, cells = solids.sample(len(mesh.points), mesh.cells, len(solids.rule(mesh.kind)[1]))
-    inside, noise = body.forces(cells)
+        chosen = None
+        for own, which in alone(case, mesh):
+            f, less, left = pressed(model, own, mesh, which).forces()
+            inside, lacking, noise = inside + f, float(np.hypot(lacking, less)), noise + left
+    else:
+        near = _near(chosen, mesh)
+        for own, which in alone(case, mesh):
+            terms, stiff = terms_of(model, own)
+            cells = mesh.cells[which] if near is None else mesh.cells[which][near[which]]
+            body = CheckedBody(mesh.points, cells, mesh.kind, u, terms, stiff, turned=model.rotation == "element")
+            f, left = body.forces(cells)
+            inside, noise = inside + f, noise + left
     outside, unsure = loads_on(case, mesh, u, model.strain == "small", model.mass)
-    return solids.balance(inside, outside, held(case, mesh), noise + unsure / LEFT, chosen)
+    return solids.balance(inside, outside, held(case, mesh), noise + unsure / LEFT, chosen, lacking)
 
 
-def pressed(model: Fem, case: Case, mesh: Moved) -> Pressed:
-    """The solid of a formulation with pressures, deformed. Raises Unchecked."""
+def _near(chosen: Any, mesh: Moved) -> Any:
+    """Which cells touch chosen nodes (m,); None where all nodes are looked at."""
+    if chosen is None:
+        return None
+    mask = np.zeros(len(mesh.points), dtype=np.bool_)
+    mask[chosen] = True
+    return mask[mesh.cells].any(axis=1)
+
+
+def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pressed:
+    """The solid of a formulation with pressures, deformed: of `which` cells, of one material. Raises Unchecked."""
     E, nu = case.material.young, case.material.poisson
     split = split_of(case.material, model.strain, E, nu)
     if split is None:
         raise Unchecked(f"there is no other formula for a {type(case.material).__name__} with pressures")
     u, own = np.asarray(mesh.displacement, dtype=np.float64), None
     if model.formulation == "mixed":
-        if (own := mesh.pressures) is None:
+        if mesh.pressures is None:
             raise Unchecked("its pressures are not known")
+        own = mesh.pressures[which]
     elif model.formulation != "mean_dilatation":
         raise Unchecked(f"there is no other formula for formulation = {model.formulation}")
-    return Pressed(mesh.points, mesh.cells, mesh.kind, u, split, E / (2.0 * (1.0 + nu)), own)
+    return Pressed(mesh.points, mesh.cells[which], mesh.kind, u, split, E / (2.0 * (1.0 + nu)), own)
 
 
-def terms_of(model: Fem, case: Case) -> tuple[tuple[Term, ...], float]:
+def terms_of(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
     """The parts of the stress of a model, and its stiffest modulus, Pa. Raises Unchecked."""
     E, nu = case.material.young, case.material.poisson
     mu, lam = E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
@@ -64,15 +81,15 @@ def terms_of(model: Fem, case: Case) -> tuple[tuple[Term, ...], float]:
         return _finite_terms(case.material, selective), stiff
     law = solids.small_stress if strain == "small" else solids.corotational_stress
     if selective:
-        return (Term(law(mu, 0.0)), Term(law(0.0, lam), centre=True)), stiff
-    return (Term(law(mu, lam)),), stiff
+        return (StressTerm(law(mu, 0.0)), StressTerm(law(0.0, lam), centre=True)), stiff
+    return (StressTerm(law(mu, lam)),), stiff
 
 
-def _finite_terms(material: Any, selective: bool) -> tuple[Term, ...]:
+def _finite_terms(material: Any, selective: bool) -> tuple[StressTerm, ...]:
     parts = material.finite_parts() if selective else None
     if parts is not None:
-        return Term(parts[0].P), Term(parts[1].P, centre=True)
-    return (Term(material.finite_law().P),)
+        return StressTerm(parts[0].P), StressTerm(parts[1].P, centre=True)
+    return (StressTerm(material.finite_law().P),)
 
 
 def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:

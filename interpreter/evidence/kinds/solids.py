@@ -14,11 +14,12 @@ from softmark.interpreter.evidence.budget import NOT_ASKED
 from softmark.interpreter.evidence.kinds.solid_forces import balance_of, pressed
 from softmark.interpreter.evidence.kinds.voucher import FINER, HOPELESS, Found, Sized, from_coarser
 from softmark.interpreter.evidence.load_check import Unchecked
-from softmark.interpreter.evidence.probe_answers import Field, Seen, Unknown
+from softmark.interpreter.evidence.materials import alone
+from softmark.interpreter.evidence.probe_answers import Field, ProbeAnswer, Unknown
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import case_for
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.solvers.checks.solids import Balance
+from softmark.solvers.checks.solids import ForceBalance
 from softmark.solvers.elements import element_of
 
 THEORY = 2.0  # times the distance of two strain measures on another mesh
@@ -30,15 +31,18 @@ class Solids(Sized):
 
     def facts(self, found: Found) -> dict[str, Any]:
         """Of a solid that cannot change its volume: by how much a cell does, and the whole."""
-        if found.solution.mesh is None or found.case.material.poisson < 0.5:
+        mesh = found.solution.mesh
+        if mesh is None or found.case.largest_poisson < 0.5:
             return {}
+        each = [(own, which) for own, which in alone(found.case, mesh) if own.material.poisson >= 0.5]
         try:
-            most, whole = pressed(found.declared.thing, found.case, found.solution.mesh).grown()
+            grown = [pressed(found.declared.thing, own, mesh, which).grown() for own, which in each]
         except Unchecked:  # the balance of forces says why
             return {}
-        return {"volume": most, "body_volume": whole}
+        whole = {"body_volume": grown[0][1]} if not found.case.parts else {}
+        return {"volume": max((most for most, _ in grown), default=0.0), **whole}
 
-    def balance(self, found: Found) -> tuple[Balance, float | None]:
+    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
         """By the formulas of solvers/checks/solids.py. Raises Unchecked."""
         solution = found.solution
         return balance_of(found.declared.thing, found.case, solution.mesh), solution.facts.get("residual")
@@ -49,7 +53,7 @@ class Solids(Sized):
 
     # ------------------------------------------------------------------ discretisation
 
-    def discretisation(self, answer: Answer, seen: Seen) -> float:
+    def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:
         """From a finer space over the same cells, or else from coarser meshes. Raises Unknown."""
         why = ""
         if not isinstance(answer.case.analysis, Dynamic):
@@ -64,7 +68,7 @@ class Solids(Sized):
         except Unknown as unknown:
             raise Unknown(f"{why}; {unknown}" if why and why != str(unknown) else str(unknown)) from unknown
 
-    def _from_finer(self, answer: Answer, seen: Seen) -> float:
+    def _from_finer(self, answer: Answer, seen: ProbeAnswer) -> float:
         thing: Fem = answer.solid.thing
         fine = seen.at(self._finer(answer))
         apart, size = fine.apart(seen), fine.size
@@ -78,16 +82,16 @@ class Solids(Sized):
         field: Field = answer.once("finer", lambda: finer.found(*own, answer.on_nodes(), answer.tangent, answer.budget))
         return field
 
-    def _from_coarser(self, answer: Answer, seen: Seen) -> float:
+    def _from_coarser(self, answer: Answer, seen: ProbeAnswer) -> float:
         """From one or two coarser meshes. Raises Unknown."""
         thing: Fem = answer.solid.thing
-        if thing.locks_at(answer.own.material.poisson):
+        if thing.locks_at(answer.own.largest_poisson):
             raise Unknown("its element locks at this Poisson's ratio, and coarse meshes agree on what is wrong")
         return from_coarser(self.coarser(answer), seen, float(thing.order))
 
     # ------------------------------------------------------------------ the measure of strain
 
-    def model(self, answer: Answer, seen: Seen) -> float:
+    def model(self, answer: Answer, seen: ProbeAnswer) -> float:
         """How far the model is from the same with the best strain measure that its material has. Raises Unknown."""
         thing: Fem = answer.solid.thing
         best = self._best(answer, thing)
@@ -99,15 +103,18 @@ class Solids(Sized):
 
     def _best(self, answer: Answer, thing: Fem) -> dict[str, Any]:
         """What the model would be with the best strain measure that there is, where it is another."""
-        material = answer.scene.declared[answer.own.body.name].thing.material
-        strain = "corotational" if material.finite_law() is None else "finite"
+        materials = replace(answer.own, other_material=None).materials
+        finite = [material.finite_law() is not None for material in materials]
+        if any(finite) and not all(finite):
+            raise Unknown("its materials have no measure of strain in common that is the best of each")
+        strain = "finite" if all(finite) else "corotational"
         best = {"strain": strain, "rotation": "point", "material": None}
         best |= {"mass": "consistent"} if thing.mass == "uniform" else {}
-        if thing.integration == "selective" and strain == "finite" and material.finite_parts() is None:
+        if thing.integration == "selective" and strain == "finite" and any(m.finite_parts() is None for m in materials):
             best["integration"] = "full"
         return best if any(getattr(thing, n) != v for n, v in best.items()) else {}
 
-    def _best_apart(self, answer: Answer, seen: Seen, thing: Fem, best: Mapping[str, Any]) -> float:
+    def _best_apart(self, answer: Answer, seen: ProbeAnswer, thing: Fem, best: Mapping[str, Any]) -> float:
         """The distance between the model and the best, both on its own mesh and of one discretisation."""
         own, alike = seen, self._likened(answer, thing, best)
         right = self._another(answer, seen, "best", thing, **best, **alike)
@@ -120,18 +127,19 @@ class Solids(Sized):
 
     def _likened(self, answer: Answer, thing: Fem, best: Mapping[str, Any]) -> dict[str, Any]:
         """How both keep the volume where means of it leave unlike parts of the laws at every point of a cell."""
-        split = answer.scene.declared[answer.own.body.name].thing.material.finite_parts() is not None
+        materials = replace(answer.own, other_material=None).materials
+        split = all(material.finite_parts() is not None for material in materials)
         if thing.formulation == "mean_dilatation" and best["strain"] == "finite" != thing.strain and split:
             return {"formulation": "displacement", "integration": "selective"}
         return {}
 
-    def _another(self, answer: Answer, seen: Seen, key: str, thing: Fem, **changes: Any) -> Seen:
+    def _another(self, answer: Answer, seen: ProbeAnswer, key: str, thing: Fem, **changes: Any) -> ProbeAnswer:
         """What is seen of another model on the same mesh. Raises Unknown."""
         other = replace(answer.solid, thing=thing.plain(**changes))
         own = (answer.scene, other, case_for(answer.scene, other))
         return seen.at(answer.once(key, lambda: finer.alike(*own, answer.on_nodes(), answer.budget)))
 
-    def _grown(self, answer: Answer, seen: Seen) -> float:
+    def _grown(self, answer: Answer, seen: ProbeAnswer) -> float:
         """What a mesh that is too stiff hides of the error of its strain, which grows with the square of the motion."""
         try:
             fine = seen.at(self._finer(answer))
@@ -140,7 +148,7 @@ class Solids(Sized):
         own = float(np.linalg.norm(seen.u))
         return max(1.0, (float(np.linalg.norm(fine.u)) / own) ** 2) if own > 0.0 else 1.0
 
-    def _measures_apart(self, answer: Answer, seen: Seen, best: Mapping[str, Any]) -> float:
+    def _measures_apart(self, answer: Answer, seen: ProbeAnswer, best: Mapping[str, Any]) -> float:
         """The distance between the model and the best, both on a coarser mesh."""
         (own, _), *_ = self.coarser(answer)
         better = answer.sized(FINER, **best)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields, replace
+from functools import reduce
+from operator import add
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -25,7 +27,10 @@ from softmark.interpreter.models.shared.holding import solid_supports
 from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
 from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note, with_quality
 from softmark.interpreter.models.shared.on_mesh import OnMesh
+from softmark.interpreter.models.shared.pieces import Piece, pieces
+from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.vibrations import about
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.problem.data import located
@@ -43,7 +48,7 @@ from softmark.solvers.linear import factorisations, systems
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.polar import least_stretch, rotations
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
-from softmark.solvers.mesh.files.reading import Unreadable
+from softmark.solvers.mesh.files.reading import UnreadableMesh
 from softmark.solvers.mesh.interpolation import Integration, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.reduced.cells import BY_CELL
@@ -77,6 +82,7 @@ class PreparedSolid(OnMesh):
     first: Start | None = None  # the model whose solution is started from
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
+    pieces: tuple[Piece, ...] = ()  # the cells of every material
 
     def warm(self) -> None:
         """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
@@ -118,7 +124,7 @@ class PreparedSolid(OnMesh):
     @property
     def unknowns(self) -> Unknowns:
         """What a state holds."""
-        return Unknowns.of(self.problem.assembly.internal[0], self.mesh)
+        return Unknowns.of(self.problem.assembly.internal, self.mesh)
 
     def _found(self, problem: Statics) -> Equilibrium:
         """From rest, or from a disturbed state. Raises NotConverged."""
@@ -137,7 +143,12 @@ class PreparedSolid(OnMesh):
         facts = solution.facts | mesh_facts(self.mesh)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
-        return replace(solution, message=message, facts=facts, notes=notes, mesh=self._deformed(u, found.x, left))
+        moved = self._deformed(u, found.x, left)
+        modes = about(self.assembly, found.x, self._mass, self.problem.linear)
+        return replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
+
+    def _mass(self) -> Any:
+        return _mass(self.model, self.pieces)
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""
@@ -149,12 +160,12 @@ class PreparedSolid(OnMesh):
         return f"`linear = pardiso` found no library ({why}): solved by {found.linear_solver}" if why else ""
 
     def _deformed(self, u: Floats, state: Floats, left: Floats | None) -> Deformed:
-        pressures = self.unknowns.pressed(self.problem.assembly.internal[0], state)
+        pressures = self.unknowns.pressed(self.problem.assembly.internal, self.pieces, state)
         return Deformed(self.mesh, u, pressures=pressures, left=left)
 
     def _beyond_its_law(self, x: Floats) -> tuple[Diagnostic, ...]:
         """Whether a St Venant-Kirchhoff solid is squeezed to where it gives way."""
-        least = least_stretch(self.elastic.F(x)) if isinstance(self.elastic.law, StVenantKirchhoff) else 1.0
+        least = min((least_stretch(energy.F(x)) for energy in self._kirchhoff()), default=1.0)
         if least > GIVES_WAY:
             return ()
         return (
@@ -166,6 +177,13 @@ class PreparedSolid(OnMesh):
                 "squeezed more it resists less, and stretched by sqrt(1 + 1 / nu) it is flat; use `neo_hookean`",
             ),
         )
+
+    def _kirchhoff(self) -> Iterator[Elastic]:
+        """The cells of St Venant-Kirchhoff solids in finite strain."""
+        for own in self.pieces:
+            law = law_for(own.case.material, self.model.strain)
+            if isinstance(law, StVenantKirchhoff):
+                yield Elastic(own.mesh.cells, own.parts.dNdX, own.parts.w, law)
 
     def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
         if self.model.strain != "small":
@@ -224,16 +242,13 @@ def at_rest(
     mesh = mesh_of(model, declared, case, workshop) if mesh is None else mesh
     parts = integration(mesh)
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, model.strain))
-    energy, twin = (
-        energies(model, case, mesh, elastic)
-        if model.formulation == "displacement"
-        else formulations.energies(model, case, mesh, parts)
-    )
+    each = pieces(case, mesh, parts)
+    internal, twins = formulations.of_parts(model, each, energies)
     fixed, target = solid_supports(case, mesh, workshop.measured)
     applied = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
-    unknowns = Unknowns.of(energy, mesh)
+    unknowns = Unknowns.of(internal, mesh)
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
-    assembly = Assembly(dofs, fixed, [energy], unknowns.loads(together(applied, mesh.points.size)), points)
+    assembly = Assembly(dofs, fixed, internal, unknowns.loads(together(applied, mesh.points.size)), points)
     formulations.must_breathe(declared, case, assembly)
     problem = Statics(
         assembly,
@@ -243,7 +258,7 @@ def at_rest(
         target,
         case.analysis.tolerance,
         case.analysis.max_iterations,
-        None if twin is None else assembly.with_internal([twin]),
+        None if twins is None else assembly.with_internal(twins),
         unknowns.of_displacements(soundness(model, elastic)),
         unknowns.of_displacements(lambda x: least_stretch(elastic.F(x)) > FLAT),
         convex=model.strain == "small" and assembly.conservative,
@@ -256,8 +271,10 @@ def at_rest(
         *volume_note(declared, case, mesh),
         *sliver_note(declared, shape, mesh),
         *held_notes(declared, case, mesh),
+        *notes_of_parts(declared, case, mesh),
     )
-    return PreparedSolid(model, declared, shape, mesh, elastic, problem, size, notes, applied=(*applied,)), parts
+    known = (model, declared, shape, mesh, elastic, problem, size, notes)
+    return PreparedSolid(*known, applied=(*applied,), pieces=each), parts
 
 
 def levered(static: PreparedSolid, workshop: Workshop, disturbance: Disturbance | None = None) -> PreparedSolid:
@@ -285,8 +302,11 @@ def soundness(model: Fem, elastic: Elastic) -> Callable[[Floats], bool]:
     return sound
 
 
-def energies(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> tuple[Energy, Energy | None]:
+def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
     """The elastic energy that a model asks for, and its corotational twin where its law is one of finite strain."""
+    if model.formulation != "displacement":
+        return formulations.energies(model, case, mesh, parts)
+    elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, model.strain))
     if model.rotation == "element":
         return _element_rotation(model, case, mesh, elastic), None
     selective = model.integration == "selective"
@@ -306,7 +326,11 @@ def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> E
 
 def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
     """The mass matrix of a model, kg: sparse (3n, 3n) where it is consistent, and else its diagonal (3n,)."""
-    return mass_matrix(mesh, parts, case.material.density, model.mass)
+    return _mass(model, pieces(case, mesh, parts))
+
+
+def _mass(model: Fem, each: Sequence[Piece]) -> Any:
+    return reduce(add, (mass_matrix(p.mesh, p.parts, p.case.material.density, model.mass) for p in each))
 
 
 def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Mesh:
@@ -324,7 +348,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
             workshop.meshes[key] = with_quality(made, model, declared)
         except UnknownElement as error:
             raise Fault(levers.unmeshed(declared, error)) from error
-        except Unreadable as error:
+        except UnreadableMesh as error:
             raise fault(
                 error.code,
                 at,

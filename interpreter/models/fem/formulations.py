@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Protocol
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.fem.words import Fem
+    from softmark.interpreter.models.shared.pieces import Piece
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.energies.energy import Energy
@@ -107,6 +109,37 @@ def _incompressible(model: Fem, declared: Declared, case: Case) -> Iterator[Clas
 # ------------------------------------------------------------------ building them
 
 
+class Forming(Protocol):
+    """What makes the energy of the cells of one material, and its corotational twin for finite strain."""
+
+    def __call__(self, model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]: ...
+
+
+def of_parts(model: Fem, pieces: Sequence[Piece], make: Forming) -> tuple[list[Energy], list[Energy] | None]:
+    """One energy for the cells of each material, and their corotational twins, if they have some.
+
+    Each with pressures has its own, behind those of the energies before: across a border of materials they jump.
+    """
+    found = [make(model, own.case, own.mesh, own.parts) for own in pieces]
+    twins = [twin for _, twin in found if twin is not None]
+    return _apart([energy for energy, _ in found]), _apart(twins) if twins else None
+
+
+def _apart(energies: list[Energy]) -> list[Energy]:
+    """The same with pressures of one behind those of another."""
+    from softmark.solvers.energies.pressures import MixedSolid
+
+    found: list[Energy] = []
+    behind = 0
+    for energy in energies:
+        if isinstance(energy, MixedSolid):
+            own = energy.dofs - 3 * energy.nodes
+            energy = replace(energy, pressures=energy.pressures + behind) if behind else energy
+            behind += own
+        found.append(energy)
+    return found
+
+
 def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
     """The energy of a formulation other than that of displacements, and its corotational twin for finite strain."""
     energy = _energy(model, case, mesh, parts, model.strain)
@@ -138,11 +171,12 @@ class Unknowns:
     all: int
 
     @classmethod
-    def of(cls, energy: Energy, mesh: Mesh) -> Unknowns:
-        """Those of an elastic energy over a mesh."""
-        from softmark.solvers.energies.pressures import Mixed
+    def of(cls, energies: Sequence[Energy], mesh: Mesh) -> Unknowns:
+        """Those of elastic energies over a mesh, one for each material."""
+        from softmark.solvers.energies.pressures import MixedSolid
 
-        return cls(mesh.points.size, energy.dofs if isinstance(energy, Mixed) else mesh.points.size)
+        last = energies[-1]
+        return cls(mesh.points.size, last.dofs if isinstance(last, MixedSolid) else mesh.points.size)
 
     @property
     def pressures(self) -> int:
@@ -153,9 +187,9 @@ class Unknowns:
         """Loads on displacements, as energies of the whole state."""
         if not self.pressures:
             return loads
-        from softmark.solvers.energies.pressures import OfDisplacements
+        from softmark.solvers.energies.pressures import DisplacementEnergy
 
-        return [OfDisplacements(load, self.displacements) for load in loads]
+        return [DisplacementEnergy(load, self.displacements) for load in loads]
 
     def of_displacements(self, of: Callable[[Floats], bool]) -> Callable[[Floats], bool]:
         """A question about displacements, asked of the whole state."""
@@ -165,10 +199,19 @@ class Unknowns:
         """The displacements of a state."""
         return x[: self.displacements]
 
-    def pressed(self, energy: Energy, x: Floats) -> Floats | None:
-        """The pressures of a state in each cell (m, b), Pa; None where they are no unknowns."""
-        mixed: Any = energy
-        return mixed.unit * x[mixed.pressures] if self.pressures else None
+    def pressed(self, energies: Sequence[Energy], pieces: Sequence[Piece], x: Floats) -> Floats | None:
+        """The pressures of a state in each cell (m, b), Pa, of energies each over a piece; None if no unknowns."""
+        import numpy as np
+
+        if not self.pressures:
+            return None
+        each: list[Any] = list(energies)
+        if len(each) == 1:
+            return each[0].unit * x[each[0].pressures]  # type: ignore[no-any-return]
+        found = np.empty((sum(len(e.cells) for e in each), each[0].pressures.shape[1]))
+        for energy, own in zip(each, pieces, strict=True):
+            found[own.which] = energy.unit * x[energy.pressures]
+        return found
 
     def begun(self, u: Floats | None) -> Floats | None:
         """A state with these displacements; Newton's method finds its pressures at once, since they are linear."""
@@ -185,11 +228,16 @@ def must_breathe(declared: Declared, case: Case, assembly: Assembly) -> None:
     """
     import numpy as np
 
-    energy: Any = assembly.internal[0]
-    if not assembly.saddle or not case.material.incompressible:
+    energies: Any = assembly.internal
+    if not assembly.saddle or not all(material.incompressible for material in case.materials):
         return
-    pressures = assembly.free >= 3 * energy.nodes
-    B = assembly.tangent(np.zeros(assembly.dofs), 0.0)[~pressures][:, pressures]
+    same = np.zeros(assembly.dofs)  # the same pressure everywhere, in the units of the state
+    for energy in energies:
+        same[energy.pressures] = energies[0].unit / energy.unit
+    pressures = assembly.free >= 3 * energies[0].nodes
+    B = assembly.tangent(np.zeros(assembly.dofs), 0.0)[~pressures][:, pressures].multiply(
+        same[assembly.free][pressures]
+    )
     if B.size and np.abs(B.sum(axis=1)).max() > 1e-9 * abs(B).sum(axis=1).max():
         return
     at = case.supports[-1].at()
@@ -200,9 +248,11 @@ def must_breathe(declared: Declared, case: Case, assembly: Assembly) -> None:
 
 def spared(choice: Linear, assembly: Assembly) -> Linear:
     """A choice of linear solvers that can solve for the pressures of an assembly, if it has some."""
-    from dataclasses import replace
+    import numpy as np
 
     if not assembly.saddle:
         return choice
-    energy: Any = assembly.internal[0]
-    return replace(choice, spare=energy.spare[assembly.free], modes=None)
+    spare, energies = np.zeros(assembly.dofs), list[Any](assembly.internal)
+    for energy in energies:
+        spare[: energy.dofs] += energy.spare
+    return replace(choice, spare=spare[assembly.free], modes=None)

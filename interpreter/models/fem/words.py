@@ -14,7 +14,7 @@ from softmark.interpreter.models.fem import levers as options
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.problem.small_deflection import bending_angle
-from softmark.interpreter.results.report import Kind
+from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.elements import UnknownElement, element_of
@@ -72,6 +72,7 @@ class Fem(Model):
     """
 
     recovers = True
+    composite = True
     finely = ("size",)
 
     element: Annotated[str, "element", "the element: tet4, tet10, hex8, hex20 or hex27"]
@@ -179,7 +180,9 @@ class Fem(Model):
         return (self.own_mesh or case.shape).prebuilt
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against this model of this case."""
+        """What speaks against this model of this case: of every material, where there are several."""
+        if case.parts:
+            return self._of_parts(declared, case)
         try:
             element_of(self.element)
         except UnknownElement as error:
@@ -196,6 +199,19 @@ class Fem(Model):
         found += [*options.doubts(self, declared, case), *formulations.doubts(self, declared, case)]
         found.append(self.coarse(declared, case))
         return [d for d in found if d is not None]
+
+    def _of_parts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """Doubts for each material; of a large rotation those of the stiffest alone, for the whole bends no more."""
+        stiffest = max(case.materials, key=lambda material: material.young)
+        found: dict[tuple[object, ...], Diagnostic] = {}
+        for part, material in zip((None, *case.parts), case.materials, strict=True):
+            for doubt in self.doubts(declared, replace(case, other_material=material, parts=())):
+                if doubt.code == "W302" and material is not stiffest:
+                    continue
+                note = () if part is None else (f"said of the material of the part `{part.name}`",)
+                key = (doubt.code, doubt.span, doubt.message)
+                found.setdefault(key, replace(doubt, notes=(*doubt.notes, *note)))
+        return list(found.values())
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against the model that it starts from."""
@@ -302,12 +318,12 @@ class Fem(Model):
         """One line for the plan and the report."""
         return f"{self.mesh_words(case)}, {self._words(case, self.material)}"
 
-    def kind(self, case: Case) -> Kind | None:
+    def kind(self, case: Case) -> ModelKind | None:
         """What it is but for its size and Poisson's ratio."""
         if self.size is None or self._own_mesh(case):
             return None
         nu = None if self.material is None else float(f"{self.material.poisson:g}")
-        return Kind(f"{self.element}, {self._words(case, None)}", units.show(self.size, units.LENGTH), nu)
+        return ModelKind(f"{self.element}, {self._words(case, None)}", units.show(self.size, units.LENGTH), nu)
 
     def _words(self, case: Case, material: Any) -> str:
         options = (

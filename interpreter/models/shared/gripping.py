@@ -99,13 +99,13 @@ class _Kind:
 def _found(condition: Condition, shape: Shape, mesh: Mesh) -> Grip:
     nodes = _selects(condition, mesh.points, mesh)
     wide = nodes.copy()
-    volumes, areas = _cells(mesh), _facets(mesh, shape)
-    looked = [(kind, _fractions(condition, kind, mesh)) for kind in (volumes, areas)]
+    volumes, areas = cells_of(mesh), _facets(mesh, shape)
+    looked = [(kind, fractions(condition, kind, mesh)) for kind in (volumes, areas)]
     for kind, f in looked:  # a selection without its border: what is held inside is held up to there
         nodes[np.unique(kind.nodes[f >= 1.0 - WHOLE])] = True
     if not any(float(f @ kind.sizes) > SMALL * kind.sizes.sum() for kind, f in looked):
         edges = _edges(mesh)
-        looked = [(edges, _fractions(condition, edges, mesh))]
+        looked = [(edges, fractions(condition, edges, mesh))]
     for kind, f in looked:
         wide[np.unique(kind.nodes[f > SMALL])] = True
     shares = [_share(kind, f, nodes) for kind, f in looked if float(f @ kind.sizes) > SMALL * kind.sizes.sum()]
@@ -123,7 +123,7 @@ def _share(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float]:
     return (1.0 if held > 1.0 - WHOLE else held), beyond
 
 
-def _cells(mesh: Mesh) -> _Kind:
+def cells_of(mesh: Mesh) -> _Kind:
     corners = mesh.cells[:, : mesh.element.corners]
     simplices = corners[:, None, :] if corners.shape[1] == 4 else corners[:, np.array(SIX)]
     return _Kind(mesh.cells, mesh.volumes, simplices)
@@ -147,7 +147,7 @@ def _edges(mesh: Mesh) -> _Kind:
 # ------------------------------------------------------------------ fractions of cells
 
 
-def _fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
+def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
     """What part of each cell a condition selects (m,), from 0 to 1."""
     number = np.repeat(np.arange(len(kind.nodes)), kind.simplices.shape[1])
     corners = kind.simplices.reshape(-1, kind.simplices.shape[2])

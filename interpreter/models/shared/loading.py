@@ -10,6 +10,7 @@ import numpy as np
 from softmark.interpreter.language import units
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.shared.pieces import pieces
 from softmark.interpreter.problem.case import Case, fault
 from softmark.interpreter.problem.parts.surface import Loaded, loaded
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass, Vector3
@@ -46,8 +47,9 @@ def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: boo
     dead = np.zeros((len(mesh.points), 3))
     match load.thing.action:
         case PerMass(acceleration=g):
-            weights = nodal_mass(mesh, parts, case.material.density, mass)
-            dead += weights[:, None] * np.array(g)
+            for own in pieces(case, mesh, parts):
+                weights = nodal_mass(own.mesh, own.parts, own.case.material.density, mass)
+                dead += weights[:, None] * np.array(g)
         case PerArea(where=where, traction=traction):
             t = np.array(traction)
             surface = _surface(case, load, where, mesh)

@@ -19,7 +19,7 @@ from softmark.interpreter.vocabulary.supports import Holding
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.problem.case import Case
-    from softmark.interpreter.results.report import Kind
+    from softmark.interpreter.results.report import ModelKind
     from softmark.solvers.mesh.shape import Shape
 
 MOST = "`fem(...)` takes all"
@@ -32,6 +32,7 @@ class Model:
     loads: tuple[type[Any], ...] = (PerMass, PerArea, Follower, AtPoint)  # how they may act
     supports: tuple[type[Any], ...] = (Holding,)  # what they are
     moves = True  # it takes dynamic analyses
+    composite = False  # it takes bodies with parts of other materials
     recovers = False  # it finds back to rest from any state
 
     # what it is
@@ -77,7 +78,7 @@ class Model:
         """What will be built, on one line."""
         raise NotImplementedError(f"{type(self).__name__} has no outline")
 
-    def kind(self, case: Case) -> Kind | None:
+    def kind(self, case: Case) -> ModelKind | None:
         """What it is but for its size and Poisson's ratio; None of one that is alone of its kind."""
         return None
 

@@ -82,6 +82,7 @@ class Solution:
     history: History | None = None  # of a dynamic analysis; `displacement` is then that of its end
     mesh: Moved | None = None  # of a model that has one
     stress: Callable[[], Stresses] | None = None  # of a model on a mesh (`shared/stressed.py`); it raises NoStress
+    vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz, about a static equilibrium
 
 
 class Prepared(Protocol):

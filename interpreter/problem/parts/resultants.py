@@ -73,7 +73,7 @@ def _exact(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
     match load.thing.action:
         case AtPoint(force=force):
             return _vector(np.array(force)), None
-        case PerMass(acceleration=g) if shape.volume is not None:
+        case PerMass(acceleration=g) if shape.volume is not None and not case.parts:
             return _vector(case.material.density * shape.volume * np.array(g)), None
         case PerArea(where=where, traction=t) if (found := selected(shape, where)) is not None:
             return _vector(found[0] * np.array(t)), found[0]

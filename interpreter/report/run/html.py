@@ -18,7 +18,7 @@ from softmark.interpreter.report.run.figures import (
 )
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.header import header, title
-from softmark.interpreter.report.run.tables import listing, loads, provenance, published, verdicts
+from softmark.interpreter.report.run.tables import listing, loads, provenance, published, regions, verdicts
 from softmark.interpreter.report.view3d import section
 from softmark.interpreter.results.report import Report
 
@@ -34,6 +34,7 @@ SECTIONS: tuple[tuple[str, str, Callable[[Findings], str]], ...] = (
     ("realtime", "Real time", realtime.section_of),
     ("histories", "Over time", histories.section_of),
     ("convergence", "Convergence", convergence.section_of),
+    ("regions", "Regions", regions.section_of),
     ("loads", "Loads", loads.section_of),
     ("expectations", "Expectations", verdicts.expectations),
     ("warnings", "Warnings", verdicts.warnings),

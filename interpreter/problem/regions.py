@@ -1,0 +1,87 @@
+"""Parts of a body that have materials of their own: which condition each is left with, where some lie over others."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import combinations
+from typing import Any
+
+from softmark.interpreter.language.conditions import Condition, Point
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.problem.case import Case, Fault, fault
+
+MOST = 3000  # boxes in which an overlap is looked for when a scene is checked
+
+
+def remaining(case: Case) -> tuple[Condition, ...]:
+    """Where each part has its material: what it selects, without the parts that lie over it."""
+    found = []
+    for part in case.parts:
+        where = part.thing.where
+        for other in case.parts:
+            if part.name in other.thing.over:
+                where = Condition.junction("and", where, Condition.negation(other.thing.where))
+        found.append(where)
+    return tuple(found)
+
+
+def number(case: Case, X: Any) -> Any:
+    """Which of the case's materials each point X (n, 3), m, is of (n,): 0 that of the body."""
+    import numpy as np
+
+    found = np.zeros(len(X), dtype=np.int64)
+    bounds = case.shape.bounds or (X.min(axis=0), X.max(axis=0))
+    x, y, z = X.T
+    for i, where in enumerate(remaining(case), start=1):
+        found[np.broadcast_to(where.holds(x, y, z, math.dist(*bounds)), len(X))] = i
+    return found
+
+
+def unordered(case: Case) -> list[tuple[Declared, Declared]]:
+    """Pairs of parts of different materials of which none is said to lie over the other."""
+    return [
+        (a, b) for a, b in combinations(case.parts, 2)
+        if a.thing.material != b.thing.material and a.name not in b.thing.over and b.name not in a.thing.over
+    ]  # fmt: skip
+
+
+def overlap(a: Declared, b: Declared, label: str) -> Fault:
+    """A Fault of two parts that overlap."""
+    return fault(
+        "E592", b.at("where"), f"`{a.name}` and `{b.name}` overlap and are of different materials", label,
+        f"say which lies over the other: `over = [{a.name}]` in `{b.name}`, or select without the other: "
+        f"`where = ... and not {a.name}`",
+    )  # fmt: skip
+
+
+def common(a: Condition, b: Condition, low: Point, high: Point) -> Point | None:
+    """The middle of a box in which two conditions hold everywhere; None where none was found.
+
+    The box from `low` to `high` (m) is halved again and again across its longest side, the largest first.
+    """
+    extent, boxes = math.dist(low, high), [(low, high)]
+    for low, high in boxes:  # which grows
+        bounds = [where.over(low, high, extent) for where in (a, b)]
+        if not all(true for _, true in bounds):
+            continue
+        if not any(false for false, _ in bounds):
+            x, y, z = (0.5 * (p + q) for p, q in zip(low, high, strict=True))
+            return x, y, z
+        if len(boxes) < MOST:
+            boxes += _halves(low, high)
+    return None
+
+
+def _halves(low: Sequence[float], high: Sequence[float]) -> list[tuple[Point, Point]]:
+    """A box cut across its longest side."""
+    i = max(range(3), key=lambda k: high[k] - low[k])
+    middle = 0.5 * (low[i] + high[i])
+    upper, lower = list(high), list(low)
+    upper[i] = lower[i] = middle
+    return [(_point(low), _point(upper)), (_point(lower), _point(high))]
+
+
+def _point(p: Sequence[float]) -> Point:
+    x, y, z = p
+    return x, y, z

@@ -1,0 +1,225 @@
+"""Parts of a body with materials of their own: exact where layers are, and what a mesh misses is a number."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import softmark
+from softmark.interpreter.cli.main import main
+from softmark.interpreter.models.shared import regions
+from softmark.interpreter.models.shared.regions import Owners
+from softmark.interpreter.run.options import Options
+from softmark.interpreter.run.pipeline import run
+
+LIBRARY = Path(softmark.__file__).parents[2] / "stdlib-scenes"
+
+
+def chain(model: str, more: str = "", where: str = "x >= 23 mm", soft: str = "neo_hookean", nu: float = 0.0) -> str:
+    """A bar of two materials, pulled at its end by 2 kPa, or as it is said."""
+    return f"""scene "chain"
+material soft = {soft}(young = 10 kPa, poisson = {nu}, density = 1000 kg/m^3)
+material stiff = {soft}(young = 80 kPa, poisson = {nu}, density = 3000 kg/m^3)
+body bar = solid(box(size = (40, 10, 10) mm), soft)
+region rear = part(bar, where = {where}, material = stiff)
+support left = fixed(bar, where = x <= 0 mm, components = x)
+support front = fixed(bar, where = y <= 0 mm, components = y)
+support below = fixed(bar, where = z <= 0 mm, components = z)
+load pull = traction(bar, where = x >= 40 mm, vector = (2, 0, 0) kPa)
+model m = fem({model})
+probe tip = point(bar, at = (40, 0, 0) mm)
+metric away = displacement(tip, along = +x)
+{more}"""
+
+
+def away(scene: str) -> float:
+    """What the model finds, m."""
+    report = softmark.loads(scene).run()
+    assert report.models["m"].status == "converged", report.models["m"].message
+    value = report.models["m"].metrics["away"].value
+    assert value is not None
+    return float(value)
+
+
+def stated(scene: str) -> tuple[Any, float]:
+    """What the model says of its error, and what it finds, m."""
+    loaded = softmark.loads(scene)
+    model = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=())).models["m"]
+    value = model.metrics["away"].value
+    assert value is not None
+    return model.stated["away"], float(value)
+
+
+LINEAR = 0.023 * 2.0 / 10.0 + 0.017 * 2.0 / 80.0  # m: each layer by its own modulus
+
+
+def stretched(E: float, p: float = 2.0) -> float:
+    """s of a neo-Hookean solid without a Poisson's ratio under a nominal stress p: p = E/2 (s - 1/s)."""
+    return p / E + math.sqrt(1.0 + (p / E) ** 2)
+
+
+@pytest.mark.parametrize("model", [
+    "tet4, strain = small, size = 5 mm",
+    "tet10, strain = corotational, size = 5 mm",
+    "hex8, strain = corotational, integration = selective, size = 5 mm",
+    "hex8, strain = corotational, rotation = element, size = 5 mm",
+    "hex8, strain = small, formulation = mean_dilatation, size = 5 mm",
+    "hex8, strain = small, formulation = mixed, size = 5 mm",
+    "tet10, strain = corotational, formulation = mixed, size = 5 mm",
+    "hex20, strain = small, size = 5 mm",
+    "hex27, strain = small, size = 5 mm",
+])  # fmt: skip
+def test_layers_behind_one_another_lengthen_by_their_own_moduli(model: str) -> None:
+    """The exact field is linear in each layer, so that every element has it: what is left is the solver's 1e-8."""
+    assert away(chain(model)) == pytest.approx(LINEAR, rel=1e-8)
+
+
+@pytest.mark.parametrize("model", [
+    "hex8, strain = finite, size = 5 mm",
+    "tet4, strain = finite, size = 5 mm",
+    "hex8, strain = finite, integration = selective, size = 5 mm",
+    "hex8, strain = finite, formulation = mean_dilatation, size = 5 mm",
+    "tet10, strain = finite, formulation = mixed, size = 5 mm",
+])  # fmt: skip
+def test_the_same_in_finite_strain(model: str) -> None:
+    exact = 0.023 * (stretched(10.0) - 1.0) + 0.017 * (stretched(80.0) - 1.0)
+    assert away(chain(model)) == pytest.approx(exact, rel=1e-8)
+
+
+def test_a_compressible_layer_and_an_incompressible_one() -> None:
+    """Each has pressures of its own, which jump where they meet: continuous ones could not be exact here.
+
+    Free across, both narrow by nu e of their own, and uniaxial states do not fit together; held across, strain is along
+    x alone, and the compressible layer alone gives way: p (1 + nu) (1 - 2 nu) / (E (1 - nu)).
+    """
+    text = chain("tet10, strain = small, formulation = mixed, size = 5 mm", nu=0.3).replace(
+        "stiff = neo_hookean(young = 80 kPa, poisson = 0.3", "stiff = neo_hookean(young = 80 kPa, poisson = 0.5"
+    )
+    held = "".join(
+        f"support {n} = fixed(bar, where = {c} >= 10 mm, components = {c})\n"
+        for n, c in (("back", "y"), ("above", "z"))
+    )
+    assert away(text + held) == pytest.approx(0.023 * 2.0 * 1.3 * 0.4 / (10.0 * 0.7), rel=1e-7)
+
+
+def test_weight_and_mass_are_those_of_each_part() -> None:
+    """A stiff bar pushed from rest: its centre moves by F t^2 / (2 M), M of 1000 and of 3000 kg/m^3.
+
+    It is 1e5 times as stiff as what moves it by that much, so that where it is looked at matters to 1e-3 at most.
+    """
+    text = chain("hex8, strain = small, size = 5 mm, mass = lumped")
+    text = text.replace("young = 10 kPa", "young = 1 GPa").replace("young = 80 kPa", "young = 1 GPa")
+    text = text.replace("support left = fixed(bar, where = x <= 0 mm, components = x)\n", "")
+    text += "analysis move = dynamic(duration = 10 ms, step = 0.1 ms, integrator = midpoint)\n"
+    mass = 1e-4 * (0.023 * 1000.0 + 0.017 * 3000.0)
+    assert away(text) == pytest.approx(2000.0 * 1e-4 * 0.01**2 / (2.0 * mass), rel=2e-3)
+    report = softmark.loads(
+        text.replace("vector = (2, 0, 0) kPa", "vector = (0, 0, 0) kPa") + "load weight = gravity(9.81 m/s^2)\n"
+    ).run()
+    assert report.models["m"].loads["weight"].force[2] == pytest.approx(-9.81 * mass, rel=1e-9)
+
+
+def test_a_part_lies_over_another() -> None:
+    more = "region end = part(bar, where = x >= 30 mm, material = soft, over = [rear])\n"
+    exact = 0.033 * 2.0 / 10.0 + 0.007 * 2.0 / 80.0
+    assert away(chain("hex8, strain = small, size = 5 mm", more)) == pytest.approx(exact, rel=1e-8)
+
+
+def test_a_region_stands_where_a_condition_does() -> None:
+    """A name is the condition: the same number to the last digit."""
+    named = chain("hex8, strain = small, size = 5 mm", "region end = part(bar, where = x >= 40 mm)\n")
+    named = named.replace("where = x >= 40 mm, vector", "where = end and not (rear and y > 20 mm), vector")
+    assert away(named) == away(chain("hex8, strain = small, size = 5 mm"))
+
+
+def test_cells_of_the_wrong_part_are_found_by_the_watchdog(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The watchdog looks for itself where cells lie: a solver that mixes parts up has no answer."""
+    right = regions._found
+
+    def wrong(case: Any, mesh: Any) -> Owners:
+        found = right(case, mesh)
+        cells = found.cells.copy()
+        cells[np.flatnonzero(cells == 1)[:1]] = 0
+        return Owners(cells, found.taken, found.crossed)
+
+    monkeypatch.setattr(regions, "_found", wrong)
+    model = softmark.loads(chain("hex8, strain = small, size = 5 mm")).run().models["m"]
+    assert model.status == "failed"
+    assert "do not balance" in (model.message or "")
+
+
+BALL = "(x - 21 mm)^2 + (y - 5 mm)^2 + (z - 5 mm)^2 <= (4 mm)^2"
+
+
+def test_what_is_missed_of_a_ball_is_a_number() -> None:
+    """Its volume is found to the planes in pieces of its border, 1 %; that of its cells differs by what they miss."""
+    report = softmark.loads(chain("tet4, strain = small, size = 2.5 mm", where=BALL)).run()
+    own = report.models["m"].solve["regions"]["rear"]
+    assert own["asked_m3"] == pytest.approx(4 / 3 * math.pi * 4e-3**3, rel=0.01)
+    assert own["taken_m3"] - own["asked_m3"] == pytest.approx(own["beyond_m3"] - own["missed_m3"], rel=1e-9)
+    assert own["missed_m3"] + own["beyond_m3"] > 0.05 * own["asked_m3"]
+    assert any(w.code == "W391" for w in report.warnings)
+
+
+@pytest.mark.parametrize("where", ["x + 0.4 * y >= 23 mm", pytest.param(BALL, marks=pytest.mark.slow)])
+def test_the_stated_error_contains_what_cells_make_of_a_border_that_they_do_not_follow(where: str) -> None:
+    """Held against the same on cells of a quarter of the size; the part that is stated for regions is above zero."""
+    said, found = stated(chain("hex8, strain = small, size = 5 mm", where=where))
+    assert said.parts["regions"] > 0.0
+    fine = away(chain("hex8, strain = small, size = 1.25 mm", where=where))
+    assert abs(found - fine) <= said.value
+
+
+def test_layers_that_a_mesh_follows_add_nothing_to_the_stated_error() -> None:
+    said, _ = stated(chain("hex8, strain = small, size = 5 mm"))
+    assert "regions" not in said.parts
+    report = softmark.loads(chain("hex8, strain = small, size = 5 mm")).run()
+    assert report.models["m"].solve["regions"]["rear"]["missed_m3"] == 0.0
+
+
+@pytest.mark.slow
+def test_the_radial_displacement_of_a_rod_in_two_layers_converges_with_the_order_of_its_element() -> None:
+    """Lame's solution in two layers, which the scene has in closed form; h^2 in displacements of linear elements.
+
+    The mesh follows the border between the layers: 1.7 leaves a fifteenth of the order to what is no power of h.
+    """
+    errors = []
+    k1, k2, m2 = 1e5 / (2 * 1.2 * 0.6), 1e4 / (2 * 1.4 * 0.2), 1e4 / 2.8
+    q = (k2 - k1) / (k1 + m2)
+    exact = 100.0 / (2 * (k2 - m2 * q * 0.16)) * (1 + q) * 4e-3
+    scene = (LIBRARY / "blocks" / "coated-rod.scene").read_text()
+    for h in ("3 mm", "1.5 mm"):
+        report = softmark.loads(scene, h=h).run(models=["cubes"])
+        value = report.models["cubes"].metrics["at_a"].value
+        assert value is not None
+        errors.append(abs(value / exact - 1.0))
+    assert math.log2(errors[0] / errors[1]) > 1.7
+
+
+def test_the_report_says_what_cells_have_of_each_part(tmp_path: Path) -> None:
+    scene = tmp_path / "a.scene"
+    scene.write_text(chain("tet4, strain = small, size = 5 mm", where=BALL))
+    assert main(["run", str(scene), "--out", str(tmp_path / "out")]) == 0
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert '<h2 id="regions-heading">Regions</h2>' in page
+    known = json.loads((tmp_path / "out" / "report.json").read_text())["models"]["m"]["solve"]["regions"]
+    assert set(known["rear"]) == {"asked_m3", "taken_m3", "missed_m3", "beyond_m3"}
+
+
+def test_a_scene_without_regions_loads_none_of_this() -> None:
+    scene = "\n".join(
+        line for line in chain("hex8, strain = small, size = 5 mm").splitlines()
+        if not line.startswith(("region", "material stiff"))
+    )  # fmt: skip
+    told = f"import softmark, sys; softmark.loads('''{scene}''').run(); print(sorted(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True)
+    loaded = {m for m in eval(done.stdout.splitlines()[-1]) if m.startswith("softmark.") and "region" in m}
+    words = {"softmark.interpreter.vocabulary.regions", "softmark.interpreter.language.region_names"}
+    assert loaded <= words
