@@ -9,7 +9,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.pressured import with_pressures
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.loads import DeadForces
-from softmark.solvers.energies.pressures import MeanDilatation, Mixed, OfDisplacements
+from softmark.solvers.energies.pressures import DisplacementEnergy, MeanDilatation, MixedSolid
 from softmark.solvers.linear.systems import Linear
 from softmark.solvers.materials import MATERIALS, Isotropic, law_for, mixed_for
 from softmark.solvers.mesh.interpolation import integration
@@ -63,16 +63,16 @@ def solved(kind: str, way: str, law: str, n: int, poisson: float = POISSON) -> t
         assert split is not None
         if way == "mixed":
             energy = with_pressures(mesh, parts, split, own.shear_modulus)
-            load, dofs = OfDisplacements(load, dofs), energy.dofs
+            load, dofs = DisplacementEnergy(load, dofs), energy.dofs
         else:
             energy = MeanDilatation(mesh.cells, parts.dNdX, parts.w, split.shape, split.constraint, split.modulus)
     assembly = Assembly(dofs, fixed, [energy], [load])
     rest, to = np.zeros(dofs), np.zeros(len(fixed))
-    spare = energy.spare[assembly.free] if isinstance(energy, Mixed) else None
+    spare = energy.spare[assembly.free] if isinstance(energy, MixedSolid) else None
     convex = law == "small" and spare is None
     task = Statics(assembly, VectorSpace(dofs), rest, fixed, to, convex=convex, linear=Linear(spare=spare))
     x = equilibrium(task).x
-    pressures = energy.unit * x[energy.pressures] if isinstance(energy, Mixed) else None
+    pressures = energy.unit * x[energy.pressures] if isinstance(energy, MixedSolid) else None
     u = x[: mesh.points.size].reshape(-1, 3)
     return points, Stresses(State(mesh, own, strain, u, way, pressures))
 
