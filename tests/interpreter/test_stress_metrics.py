@@ -78,8 +78,8 @@ def test_stated_errors_hold_the_bending_stress(element: str, size: int, tmp_path
     )
     own = report.models["own"]
     for name, truth in (("most", BENDING), ("bent", BENDING / 1e6), ("longer", 1.0 + BENDING / 1e6)):
-        stated = own.stated[name]["value"]
-        assert stated is not None, own.stated[name]["reason"]
+        stated = own.stated[name].value
+        assert stated is not None, own.stated[name].reason
         assert abs(own.metrics[name].value - truth) <= stated + 3e-4 * BENDING / (1.0 if name == "most" else 1e6)
         assert stated < (0.3 if element == "tet4" else 0.1) * BENDING / (1.0 if name == "most" else 1e6)
 
@@ -99,9 +99,9 @@ def test_the_edge_of_a_clamp_has_no_largest_stress(tmp_path: Path) -> None:
         )
         assert [w.code for w in report.warnings] == ["W388", "W388"]
         own = report.models["own"]
-        assert own.stated["most"]["value"] is None
-        assert "every refinement finds a larger stress" in own.stated["most"]["reason"]
-        assert own.stated["usual"]["value"] < 0.25 * own.metrics["usual"].value
+        assert own.stated["most"].value is None
+        assert "every refinement finds a larger stress" in own.stated["most"].reason
+        assert own.stated["usual"].value < 0.25 * own.metrics["usual"].value
         found.append(own.metrics["edge"].value)
     assert found[1] > 1.05 * found[0]
 
@@ -122,7 +122,7 @@ def test_faces_of_symmetry_have_no_such_edge(tmp_path: Path) -> None:
     assert report.models["own"].metrics["most"].value == pytest.approx(
         10.0, rel=1e-5
     )  # per deformed area: 2 nu F / (E A) more
-    assert report.models["own"].stated["most"]["value"] < 1e-3  # of 10 Pa: what rounding is counted for
+    assert report.models["own"].stated["most"].value < 1e-3  # of 10 Pa: what rounding is counted for
 
 
 def test_a_mesh_that_is_too_coarse_is_said(tmp_path: Path) -> None:
