@@ -7,6 +7,7 @@
     energies   value, gradient, Hessian over local degrees of freedom
     sparse     factorisations and iterations of our own
     assembly   sums of energies over shared degrees of freedom
+    stresses   stress and strain of a mesh that was solved, recovered to nodes
     linear     which method solves a system
     statics    equilibrium, stability, paths, recovery
     dynamics   integrators, and the march that runs them

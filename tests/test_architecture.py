@@ -238,6 +238,7 @@ def test_a_scene_at_rest_imports_nothing_of_motion(tmp_path: Path) -> None:
     found = after("run", "uniaxial-stretch", cwd=tmp_path)
     assert not {m for m in found if m.startswith("softmark.solvers.dynamics")}
     assert "softmark.interpreter.models.shared.motion" not in found
+    assert not {m for m in found if m.startswith("softmark.solvers.stresses")}  # it asks for no stress
     assert not found & {"trimesh", "skimage", "softmark.solvers.energies.springs"}
 
 

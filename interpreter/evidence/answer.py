@@ -14,6 +14,7 @@ from softmark.interpreter.evidence.budget import Budget
 from softmark.interpreter.evidence.probe_answers import Floats, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.stressed import stressed
 from softmark.interpreter.problem.case import Case, Fault, case_for
 from softmark.interpreter.results.report import ModelResult
 
@@ -70,7 +71,8 @@ class Answer:
 
             prepared, _ = prepared_model(declared, case, Workshop(scene=self.scene, measured=self.measured))
             with np.errstate(all="ignore"):
-                return prepared.solve(self.budget.check), dict(prepared.size)
+                solution = prepared.solve(self.budget.check)
+            return stressed(self.scene, declared, case, solution), dict(prepared.size)
 
         solution, size = self.once(key, solve)
         if solution.displacement is None:

@@ -31,6 +31,7 @@ from softmark.interpreter.evidence.selection_error import selection
 from softmark.interpreter.front.course_steps import shows
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
+from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.shared.prepared import Prepared
 from softmark.interpreter.problem.parts.resultants import of_selections
 from softmark.interpreter.problem.view import View
@@ -87,7 +88,12 @@ class Stated(Answer):
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
     def _discretisation(self, seen: ProbeAnswer) -> float:
-        return voucher_of(self.declared.thing).discretisation(self, seen)
+        voucher = voucher_of(self.declared.thing)
+        if not isinstance(seen.metric, OfTensors):
+            return voucher.discretisation(self, seen)
+        from softmark.interpreter.evidence.stress_limits import settled
+
+        return settled(self, seen, voucher.discretisation)
 
     def _model(self, seen: ProbeAnswer) -> float:
         return voucher_of(self.declared.thing).model(self, seen)
@@ -203,4 +209,4 @@ def _seen(probe: ProbeResult, metric: Any, view: View) -> ProbeAnswer:
     course = probe.course is not None and (metric is None or isinstance(metric, CourseNorm))
     u, times = (probe.course, probe.times) if course else (probe.displacement, None)
     assert u is not None
-    return ProbeAnswer(probe.points, u, times, metric, view.displacement, probe, view, view.history)
+    return ProbeAnswer(probe.points, u, times, metric, view.displacement, probe, view, view.history, view.stress)

@@ -18,7 +18,9 @@ from softmark.interpreter.evidence.probe_answers import Field, Floats, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.prepared import Moved, Workshop
+from softmark.interpreter.models.shared.stressed import stress_of
 from softmark.interpreter.problem.case import Case
+from softmark.records import dataclass
 from softmark.solvers.elements import element_of
 
 FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes too
@@ -32,7 +34,7 @@ def found(
     `below` gives the assembly of the coarse space and a factor of its tangent there.
     """
     from softmark.interpreter.models.fem.build import at_rest
-    from softmark.interpreter.models.shared.deformed import displacement_of
+    from softmark.interpreter.models.shared.deformed import Deformed
     from softmark.solvers.linear.factorisations import Singular
     from softmark.solvers.mesh.refine import Unmatched, finer
     from softmark.solvers.statics.enriched import Below, StateLost, settled
@@ -54,20 +56,30 @@ def found(
         raise Unknown(str(error) or "the cells of its mesh do not match across their faces") from error
     if not problem.sound(state):
         raise Unknown("cells of the finer space are inside out")
-    return remembered(displacement_of(above.mesh, state.reshape(-1, 3)))
+    return remembered(thing, case, Deformed(above.mesh, state.reshape(-1, 3)))
 
 
-def remembered(field: Field) -> Field:
+@dataclass(frozen=True)
+class Remembered:
     """A field that is looked up once at the same points: several metrics look at one probe."""
-    known: dict[bytes, Floats] = {}
 
-    def at(X: Floats) -> Floats:
+    field: Field
+    stress: Callable[[], Any]  # that belongs to it
+    known: dict[bytes, Floats]
+
+    def __call__(self, X: Floats) -> Floats:
+        """Displacements (n, 3) of points (n, 3), m."""
         key = X.tobytes()
-        if key not in known:
-            known[key] = field(X)
-        return known[key]
+        if key not in self.known:
+            self.known[key] = self.field(X)
+        return self.known[key]
 
-    return at
+
+def remembered(model: Fem, case: Case, mesh: Moved) -> Field:
+    """What a model found on a mesh, as a field of displacements."""
+    from softmark.interpreter.models.shared.deformed import displacement_of
+
+    return Remembered(displacement_of(mesh.mesh, mesh.displacement), stress_of(model, case, mesh), {})
 
 
 def _freed(model: Fem, case: Case, kind: str) -> Fem:
@@ -97,7 +109,7 @@ class _Once:
 def alike(scene: Scene, declared: Declared, case: Case, solved: Moved, budget: Budget) -> Field:
     """The displacements of another model on the mesh of `solved`, started from its state. Raises Unknown."""
     from softmark.interpreter.models.fem.build import at_rest
-    from softmark.interpreter.models.shared.deformed import displacement_of
+    from softmark.interpreter.models.shared.deformed import Deformed
     from softmark.solvers.statics.equilibrium import NotConverged, equilibrium
 
     static, _ = at_rest(declared.thing, declared, case, Workshop(scene=scene), solved.mesh)
@@ -106,4 +118,6 @@ def alike(scene: Scene, declared: Declared, case: Case, solved: Moved, budget: B
         result = equilibrium(replace(static.problem, start=state, watch=budget.check))
     except NotConverged as error:
         raise Unknown(f"the same with its best strain has no solution ({error.reason})") from error
-    return remembered(displacement_of(solved.mesh, static.unknowns.moved(result.x).reshape(-1, 3)))
+    pressures = static.unknowns.pressed(static.problem.assembly.internal, static.pieces, result.x)
+    mesh = Deformed(solved.mesh, static.unknowns.moved(result.x).reshape(-1, 3), pressures=pressures)
+    return remembered(declared.thing, case, mesh)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from softmark.interpreter.metrics.measure import measured_by
 from softmark.interpreter.metrics.measurement import Known
 from softmark.interpreter.metrics.measurement import Seen as Looked
 from softmark.interpreter.metrics.metric import Metric, OfDisplacements
+from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.view import View
@@ -45,20 +47,26 @@ class ProbeAnswer:
     probe: ProbeResult | None = None
     view: View | None = None
     history: History | None = None
+    stress: Callable[[], Any] | None = None
 
     def of(self, solution: Solution) -> ProbeAnswer:
         """What the same probe sees of another solution, at the same times. Raises Unknown."""
-        return replace(self, u=self._of(solution), field=solution.displacement, history=solution.history)
+        return replace(
+            self, u=self._of(solution), field=solution.displacement, history=solution.history, stress=solution.stress
+        )
 
     def at(self, field: Field) -> ProbeAnswer:
         """What it would see of a static field."""
-        return replace(self, u=np.asarray(field(self.X)), field=field, history=None)
+        stress = getattr(field, "stress", None)
+        return replace(self, u=np.asarray(field(self.X)), field=field, history=None, stress=stress)
 
     def moved(self, step: Field) -> ProbeAnswer:
         """What it would see if displacements were added, static."""
         own = self.field
         field = None if own is None else lambda X: own(X) + step(X)
-        return replace(self, u=self.u + np.asarray(step(self.X)), field=field)
+        stress, nodes = self.stress, getattr(step, "nodes", None)
+        moved = None if stress is None or nodes is None else lambda: stress().moved(nodes)
+        return replace(self, u=self.u + np.asarray(step(self.X)), field=field, stress=moved)
 
     @property
     def in_displacements(self) -> bool:
@@ -76,7 +84,15 @@ class ProbeAnswer:
         """What an error that is relative to the displacements is multiplied by, in its unit."""
         if self.unit == "m":
             return float(np.linalg.norm(self.u, axis=-1).max(initial=0.0))
+        if isinstance(self.metric, OfTensors):
+            return self._of_tensors(self.metric)
         return abs(self.value) if self.unit == "s" else 1.0
+
+    def _of_tensors(self, metric: OfTensors) -> float:
+        """The value, or what tensors of the body come to: where a component is zero, an error of it is not."""
+        if self.stress is None:
+            raise Unknown(NO_ERROR)
+        return max(abs(self.value), metric.usual(self.stress()))
 
     @property
     def value(self) -> float:
@@ -134,8 +150,9 @@ class ProbeAnswer:
             raise Unknown(NO_ERROR)
         weights = view.weights.get(metric.looked_at or "")
         looked = Looked(
-            view.name, view.case, self.X, other.u, probe.triangles, weights, known, other.field, history=other.history
-        )
+            view.name, view.case, self.X, other.u, probe.triangles, weights, known, other.field,
+            history=other.history, stress=other.stress,
+        )  # fmt: skip
         try:
             return measured_by(metric, looked).value
         except Undefined as undefined:

@@ -20,7 +20,9 @@ from softmark.interpreter.metrics.max_error import MaxError
 from softmark.interpreter.metrics.mean_error import MeanError
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
+from softmark.interpreter.metrics.stress import AXES, Stress
 from softmark.interpreter.metrics.surface_distance import SurfaceDistance
+from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.tip_error import TipError
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -56,7 +58,7 @@ def comparisons(scene: Scene) -> Iterator[Diagnostic]:
     for declared in (*scene.of_kind("probe").values(), *scene.of_kind("support").values()):
         yield from _tracked(scene, declared)
     for metric in scene.of_kind("metric").values():
-        refusal = _probe(scene, metric) or _time(scene, metric) or _reference(scene, metric)
+        refusal = _probe(scene, metric) or _time(scene, metric) or _reference(scene, metric) or _tensor(scene, metric)
         if refusal is not None:
             yield diagnostic("E509", metric.at(refusal.field), refusal.message, refusal.label, refusal.help)
 
@@ -109,6 +111,30 @@ def _needs_surface(scene: Scene, metric: Declared) -> bool:
 def _nearest(metric: Declared) -> str:
     normal = isinstance(metric.thing, SurfaceDistance) and metric.thing.along == "normal"
     return ", or use `along = nearest`" if normal else ""
+
+
+def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
+    """Stress needs a model that has it, and a number that its tensor has."""
+    thing = metric.thing
+    if not isinstance(thing, OfTensors):
+        return None
+    if isinstance(thing, Stress) and thing.measure_ == "nominal" and thing.component not in AXES:
+        return _Refusal("component", f"nominal stress is no symmetric tensor: it has no `{thing.component}`",
+                        "only of `cauchy`", "use one of " + ", ".join(f"`{a}`" for a in AXES)
+                        + ", or `measure = cauchy`")  # fmt: skip
+    bodies = (None, scene.declared[thing.probe].thing.body)
+    models = [m for m in scene.of_kind("model").values() if m.value("body") in bodies]
+    laws = [_solid(scene, m).thing.stress_law for m in models]
+    if not laws or not all(isinstance(law, str) for law in laws):
+        return None
+    return _Refusal("", f"`{metric.name}` asks for stress or strain, and no model here has any: {laws[0]}",
+                    "of no model",
+                    "declare one: `model solid = fem(tet10, strain = finite, size = 5 mm)`")  # fmt: skip
+
+
+def _solid(scene: Scene, model: Declared) -> Declared:
+    """The model itself, or what it reduces."""
+    return model if model.thing.reduces is None else scene.declared[model.thing.reduces]
 
 
 def _time(scene: Scene, metric: Declared) -> _Refusal | None:

@@ -21,7 +21,10 @@ from softmark.interpreter.metrics.max_error import MaxError
 from softmark.interpreter.metrics.mean_error import MeanError
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.realtime import RealTime
+from softmark.interpreter.metrics.strain import Strain
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
+from softmark.interpreter.metrics.stress import Stress
+from softmark.interpreter.metrics.stretch import Stretch
 from softmark.interpreter.metrics.surface_distance import SurfaceDistance
 from softmark.interpreter.metrics.tip_error import TipError
 from softmark.interpreter.metrics.volume_change import VolumeChange
@@ -37,6 +40,9 @@ METRICS: dict[str, type[Any]] = {
     "hausdorff": Hausdorff,
     "volume_change": VolumeChange,
     "displacement": Displacement,
+    "stress": Stress,
+    "strain": Strain,
+    "stretch": Stretch,
     "period": Period,
     "frequency": Frequency,
     "realtime": RealTime,

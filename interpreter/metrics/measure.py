@@ -52,7 +52,7 @@ def _metric(
     thing = metric.thing
     published = published_of(scene, metric.name, view.name)
     try:
-        measured = measured_by(thing, _seen(thing, view, views))
+        measured = measured_by(thing, seen_of(thing, view, views))
     except Undefined as undefined:
         return MetricResult(None, thing.unit, str(undefined), published=published), None
     if not math.isfinite(measured.value):
@@ -82,7 +82,7 @@ def measured_by(thing: Metric, seen: Seen) -> Measurement:
     return thing.measure(seen)
 
 
-def _seen(thing: Metric, view: View, views: Mapping[str, View]) -> Seen:
+def seen_of(thing: Metric, view: View, views: Mapping[str, View]) -> Seen:
     """What the metric may look at. Raises Undefined where it is not there."""
     nothing, name = np.zeros((0, 3)), thing.looked_at
     own = ProbeResult(nothing, nothing)
@@ -107,6 +107,7 @@ def _seen(thing: Metric, view: View, views: Mapping[str, View]) -> Seen:
         view.solve,
         own.times,
         own.course,
+        view.stress,
         view.vibrations,
     )
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.history import History
     from softmark.interpreter.results.report import Timing
     from softmark.references.measured import MeasuredSurface
+    from softmark.solvers.stresses.field import Stresses
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int64]
@@ -56,6 +57,7 @@ class Seen:
     solve: Mapping[str, Any] = field(default_factory=dict)  # iterations, tolerance, whether it was capped
     times: Floats | None = None  # (t,) s, and
     course: Floats | None = None  # (t, n, 3) m at the points of the probe, where there is a history
+    stress: Callable[[], Stresses] | None = None  # of a model on a mesh; it raises NoStress
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined
 
 

@@ -36,4 +36,5 @@ class View:
     clock: Mapping[str, Timing | None] = field(default_factory=dict)
     history: History | None = None
     solve: Mapping[str, Any] = field(default_factory=dict)
+    stress: Callable[[], Any] | None = None  # of a model on a mesh: its stresses, made when they are asked for
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined

@@ -154,6 +154,7 @@ class ModelResult:
     loads: Mapping[str, Resultant] = field(default_factory=dict)  # what acts, and what was asked
     reactions: Mapping[str, Any] = field(default_factory=dict)  # of each support: the share that is held
     kind: ModelKind | None = None  # of one that has others of its kind
+    stress: Any = None  # where a scene asks for it: what gives the stresses of the mesh, for files
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""

@@ -1,5 +1,7 @@
 """Meshes and surfaces as files for ParaView: undeformed points with displacements, and surfaces with errors.
 
+Where a scene asks for stress, meshes have it at their nodes as well.
+
 A mesh is anything with `points` (n, 3) m, `cells` (m, a), `kind` (an element's word, nodes in VTK's order) and
 `displacement` (n, 3) m; `times` (t,) s and `frames` (t, n, 3) m where there is a history. ParaView's filter Warp By
 Vector with `displacement` shows the deformed body.
@@ -36,7 +38,8 @@ def write_vtu(report: Report, folder: str | Path) -> list[Path]:
     for outcome in report.outcomes:
         name = _file_name(outcome.name, taken)
         mesh = outcome.mesh if isinstance(outcome, ModelResult) else None
-        written += _mesh(target, name, mesh) if mesh is not None else []
+        if isinstance(outcome, ModelResult) and mesh is not None:
+            written += _mesh(target, name, mesh, outcome.stress)
         written += _surface(target, f"{name}-surface", outcome.shape) if outcome.shape is not None else []
     return written
 
@@ -51,14 +54,30 @@ def _file_name(name: str, taken: set[str]) -> str:
     return own
 
 
-def _mesh(target: Path, name: str, mesh: Any) -> list[Path]:
-    """Undeformed points with the displacement at the end or, with a history, at each moment."""
+def _mesh(target: Path, name: str, mesh: Any, stress: Any) -> list[Path]:
+    """Undeformed points with the displacement at the end or, with a history, at each moment; stress at the end."""
     X, cells = np.asarray(mesh.points), [(element_of(mesh.kind).meshio, np.asarray(mesh.cells))]
-    times, frames = mesh.times, mesh.frames
+    times, frames, last = mesh.times, mesh.frames, {"displacement": np.asarray(mesh.displacement)}
+    known = {} if stress is None else _stress(stress)
     if times is None or frames is None:
-        return [_write(target / f"{name}.vtu", X, cells, {"displacement": np.asarray(mesh.displacement)})]
+        return [_write(target / f"{name}.vtu", X, cells, last | known)]
     states = ((X, {"displacement": np.asarray(u)}) for u in frames)
-    return _series(target, name, times, cells, states)
+    files = _series(target, name, times, cells, states)
+    return [*files, *([_write(target / f"{name}-end.vtu", X, cells, last | known)] if known else [])]
+
+
+def _stress(stress: Any) -> dict[str, Floats]:
+    """Cauchy stress at the nodes, Pa: xx yy zz xy yz zx, as ParaView takes symmetric tensors, and von Mises.
+
+    Nothing where it has none: the metrics that ask for it say why.
+    """
+    from softmark.solvers.stresses.sampled import NoStress
+
+    try:
+        field = stress()
+        return {"stress": field.at_nodes().six, "von_mises": field.von_mises(), "strain": field.strain()}
+    except NoStress:
+        return {}
 
 
 def _surface(target: Path, name: str, shape: SeenSurface) -> list[Path]:

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.evidence.force_check import watched
 from softmark.interpreter.evidence.selection_error import reactions
+from softmark.interpreter.evidence.stress_notes import asks, unresolved
 from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.models.prepare import prepared_model
 from softmark.interpreter.models.shared.pieces import facts
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.stressed import stressed
 from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.parts.resultants import doubts, resultants
 from softmark.interpreter.problem.points import seen_finite
@@ -50,7 +52,7 @@ def solve(work: Work, name: str) -> None:
     case = work.case(declared := work.scene.declared[name])
     prepared, setup, setup_cpu = work.prepared[name]
     solution, wall, cpu = _timed(work, name, prepared)
-    solution = watched(work.scene, declared, case, prepared, solution)
+    solution = stressed(work.scene, declared, case, watched(work.scene, declared, case, prepared, solution))
     history = solution.history
     solution = replace(solution, facts=solution.facts | facts(case, prepared.mesh))
     clock = {
@@ -79,11 +81,14 @@ def solve(work: Work, name: str) -> None:
         clock=clock,
         history=solution.history,
         solve=solution.facts,
+        stress=solution.stress,
         vibrations=solution.vibrations,
     )
+    work.warn([d for d in unresolved(work.scene, work.views[name], prepared) if d not in work.warnings])
     outline, kind, held = declared.thing.outline(case), declared.thing.kind(case), reactions(case, prepared)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)
-    work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind)
+    work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind,
+                                    stress=solution.stress if asks(work.scene) else None)  # fmt: skip
 
 
 def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:

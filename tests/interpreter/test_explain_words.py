@@ -8,7 +8,7 @@ from softmark.interpreter.cli.main import main
 
 FAR = {  # words of mechanics, and what is near them by letters alone
     "contact": "constant", "friction": "traction", "cable": "table", "report": "import", "roller": "solver",
-    "tri": "mri", "mse": "mae", "stress": "stability is called", "held": "clamp", "diameter": "called `radius`",
+    "tri": "mri", "mse": "mae", "held": "clamp", "diameter": "called `radius`",
     "shell": "spell", "rotor": "motor",
 }  # fmt: skip
 

@@ -141,6 +141,16 @@ class Fem(Model):
         return tuple(lever for lever in SHORTCUTS if getattr(self, lever) != PLAIN[lever])
 
     @property
+    def stress_law(self) -> tuple[str, str] | str:
+        """The measure of strain and the way to keep the volume that stress follows from, or why there is none."""
+        if self.rotation == "element":
+            return (
+                "its forces are those of one rotation for each cell, which belong to no stress: use `rotation = point`"
+            )
+        volume = "full" if self.integration == "full" else "selective"
+        return self.strain, volume if self.formulation == "displacement" else self.formulation
+
+    @property
     def order(self) -> int:
         """In displacements, where the solution is smooth: degree of the element + 1 (Strang and Fix 1973, 1.5)."""
         return int(element_of(self.element).order) + 1

@@ -10,9 +10,25 @@ from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Floats, Mesh
 
 
+@dataclass(frozen=True)
+class Nodal:
+    """Displacements of material points X (n, 3) from those of the nodes of a mesh, `nodes` (nodes, 3), m.
+
+    `stress` tells the stress that belongs to them, where it is known.
+    """
+
+    mesh: Mesh
+    nodes: Floats
+    stress: Callable[[], Any] | None = None
+
+    def __call__(self, X: Floats) -> Floats:
+        """(n, 3), m."""
+        return locate(self.mesh, X).interpolate(self.nodes)
+
+
 def displacement_of(mesh: Mesh, u: Floats) -> Callable[[Floats], Floats]:
     """Displacements of material points from those of the nodes u (n, 3), m."""
-    return lambda X: locate(mesh, X).interpolate(u)
+    return Nodal(mesh, u)
 
 
 @dataclass(frozen=True)

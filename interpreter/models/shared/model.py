@@ -61,6 +61,11 @@ class Model:
         """Its fields by which steps are not solved, or not in double precision, or not from rest."""
         return ()
 
+    @property
+    def stress_law(self) -> tuple[str, str] | str:
+        """The measure of strain and the way to keep the volume that stress follows from, or why there is none."""
+        return "only finite elements have a stress at every point of the body"
+
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against it in this case, errors and warnings that need no arrays."""
         return list(self.refusals(declared, case))

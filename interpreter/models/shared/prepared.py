@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.equilibrium import Watch
+    from softmark.solvers.stresses.field import Stresses
 
     Floats = NDArray[np.float64]
 
@@ -80,6 +81,7 @@ class Solution:
     notes: tuple[Diagnostic, ...] = ()
     history: History | None = None  # of a dynamic analysis; `displacement` is then that of its end
     mesh: Moved | None = None  # of a model that has one
+    stress: Callable[[], Stresses] | None = None  # of a model on a mesh (`shared/stressed.py`); it raises NoStress
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz, about a static equilibrium
 
 

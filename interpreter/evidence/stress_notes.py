@@ -1,0 +1,60 @@
+"""Where cells do not agree on the stress that a metric tells of: a word for it, always, at no further solution."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.metrics.measure import measured_by, seen_of
+from softmark.interpreter.metrics.tensors import OfTensors
+from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.models.shared.prepared import Prepared
+from softmark.interpreter.problem.view import View
+
+APART = 0.25  # of the recovered stress, in the mean square over the cells around: the mesh does not show what is there
+
+
+def asks(scene: Scene) -> bool:
+    """Whether a scene asks for stress or strain."""
+    return any(isinstance(m.thing, OfTensors) for m in scene.of_kind("metric").values())
+
+
+def unresolved(scene: Scene, view: View, prepared: Prepared) -> tuple[Diagnostic, ...]:
+    """Warnings about metrics of stress and strain whose value has no limit, or lies where cells do not agree."""
+    asked = [m for m in scene.of_kind("metric").values() if isinstance(m.thing, OfTensors)]
+    return tuple(d for metric in asked for d in _said(metric, view, prepared))
+
+
+def _said(metric: Declared, view: View, prepared: Prepared) -> Iterator[Diagnostic]:
+    if view.message is not None or metric.thing.over == "mean" or metric.thing.probe not in view.probes:
+        return
+    from softmark.interpreter.evidence.stress_limits import limitless
+
+    place = limitless(metric.thing, view.case, prepared.mesh, view.probes[metric.thing.probe].points)
+    if place and view.stress is not None:
+        yield diagnostic(
+            "W388",
+            metric.at("probe"),
+            f"`{metric.name}` looks at {place}, where stress has no limit: what is found is what the mesh allows",
+            "no limit there",
+            "every refinement finds more; look at a part that ends a cell or more away, or at the mean",
+        )
+        return
+    try:
+        details = measured_by(metric.thing, seen_of(metric.thing, view, {})).details
+    except Undefined:
+        return
+    apart = details["cells_apart_Pa"] / max(details["norm_Pa"], details["usual_stress_Pa"])
+    if not apart > APART:
+        return
+    place = units.show_all(details["at_m"], units.LENGTH)
+    yield diagnostic(
+        "W387",
+        metric.at(),
+        f"the cells of `{view.name}` differ by {100 * apart:.0f} % in the stress at {place}, where `{metric.name}` is",
+        "not resolved there",
+        "refine there; in a corner that turns inward stress has no limit, and `--stated` says whether it settles",
+    )

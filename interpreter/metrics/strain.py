@@ -1,0 +1,47 @@
+"""The strain in a body."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+
+from softmark.interpreter.metrics.tensors import OfTensors, Over
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.metrics.measurement import Floats
+    from softmark.solvers.stresses.field import Stresses
+    from softmark.solvers.stresses.measures import Tensors
+
+
+@dataclass(frozen=True)
+class Strain(OfTensors):
+    """Strain at the points of a probe: at a point, or the largest or the mean over a line, a surface or a volume.
+
+    With F = R U: `green` is (F^T F - I)/2, `biot` U - I, the change of length per length along principal axes, and
+    `logarithmic` ln U. Where a model measures small strains, all three are the symmetric part of the gradient of
+    displacements. `xy` and its like are tensor components, half the change of an angle. The gradient is recovered as
+    stress is, with the same orders (see `stress`), and what is said there of edges and corners holds as well.
+
+    Beside its value a report has largest_1, least_1, at_m, points, norm_Pa, cells_apart_Pa and usual_stress_Pa, as
+    `stress` does.
+    """
+
+    probe: Annotated[str, "probe", "where it is looked at"]
+    component: Annotated[
+        Literal["principal_1", "principal_2", "principal_3", "xx", "yy", "zz", "xy", "yz", "zx"],
+        "which number of the tensor",
+    ] = "principal_1"
+    measure_: Annotated[Literal["green", "biot", "logarithmic"], "which tensor"] = "green"
+    over: Annotated[Over, "which of the values at the points"] = "largest"
+    unit: ClassVar[str] = "1"
+    uncertain: ClassVar[bool] = False
+
+    def values(self, tensors: Tensors) -> Floats:
+        """(n,)."""
+        from softmark.solvers.stresses.measures import component_of
+
+        return component_of(tensors.strain(self.measure_), self.component)
+
+    def usual(self, field: Stresses) -> float:
+        """No unit."""
+        return field.usual[1]

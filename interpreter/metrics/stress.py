@@ -1,0 +1,61 @@
+"""The stress in a body."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+
+from softmark.interpreter.metrics.tensors import OfTensors, Over
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.metrics.measurement import Floats
+    from softmark.solvers.stresses.field import Stresses
+    from softmark.solvers.stresses.measures import Tensors
+
+AXES = ("xx", "yy", "zz", "xy", "yz", "zx")  # what a nominal stress, which is not symmetric, has
+
+
+@dataclass(frozen=True)
+class Stress(OfTensors):
+    """Stress at the points of a probe: at a point, or the largest or the mean over a line, a surface or a volume.
+
+    `cauchy` is force per area as the body is deformed, `nominal` force along the first axis per area at rest across the
+    second, P = J sigma F^-T, what a testing machine reports; `xx` ... `zx` are components by the axes of the scene.
+    Principal values are in falling order, tension is positive; `pressure` is positive in compression. Where strains are
+    small, both measures are one. The `largest` is that of the greatest magnitude, with its sign; in motion it is that
+    of the last moment.
+
+    Stress of the cells follows from the law and, where they have pressures, from these, and jumps from cell to cell.
+    What is told here is recovered from it to nodes by polynomials over patches of cells (Zienkiewicz and Zhu 1992) and
+    is continuous: its error falls with h^2 in linear elements and with h^3 in quadratic ones, by observation over
+    smooth problems, one order sooner than the cells' own. Near edges where a face is held, corners that turn inward and
+    forces on points, elasticity has no largest stress: every refinement finds a larger one. A warning says where the
+    cells around the place do not agree (W387), and a stated error has no number where refinement finds no limit.
+
+    Beside its value a report has largest_Pa and least_Pa over the points, where the greatest magnitude lies (at_m), the
+    number of points, norm_Pa of the tensor at that place, cells_apart_Pa, by how much stresses of the cells around it
+    differ from what is recovered in the mean square, and usual_stress_Pa, the root mean square of stress in the body.
+    """
+
+    probe: Annotated[str, "probe", "where it is looked at"]
+    component: Annotated[
+        Literal[
+            "von_mises", "pressure", "principal_1", "principal_2", "principal_3", "xx", "yy", "zz", "xy", "yz", "zx"
+        ],
+        "which number of the tensor",
+    ] = "von_mises"
+    measure_: Annotated[Literal["cauchy", "nominal"], "per deformed area, or per area at rest"] = "cauchy"
+    over: Annotated[Over, "which of the values at the points"] = "largest"
+    unit: ClassVar[str] = "Pa"
+    uncertain: ClassVar[bool] = False
+
+    def values(self, tensors: Tensors) -> Floats:
+        """(n,), Pa."""
+        from softmark.solvers.stresses.measures import component_of
+
+        own = tensors.cauchy if self.measure_ == "cauchy" else tensors.nominal
+        return component_of(own, self.component)
+
+    def usual(self, field: Stresses) -> float:
+        """Pa."""
+        return field.usual[0]

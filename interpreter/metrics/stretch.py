@@ -1,0 +1,42 @@
+"""How much longer a body is, where it is looked at, than it was."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+
+from softmark.interpreter.metrics.tensors import OfTensors, Over
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.metrics.measurement import Floats
+    from softmark.solvers.stresses.field import Stresses
+    from softmark.solvers.stresses.measures import Tensors
+
+
+@dataclass(frozen=True)
+class Stretch(OfTensors):
+    """Length over length at rest, at the points of a probe; 1 where nothing has changed.
+
+    Principal stretches in falling order, those of fibres that lay along `x`, `y` or `z`, |F e|, or the ratio of volumes
+    J = det F. Where a model measures small strains, 1 + strain, and 1 + its trace. Recovered as stress is (see
+    `stress`). The `largest` is the greatest of the values.
+
+    Beside its value a report has largest_1, least_1, at_m, points, norm_Pa, cells_apart_Pa and usual_stress_Pa, as
+    `stress` does.
+    """
+
+    probe: Annotated[str, "probe", "where it is looked at"]
+    component: Annotated[
+        Literal["principal_1", "principal_2", "principal_3", "x", "y", "z", "volume"], "of which length, or of volumes"
+    ] = "principal_1"
+    over: Annotated[Over, "which of the values at the points"] = "largest"
+    unit: ClassVar[str] = "1"
+    uncertain: ClassVar[bool] = False
+
+    def values(self, tensors: Tensors) -> Floats:
+        """(n,)."""
+        return tensors.stretches(self.component)
+
+    def usual(self, field: Stresses) -> float:
+        """No unit."""
+        return field.usual[1]

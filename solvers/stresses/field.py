@@ -1,0 +1,76 @@
+"""The stress and the strain of a solid that was solved, anywhere in it: recovered where they are asked for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.mesh.interpolation import Rule
+from softmark.solvers.mesh.mesh import Floats
+from softmark.solvers.stresses.measures import Tensors, von_mises
+from softmark.solvers.stresses.patches import Recovered
+from softmark.solvers.stresses.sampled import SYMMETRIC, NoStress, State
+
+
+@dataclass(frozen=True)
+class Stresses:
+    """Of a state: nothing is computed before it is asked for, and each node once. Raises NoStress."""
+
+    state: State
+
+    @cached_property
+    def _recovered(self) -> Recovered:
+        def sample(rule: Rule) -> tuple[Floats, Floats]:
+            X, six, H = self.state.sampled(rule)
+            return X, np.concatenate([six, H], axis=2)
+
+        return Recovered(self.state.mesh, sample)
+
+    def at(self, X: Floats) -> Tensors:
+        """At points X (n, 3) of the undeformed body."""
+        return self._tensors(self._recovered.at(X))
+
+    def at_nodes(self) -> Tensors:
+        """At every node of the mesh."""
+        return self._tensors(self._recovered.everywhere())
+
+    def _tensors(self, values: Floats) -> Tensors:
+        return Tensors(values[:, :6], values[:, 6:], self.state.strain == "small")
+
+    def unresolved(self, X: Floats) -> Floats:
+        """By how much stresses of the cells around X (n, 3) differ from what is recovered of them (n,), Pa."""
+        weights = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+        left: Floats = np.sqrt((weights * self._recovered.left(X)[:, :6] ** 2).sum(axis=1))
+        return left
+
+    def sampled(self) -> None:
+        """Look at every cell once. Raises NoStress where that cannot be."""
+        if not np.isfinite(self.usual).all():
+            raise NoStress("its stress is not a finite number in every cell")
+
+    @cached_property
+    def usual(self) -> tuple[float, float]:
+        """The root mean squares of the norms of stress, Pa, and of strain, over the body."""
+        rule = self.state.mesh.element.quadrature()
+        _, six, H = self.state.sampled(rule)
+        found = Tensors(six.reshape(-1, 6), H.reshape(-1, 9), self.state.strain == "small")
+        w = np.repeat(np.abs(self.state.mesh.volumes), six.shape[1])
+        norms = (np.sum(t**2, axis=(1, 2)) for t in (found.cauchy, found.strain("green")))
+        stress, strain = (float(np.sqrt(w @ n / w.sum())) for n in norms)
+        return stress, strain
+
+    def moved(self, step: Floats) -> Stresses:
+        """The same with displacements added to its nodes (n, 3), m."""
+        return Stresses(replace(self.state, u=self.state.u + step))
+
+    def strain(self) -> Floats:
+        """Green's at every node (nodes, 6) by SYMMETRIC, where strains are small the small one: for files."""
+        tensors = self.at_nodes().strain("green")
+        return np.stack([tensors[:, i, j] for i, j in SYMMETRIC], axis=1)
+
+    def von_mises(self) -> Floats:
+        """At every node (nodes,), Pa: for pictures and files."""
+        return von_mises(self.at_nodes().cauchy)

@@ -1,0 +1,124 @@
+"""Cauchy stress and displacement gradients at points within cells, by the law that the cells were solved with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.elements.element import Element
+from softmark.solvers.materials import Isotropic, law_for, mixed_for, parts_for
+from softmark.solvers.mesh.interpolation import Rule, centre_rule, integration
+from softmark.solvers.mesh.mesh import Floats, Mesh
+from softmark.solvers.mesh.pressures import pressures
+
+SYMMETRIC = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))  # xx, yy, zz, xy, yz, zx
+
+
+class NoStress(Exception):
+    """There is no law by which the stress of this model could be told; the text says why."""
+
+
+@dataclass(frozen=True)
+class State:
+    """A mesh that is deformed, and what its cells are made of.
+
+    `u` (n, 3) are displacements of its nodes in m. `way` is how the volume is kept: full | selective | mean_dilatation
+    | mixed; of `mixed`, `pressures` (m, b) are those that were solved for, Pa, positive in tension.
+    """
+
+    mesh: Mesh
+    material: Isotropic
+    strain: str
+    u: Floats
+    way: str = "full"
+    pressures: Floats | None = None
+
+    def sampled(self, rule: Rule) -> tuple[Floats, Floats, Floats]:
+        """Points X (m, q, 3) in m, Cauchy stress (m, q, 6) in Pa by SYMMETRIC, and H = du/dX (m, q, 9).
+
+        Raises NoStress.
+        """
+        N = self.mesh.element.shape(rule[0])
+        X = np.einsum("qa,mai->mqi", N, self.mesh.points[self.mesh.cells])
+        H = self._gradient(rule)
+        sigma = self._stress(H, rule)
+        if not np.all(np.isfinite(sigma)):
+            raise NoStress("its stress is not a finite number in every cell")
+        six = np.stack([sigma[..., i, j] for i, j in SYMMETRIC], axis=-1)
+        return X, six, H.reshape(*H.shape[:2], 9)
+
+    def _gradient(self, rule: Rule) -> Floats:
+        """du_i/dX_J (m, q, 3, 3)."""
+        parts = integration(self.mesh, rule=rule)
+        H: Floats = np.einsum("mai,mqaJ->mqiJ", self.u[self.mesh.cells], parts.dNdX, optimize=True)
+        return H
+
+    def _stress(self, H: Floats, rule: Rule) -> Floats:
+        """Cauchy stress (m, q, 3, 3), Pa. Raises NoStress."""
+        if self.way == "full":
+            return self._pushed(law_for(self.material, self.strain).P(_deformation(H)), H)
+        if self.way == "selective":
+            return self._selective(H)
+        return self._held(H, rule)
+
+    def _selective(self, H: Floats) -> Floats:
+        """Of shear at the point, and of the volume at the centre of the cell."""
+        laws = parts_for(self.material, self.strain)
+        if laws is None:  # it is integrated in full
+            return self._pushed(law_for(self.material, self.strain).P(_deformation(H)), H)
+        middle = self._gradient(centre_rule(self.mesh.element))
+        volume = self._pushed(laws[1].P(_deformation(middle)), middle)  # (m, 1, 3, 3)
+        return self._pushed(laws[0].P(_deformation(H)), H) + volume
+
+    def _held(self, H: Floats, rule: Rule) -> Floats:
+        """P = P_shape + p dg/dF, with p that was solved for, or M times the mean of g over the cell."""
+        split = mixed_for(self.material, self.strain)
+        if split is None:
+            raise NoStress("its law has no part of the volume for a pressure to take")
+        F = _deformation(H)
+        p = self._pressed(rule) if self.way == "mixed" else split.modulus * self._dilated()
+        P = split.shape.P(F) + np.broadcast_to(p, H.shape[:2]).reshape(-1, 1, 1) * split.constraint.gradient(F)
+        return self._pushed(P, H)
+
+    def _pressed(self, rule: Rule) -> Floats:
+        if self.pressures is None:
+            raise NoStress("the pressures that belong to its displacements are not known")
+        return self.pressures @ pressures(self.mesh, rule).N.T
+
+    def _dilated(self) -> Floats:
+        """The mean of g over each cell (m, 1)."""
+        split = mixed_for(self.material, self.strain)
+        assert split is not None
+        rule = self.mesh.element.quadrature()
+        w = integration(self.mesh, rule=rule).w
+        g = split.constraint.value(_deformation(self._gradient(rule))).reshape(w.shape)
+        mean: Floats = ((w * g).sum(axis=1) / w.sum(axis=1))[:, None]
+        return mean
+
+    def _pushed(self, P: Floats, H: Floats) -> Floats:
+        """sigma = P F^T / J (m, q, 3, 3); where strains are small, P itself."""
+        P = P.reshape(H.shape)
+        if self.strain == "small":
+            return P
+        F = H + np.eye(3)
+        sigma: Floats = P @ F.swapaxes(-1, -2) / np.linalg.det(F)[..., None, None]
+        return 0.5 * (sigma + sigma.swapaxes(-1, -2))
+
+
+def _deformation(H: Floats) -> Floats:
+    """F (m q, 3, 3)."""
+    F: Floats = np.ascontiguousarray(H.reshape(-1, 3, 3) + np.eye(3))
+    return F
+
+
+def superconvergent(element: type[Element]) -> Rule:
+    """Where derivatives of an element are one order better than elsewhere, in cells that are near to parallelepipeds.
+
+    Gauss points of a rule of as many points along each axis as the order: of the linear hexahedron its centre. On
+    tetrahedra, which have no such points, those of the rule for the stiffness (Zienkiewicz and Zhu 1992, part 1).
+    """
+    if element.family == "tetrahedra":
+        return element.quadrature()
+    one, _ = np.polynomial.legendre.leggauss(element.order)
+    grid = np.stack(np.meshgrid(one, one, one, indexing="ij"), axis=-1).reshape(-1, 3)
+    return grid, np.full(len(grid), element.volume / len(grid))

@@ -1,0 +1,157 @@
+"""Metrics of stress, strain and stretch: of scenes, of whoever has none, their stated errors, files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+
+import softmark
+from softmark.interpreter.report.files.files import write_vtu
+from softmark.interpreter.run.options import Options
+from softmark.interpreter.run.pipeline import run as pipeline
+
+BAR = """softmark 1
+material gel   = linear_elastic(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)
+body     bar   = solid(box(size = (100, 20, 20) mm), gel)
+support  wall  = fixed(bar, where = x <= 0 mm)
+load     push  = traction(bar, where = x >= 100 mm, vector = (0, 0, -10) Pa)
+"""
+BENDING = 150.0  # Pa: F (L - x) c / I on top in the middle, F = 4 mN, I = (20 mm)^4 / 12
+
+
+def run(tmp_path: Path, text: str, stated: tuple[str, ...] | None = None) -> Any:
+    file = tmp_path / "a.scene"
+    file.write_text(text, encoding="utf-8")
+    scene = softmark.load(file)
+    return pipeline(scene.scene, list(scene.warnings), Options(draw=False, stated=stated))
+
+
+def test_values_of_a_probe_that_is_more_than_a_point(tmp_path: Path) -> None:
+    """The linear sigma_xx of flexure on the bar's height: largest by magnitude with its sign, mean by integration."""
+    report = run(
+        tmp_path,
+        BAR
+        + "model tets = fem(tet10, strain = small, size = 10 mm)\n"
+        + "probe down = line(bar, from = (50, 10, 0) mm, to = (50, 10, 20) mm, points = 9)\n"
+        + "probe low = line(bar, from = (50, 10, 0) mm, to = (50, 10, 10) mm, points = 3)\n"
+        + "metric most = stress(low, component = xx)\nmetric none = stress(down, component = xx, over = mean)\n"
+        + "metric half = stress(low, component = xx, over = mean)\n",
+    )
+    metrics = report.models["tets"].metrics
+    assert metrics["most"].value == pytest.approx(-BENDING, rel=3e-3)
+    assert metrics["half"].value == pytest.approx(-BENDING / 2, rel=3e-3)
+    assert abs(metrics["none"].value) < 1e-3 * BENDING
+    assert metrics["most"].details["at_m"] == [0.05, 0.01, 0.0]
+    assert metrics["most"].details["cells_apart_Pa"] < 0.1 * BENDING
+    assert not report.warnings
+
+
+def test_who_has_no_stress_says_so(tmp_path: Path) -> None:
+    """A beam beside a solid: its column is empty, with the reason; a theory likewise."""
+    report = run(
+        tmp_path,
+        BAR
+        + "model tets = fem(tet10, strain = small, size = 10 mm)\nmodel rod = beam6dof(segments = 8)\n"
+        + "probe top = point(bar, at = (50, 10, 20) mm)\nmetric most = stress(top, component = xx)\n",
+    )
+    assert report.models["tets"].metrics["most"].value == pytest.approx(BENDING, rel=3e-3)
+    missing = report.models["rod"].metrics["most"]
+    assert missing.value is None
+    assert "only finite elements" in missing.reason
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("element", "size"), [("tet4", 5), ("tet10", 10), ("hex8", 5), ("hex20", 10)])
+def test_stated_errors_hold_the_bending_stress(element: str, size: int, tmp_path: Path) -> None:
+    """Saint-Venant's flexure is exact away from the ends; Green's strain has its square too: 3e-4 beside the error."""
+    report = run(
+        tmp_path,
+        BAR
+        + f"model own = fem({element}, strain = corotational, size = {size} mm)\n"
+        + "probe top = point(bar, at = (50, 10, 20) mm)\nmetric most = stress(top, component = xx)\n"
+        + "metric bent = strain(top, component = xx)\nmetric longer = stretch(top, component = x)\n",
+        stated=(),
+    )
+    own = report.models["own"]
+    for name, truth in (("most", BENDING), ("bent", BENDING / 1e6), ("longer", 1.0 + BENDING / 1e6)):
+        stated = own.stated[name].value
+        assert stated is not None, own.stated[name].reason
+        assert abs(own.metrics[name].value - truth) <= stated + 3e-4 * BENDING / (1.0 if name == "most" else 1e6)
+        assert stated < (0.3 if element == "tet4" else 0.1) * BENDING / (1.0 if name == "most" else 1e6)
+
+
+@pytest.mark.slow
+def test_the_edge_of_a_clamp_has_no_largest_stress(tmp_path: Path) -> None:
+    """Each halving of the cells finds more, here 8 %; nobody states an error of that, and it is said."""
+    found = []
+    for size in (10, 5):
+        report = run(
+            tmp_path,
+            BAR
+            + f"model own = fem(hex8, strain = corotational, size = {size} mm)\nprobe skin = surface(bar)\n"
+            + "probe corner = point(bar, at = (0, 0, 20) mm)\n"
+            + "metric most = stress(skin)\nmetric edge = stress(corner)\nmetric usual = stress(skin, over = mean)\n",
+            stated=(),
+        )
+        assert [w.code for w in report.warnings] == ["W388", "W388"]
+        own = report.models["own"]
+        assert own.stated["most"].value is None
+        assert "every refinement finds a larger stress" in own.stated["most"].reason
+        assert own.stated["usual"].value < 0.25 * own.metrics["usual"].value
+        found.append(own.metrics["edge"].value)
+    assert found[1] > 1.05 * found[0]
+
+
+def test_faces_of_symmetry_have_no_such_edge(tmp_path: Path) -> None:
+    """Rollers on three faces and a pull: uniform tension, whose stress is known to rounding up to every edge."""
+    text = BAR.replace("support  wall  = fixed(bar, where = x <= 0 mm)", "".join(
+        f"support s{c} = fixed(bar, where = {c} <= 0 mm, components = {c})\n" for c in "xyz"
+    )).replace("(0, 0, -10)", "(10, 0, 0)")  # fmt: skip
+    report = run(
+        tmp_path,
+        text
+        + "model own = fem(tet4, strain = corotational, size = 10 mm)\nprobe skin = surface(bar)\n"
+        + "metric most = stress(skin)\n",
+        stated=(),
+    )
+    assert not report.warnings
+    assert report.models["own"].metrics["most"].value == pytest.approx(
+        10.0, rel=1e-5
+    )  # per deformed area: 2 nu F / (E A) more
+    assert report.models["own"].stated["most"].value < 1e-3  # of 10 Pa: what rounding is counted for
+
+
+def test_a_mesh_that_is_too_coarse_is_said(tmp_path: Path) -> None:
+    """Two linear tetrahedra across a bar that bends: its cells differ by a third."""
+    report = run(
+        tmp_path,
+        BAR
+        + "model own = fem(tet4, strain = small, size = 10 mm)\nprobe top = point(bar, at = (50, 10, 20) mm)\n"
+        + "metric most = stress(top)\n",
+    )
+    (said,) = report.warnings
+    assert said.code == "W387"
+    assert "(50, 10, 20) mm" in said.message
+
+
+def test_files_have_the_stress_of_a_scene_that_asks(tmp_path: Path) -> None:
+    for asks in (True, False):
+        metric = "metric most = stress(top, component = xx)" if asks else "metric sag = displacement(top, along = -z)"
+        report = run(
+            tmp_path,
+            BAR
+            + "model own = fem(hex20, strain = small, size = 10 mm)\nprobe top = point(bar, at = (50, 10, 20) mm)\n"
+            + f"{metric}\n",
+        )
+        (file, *_) = write_vtu(report, tmp_path)
+        data = meshio.read(file).point_data
+        assert set(data) == ({"displacement", "stress", "von_mises", "strain"} if asks else {"displacement"})
+        if asks:
+            points = meshio.read(file).points
+            top = int(np.linalg.norm(points - [0.05, 0.01, 0.02], axis=1).argmin())
+            assert data["stress"][top, 0] == pytest.approx(BENDING, rel=3e-3)
+            assert data["strain"][top, 0] == pytest.approx(BENDING / 1e6, rel=3e-3)

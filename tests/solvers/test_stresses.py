@@ -1,0 +1,232 @@
+"""Stress and strain recovered from solved meshes: orders, exact states, closed forms, and another code."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.assembly.pressured import with_pressures
+from softmark.solvers.energies.energy import Energy, VectorSpace
+from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.energies.pressures import DisplacementEnergy, MeanDilatation, MixedSolid
+from softmark.solvers.linear.systems import Linear
+from softmark.solvers.materials import MATERIALS, Isotropic, law_for, mixed_for
+from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.shapes import Box
+from softmark.solvers.statics.equilibrium import Statics, equilibrium
+from softmark.solvers.stresses.field import Stresses
+from softmark.solvers.stresses.measures import Tensors, component_of, full
+from softmark.solvers.stresses.sampled import State, superconvergent
+from tests.solvers import test_orders_solids as orders
+
+POISSON, YOUNG, MU, LAM = orders.POISSON, orders.YOUNG, orders.MU, orders.LAM
+KINDS = ("tet4", "tet10", "hex8", "hex20", "hex27")
+
+
+def material(law: str = "linear_elastic", poisson: float = POISSON) -> Isotropic:
+    return MATERIALS[law](YOUNG, poisson, 1.0)
+
+
+def six(sigma: np.ndarray) -> np.ndarray:
+    return np.stack([sigma[:, i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))], axis=1)
+
+
+# ------------------------------------------------------------------ orders over manufactured solutions
+
+
+def exact_stress(X: np.ndarray, law: str) -> np.ndarray:
+    """Of the manufactured displacements (n, 6), written out: Hooke's, or tau/J of the neo-Hookean solid."""
+    H = orders.slope(X)
+    if law == "small":
+        eps = 0.5 * (H + H.swapaxes(1, 2))
+        return six(2 * MU * eps + LAM * np.trace(eps, axis1=1, axis2=2)[:, None, None] * np.eye(3))
+    F = H + np.eye(3)
+    J = np.linalg.det(F)[:, None, None]
+    return six((MU * (F @ F.swapaxes(1, 2) - np.eye(3)) + LAM * np.log(J) * np.eye(3)) / J)
+
+
+def solved(kind: str, way: str, law: str, n: int, poisson: float = POISSON) -> tuple[orders.Sampled, Stresses]:
+    """The manufactured problem on a warped cube of n edges along each side; mixed ones at any Poisson's ratio."""
+    points = orders.sampled(orders.warped(Box((1.0, 1.0, 1.0)).mesh(kind, 1.0 / n)))
+    mesh, strain = points.mesh, "small" if law == "small" else "finite"
+    own = material("linear_elastic" if law == "small" else "neo_hookean", poisson)
+    fixed = np.flatnonzero(np.repeat(np.isin(np.arange(len(mesh.points)), mesh.facets), 3))
+    load: Energy = DeadForces(points.nodal(getattr(orders, law)))
+    parts, dofs = integration(mesh), mesh.points.size
+    if way in ("full", "selective"):
+        name = "linear_elastic" if law == "small" else "neo_hookean"
+        energy = orders.energy(mesh, name, strain, way)
+    else:
+        split = mixed_for(own, strain)
+        assert split is not None
+        if way == "mixed":
+            energy = with_pressures(mesh, parts, split, own.shear_modulus)
+            load, dofs = DisplacementEnergy(load, dofs), energy.dofs
+        else:
+            energy = MeanDilatation(mesh.cells, parts.dNdX, parts.w, split.shape, split.constraint, split.modulus)
+    assembly = Assembly(dofs, fixed, [energy], [load])
+    rest, to = np.zeros(dofs), np.zeros(len(fixed))
+    spare = energy.spare[assembly.free] if isinstance(energy, MixedSolid) else None
+    convex = law == "small" and spare is None
+    task = Statics(assembly, VectorSpace(dofs), rest, fixed, to, convex=convex, linear=Linear(spare=spare))
+    x = equilibrium(task).x
+    pressures = energy.unit * x[energy.pressures] if isinstance(energy, MixedSolid) else None
+    u = x[: mesh.points.size].reshape(-1, 3)
+    return points, Stresses(State(mesh, own, strain, u, way, pressures))
+
+
+def errors(kind: str, way: str, law: str, n: int) -> np.ndarray:
+    """L2 errors of the stresses of the cells, and of those recovered, relative to the stress."""
+    points, found = solved(kind, way, law, n)
+    shape, exact = (*points.w.shape, 6), exact_stress(points.X.reshape(-1, 3), law)
+    nodal = found.at_nodes().six
+    recovered = np.einsum("qa,mak->mqk", points.N, nodal[points.mesh.cells])
+    raw = found.state.sampled(orders.quadrature(kind))[1]
+    apart = [((s - exact.reshape(shape)) ** 2).sum(axis=2) for s in (raw, recovered, 0.0)]
+    own, better, whole = (np.sqrt(np.sum(points.w * a)) for a in apart)
+    return np.array([own / whole, better / whole])
+
+
+# measured in warped cubes, orders of the cells' own stress and of what is recovered, and both errors on the finer mesh
+ORDERS = [
+    ("tet4", "full", "small", (8, 12)),
+    ("tet4", "full", "neo_hookean", (8, 12)),
+    ("hex8", "full", "small", (8, 12)),
+    ("hex8", "full", "neo_hookean", (8, 12)),
+    ("hex8", "selective", "small", (8, 12)),
+    ("hex8", "mean_dilatation", "small", (8, 12)),
+    ("hex8", "mean_dilatation", "neo_hookean", (8, 12)),
+    ("hex8", "mixed", "small", (8, 12)),
+    ("tet10", "full", "small", (6, 8)),
+    ("tet10", "full", "neo_hookean", (6, 8)),
+    ("tet10", "mixed", "small", (6, 8)),
+    ("hex20", "full", "small", (6, 8)),
+    ("hex20", "full", "neo_hookean", (6, 8)),
+    ("hex20", "mixed", "small", (4, 6)),
+    ("hex27", "full", "small", (4, 6)),
+    ("hex27", "mixed", "small", (4, 6)),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "way", "law", "edges"), ORDERS)
+def test_order_of_recovered_stress(kind: str, way: str, law: str, edges: tuple[int, int]) -> None:
+    """At least 1.5 of linear elements and 2.5 of quadratic ones, and nearer than what the cells have."""
+    rows = [errors(kind, way, law, n) for n in edges]
+    found = orders.slopes(rows, edges)[1]
+    assert found >= (1.5 if kind in ("tet4", "hex8") else 2.5)
+    assert rows[-1][1] < rows[-1][0]
+
+
+# ------------------------------------------------------------------ states that are exact
+
+TURN = np.linalg.qr(np.array([[0.3, -1.0, 0.2], [0.9, 0.4, -0.5], [0.1, 0.6, 0.8]]))[0]
+TURN = TURN * np.sign(np.linalg.det(TURN))
+STRETCH = np.array([[1.2, 0.1, 0.0], [0.1, 0.9, 0.05], [0.0, 0.05, 1.1]])
+
+
+def affine(kind: str, law: str, strain: str, way: str, F: np.ndarray) -> Tensors:
+    """A warped cube under one deformation gradient, looked at in some points."""
+    mesh = orders.warped(Box((1.0, 1.0, 1.0)).mesh(kind, 0.5))
+    state = State(mesh, material(law), strain, mesh.points @ (F - np.eye(3)).T, way)
+    return Stresses(state).at(np.array([[0.5, 0.5, 0.5], [0.0, 0.0, 0.0], [0.31, 1.0, 0.77]]))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_patch_has_the_stress_of_its_law(kind: str) -> None:
+    """Of a homogeneous deformation, to rounding, in corners too: a polynomial is fitted to what is constant."""
+    for law, strain in (("linear_elastic", "small"), ("linear_elastic", "corotational"), ("neo_hookean", "finite")):
+        F = TURN @ STRETCH if strain != "small" else np.eye(3) + 1e-3 * (STRETCH - np.eye(3)) @ TURN
+        P = law_for(material(law), strain).P(F[None])[0]
+        sigma = P if strain == "small" else P @ F.T / np.linalg.det(F)
+        found = affine(kind, law, strain, "full", F)
+        np.testing.assert_allclose(found.cauchy, np.broadcast_to(sigma, (3, 3, 3)), atol=1e-10 * np.abs(sigma).max())
+        np.testing.assert_allclose(found.F, np.broadcast_to(F, (3, 3, 3)), atol=1e-12)
+        np.testing.assert_allclose(found.nominal, np.broadcast_to(P, (3, 3, 3)), atol=1e-9 * np.abs(P).max())
+
+
+@pytest.mark.parametrize("way", ["selective", "mean_dilatation"])
+@pytest.mark.parametrize(("law", "strain"), [("linear_elastic", "corotational"), ("neo_hookean", "finite")])
+def test_ways_to_keep_the_volume_agree_on_a_patch(way: str, law: str, strain: str) -> None:
+    full_, other = (affine("hex8", law, strain, w, TURN @ STRETCH) for w in ("full", way))
+    np.testing.assert_allclose(other.six, full_.six, atol=1e-9 * np.abs(full_.six).max())
+
+
+def test_a_turn_turns_the_stress() -> None:
+    """sigma(R U) = R sigma(U) R^T, and a rotation alone has none: not by small strains, which it is refused of."""
+    still, turned = (affine("tet10", "neo_hookean", "finite", "full", F) for F in (STRETCH, TURN @ STRETCH))
+    np.testing.assert_allclose(turned.cauchy, TURN @ still.cauchy @ TURN.T, atol=1e-9 * np.abs(still.cauchy).max())
+    assert np.abs(affine("hex8", "linear_elastic", "corotational", "full", TURN).six).max() < 1e-10 * YOUNG
+
+
+def test_one_layer_of_linear_hexahedra_bends() -> None:
+    """Its centres lie in one plane: Gauss points tell the slope. u_x = -x z / R, E z / R of the fibres."""
+    mesh = Box((1.0, 0.1, 0.1), (0.0, 0.0, -0.05)).mesh("hex8", 0.1)
+    x, y, z = mesh.points.T
+    nu, R = 0.0, 50.0
+    u = np.stack([-x * z / R, nu * y * z / R, x**2 / (2 * R)], axis=1)
+    found = Stresses(State(mesh, material(poisson=nu), "small", u))
+    edge = found.at(np.array([[0.5, 0.05, 0.05], [0.5, 0.05, -0.05]])).cauchy[:, 0, 0]
+    np.testing.assert_allclose(edge, [-YOUNG * 0.05 / R, YOUNG * 0.05 / R], rtol=1e-9)
+
+
+# ------------------------------------------------------------------ numbers of tensors
+
+
+def test_numbers_of_a_tensor() -> None:
+    """Uniaxial and simple shear: von Mises s and sqrt(3) t; principal s, 0, 0 and t, 0, -t; pressure -s/3."""
+    sigma = full(np.array([[3.0, 0, 0, 0, 0, 0], [0, 0, 0, 2.0, 0, 0]]))
+    np.testing.assert_allclose(component_of(sigma, "von_mises"), [3.0, 2.0 * 3**0.5])
+    np.testing.assert_allclose(component_of(sigma, "principal_1"), [3.0, 2.0])
+    np.testing.assert_allclose(component_of(sigma, "principal_3"), [0.0, -2.0], atol=1e-15)
+    np.testing.assert_allclose(component_of(sigma, "pressure"), [-1.0, 0.0])
+    np.testing.assert_allclose(component_of(sigma, "xy"), [0.0, 2.0])
+
+
+def test_strains_and_stretches() -> None:
+    """Of F = R diag(2, 1/2, 1): Green 3/2 and -3/8, Biot 1 and -1/2, logarithmic ln 2 and -ln 2; J = 1."""
+    H = (TURN @ np.diag([2.0, 0.5, 1.0]) - np.eye(3)).reshape(1, 9)
+    found = Tensors(np.zeros((1, 6)), H, False)
+    for measure, values in (("green", (1.5, -0.375)), ("biot", (1.0, -0.5)), ("logarithmic", (np.log(2), -np.log(2)))):
+        np.testing.assert_allclose(np.diag(found.strain(measure)[0])[:2], values, atol=1e-12)
+    for component, value in (("principal_1", 2.0), ("principal_3", 0.5), ("x", 2.0), ("y", 0.5), ("volume", 1.0)):
+        np.testing.assert_allclose(found.stretches(component), value, rtol=1e-12)
+
+
+# ------------------------------------------------------------------ closed forms
+
+
+def ring(kind: str, n: int) -> tuple[Mesh, np.ndarray]:
+    """The thick cylinder of radii 1 and 2 under unit pressure, solved in plane strain (tests of orders)."""
+    mesh, _ = orders.quarter(kind, n, lambda t: 1 + t, False)
+    return mesh, orders.lame(mesh.points)
+
+
+@pytest.mark.parametrize(("kind", "rtol"), [("tet10", 0.02), ("hex8", 0.05), ("hex20", 0.01)])
+def test_hoop_stress_of_a_thick_cylinder(kind: str, rtol: float) -> None:
+    """REFERENCES 3.3: s_tt(1) = 5/3 and s_rr(1) = -1, from the nodal values of the exact displacements."""
+    mesh, u = ring(kind, 8)
+    found = Stresses(State(mesh, material(), "small", u)).at(np.array([[1.0, 0.0, 0.1], [0.0, 1.0, 0.1]])).cauchy
+    np.testing.assert_allclose([found[0, 1, 1], found[1, 0, 0]], 5 / 3, rtol=rtol)
+    np.testing.assert_allclose([found[0, 0, 0], found[1, 1, 1]], -1.0, atol=rtol * 5 / 3)
+
+
+def test_stress_of_another_code() -> None:
+    """scikit-fem's stress in the middle of four-node tetrahedra, of the same displacements."""
+    skfem = pytest.importorskip("skfem")
+    from skfem.helpers import sym_grad
+    from skfem.models.elasticity import linear_stress
+
+    mesh = Box((1.0, 1.0, 1.0)).mesh("tet4", 0.5)
+    u = orders.exact(mesh.points)
+    theirs = skfem.Basis(
+        skfem.MeshTet(mesh.points.T, mesh.cells.T), skfem.ElementVector(skfem.ElementTetP1()), intorder=1
+    )
+    x = np.zeros(theirs.N)
+    x[theirs.nodal_dofs] = u.T
+    sigma = linear_stress(LAM, MU)(sym_grad(theirs.interpolate(x)))  # (3, 3, m, q)
+    _, own, _ = State(mesh, material(), "small", u).sampled(superconvergent(mesh.element))
+    expected = six(np.moveaxis(np.asarray(sigma)[..., 0], -1, 0))
+    np.testing.assert_allclose(own[:, 0], expected, atol=1e-10 * np.abs(expected).max())
