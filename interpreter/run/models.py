@@ -78,7 +78,8 @@ def solve(work: Work, name: str) -> None:
         history=solution.history,
         solve=solution.facts,
     )
-    outline, kind, held = declared.thing.outline(case), declared.thing.kind(case), reactions(case, prepared)
+    outline, kind = declared.thing.outline(case), declared.thing.kind(case)
+    held = reactions(declared, case, prepared, solution)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)
     work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind)
 

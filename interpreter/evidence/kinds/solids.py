@@ -11,11 +11,12 @@ import numpy as np
 from softmark.interpreter.evidence import finer
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.budget import NOT_ASKED
-from softmark.interpreter.evidence.kinds.solid_forces import balance_of, pressed
+from softmark.interpreter.evidence.kinds.solid_forces import balance_of, pressed, reactions_of
 from softmark.interpreter.evidence.kinds.voucher import FINER, HOPELESS, Found, Sized, from_coarser
 from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.evidence.probe_answers import Field, Seen, Unknown
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.shared.carried import Wrench
 from softmark.interpreter.problem.case import case_for
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.checks.solids import Balance
@@ -42,6 +43,12 @@ class Solids(Sized):
         """By the formulas of solvers/checks/solids.py. Raises Unchecked."""
         solution = found.solution
         return balance_of(found.declared.thing, found.case, solution.mesh), solution.facts.get("residual")
+
+    def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
+        """By the same formulas, from the cells around what is held. Raises Unchecked."""
+        if found.solution.mesh is None:
+            raise Unchecked("the displacements of its nodes are not known")
+        return reactions_of(found.declared.thing, found.case, found.solution.mesh)
 
     def cells(self, answer: Answer) -> int:
         """Of the mesh, whether they are evaluated or not."""

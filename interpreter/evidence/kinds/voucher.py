@@ -10,6 +10,7 @@ from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.evidence.probe_answers import Seen, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.models.shared.carried import Wrench
 from softmark.interpreter.models.shared.prepared import Prepared, Solution
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
@@ -45,6 +46,10 @@ class Voucher:
 
     def balance(self, found: Found) -> tuple[Balance, float | None]:
         """Its forces found again by other formulas, and what its solver claims of them. Raises Unchecked."""
+        raise Unchecked("there is no other formula for this model")
+
+    def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
+        """What every support does, by the same formulas, and what rounding may make of it, N. Raises Unchecked."""
         raise Unchecked("there is no other formula for this model")
 
     # ------------------------------------------------------------------ the error that it states

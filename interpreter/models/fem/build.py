@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import fields, replace
+from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -17,7 +18,7 @@ from softmark.interpreter.models.fem import formulations, levers
 from softmark.interpreter.models.fem.formulations import Unknowns
 from softmark.interpreter.models.fem.start import Start, start_of
 from softmark.interpreter.models.fem.words import LARGE_ANGLE, Fem
-from softmark.interpreter.models.shared import outcome
+from softmark.interpreter.models.shared import carried, outcome
 from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_solid
 from softmark.interpreter.models.shared.gripping import held_notes
@@ -137,7 +138,12 @@ class PreparedSolid(OnMesh):
         facts = solution.facts | mesh_facts(self.mesh)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
-        return replace(solution, message=message, facts=facts, notes=notes, mesh=self._deformed(u, found.x, left))
+        seen = replace(solution, message=message, facts=facts, notes=notes, mesh=self._deformed(u, found.x, left))
+        return replace(seen, carried=cache(lambda: self._carried(found.x, x)))
+
+    def _carried(self, state: Floats, u: Floats) -> carried.Carried:
+        small, whole = self.model.strain == "small", self.model.rotation != "element"
+        return carried.on_mesh(self.mesh, state, u, self.assembly, self.applied, small, whole)
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.language.scene import Declared, Scene
+    from softmark.interpreter.models.shared.carried import Carried
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.mesh.mesh import Mesh
@@ -80,6 +81,7 @@ class Solution:
     notes: tuple[Diagnostic, ...] = ()
     history: History | None = None  # of a dynamic analysis; `displacement` is then that of its end
     mesh: Moved | None = None  # of a model that has one
+    carried: Callable[[], Carried] | None = None  # what acts at its nodes, of a state of rest; found when asked for
 
 
 class Prepared(Protocol):

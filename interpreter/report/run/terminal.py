@@ -14,7 +14,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.amounts import negligible
 from softmark.interpreter.report.run.bodies import Body, bodies
 from softmark.interpreter.report.run.findings import Findings, Metric, Result, value_of
-from softmark.interpreter.report.run.tables import vouching
+from softmark.interpreter.report.run.tables import reactions, vouching
 from softmark.interpreter.report.run.tables.results_table import ordered
 from softmark.interpreter.results.report import ExpectationResult, MetricResult, ModelResult, Report
 from softmark.records import dataclass
@@ -48,7 +48,7 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
         parts += [""] if number else []
         parts += [paint.bold(body.name)] if body.name else []
         parts.append(_Rows(findings, body, paint).text(room))
-    if notes := [*_uncertain(report), *_reasons(report), *vouching.lines(report)]:
+    if notes := [*_uncertain(report), *_reasons(report), *vouching.lines(report), *reactions.lines(report)]:
         parts += ["", *notes]
     if report.expectations:
         parts += ["", *(_expectation(e, paint) for e in report.expectations)]
