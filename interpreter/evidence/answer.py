@@ -12,6 +12,7 @@ import numpy as np
 
 from softmark.interpreter.evidence.budget import Budget
 from softmark.interpreter.evidence.probe_answers import Floats, Unknown
+from softmark.interpreter.evidence.reaction_check import at_rest
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, case_for
@@ -70,7 +71,8 @@ class Answer:
 
             prepared, _ = prepared_model(declared, case, Workshop(scene=self.scene, measured=self.measured))
             with np.errstate(all="ignore"):
-                return prepared.solve(self.budget.check), dict(prepared.size)
+                found = prepared.solve(self.budget.check)
+            return replace(found, at_rest=at_rest(declared, case, prepared, found)), dict(prepared.size)
 
         solution, size = self.once(key, solve)
         if solution.displacement is None:

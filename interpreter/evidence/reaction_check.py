@@ -13,7 +13,7 @@ import numpy as np
 
 from softmark.interpreter.evidence.load_check import MOST_UNSURE, Unchecked
 from softmark.interpreter.models.shared.carried import NOTHING, Carried, Wrench, holders, reactions
-from softmark.interpreter.results.reactions import Reaction
+from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Follower, PerArea
 from softmark.solvers.checks.solids import EPS, Floats
@@ -30,8 +30,17 @@ ROUNDING = 100.0  # times eps, of all that acts at nodes
 UNTURNED = "internal forces of cells that turn as a whole (`rotation = element`) have a moment: it is left over"
 
 
-def reactions_of(declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> dict[str, Reaction] | str:
-    """What every support does, by name; or why that is not known."""
+def at_rest(declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> AtRest:
+    """What a solution says of forces."""
+    if (why := _unknown(declared, case, solution)) is not None or solution.carried is None:
+        return AtRest(reason=why)
+    carried = solution.carried()
+    held = reactions(carried, holders(case, prepared.mesh, declared.thing))
+    return AtRest(held, carried.work, carried.energy)
+
+
+def _unknown(declared: Declared, case: Case, solution: Solution) -> str | None:
+    """Why it says nothing of them, if it does not."""
     if solution.displacement is None:
         return "there is no solution"
     if solution.carried is None:
@@ -40,13 +49,13 @@ def reactions_of(declared: Declared, case: Case, prepared: Prepared, solution: S
         if declared.thing.reduces is not None:
             return "a reduced model balances forces along its fields alone, so that supports carry what it leaves"
         return "this kind of model does not say what its supports carry"
-    return reactions(solution.carried(), holders(case, prepared.mesh, declared.thing))
+    return None
 
 
 def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]:
     """What the report says of supports and loads together, and why the state is no answer, if they do not balance."""
-    known = reactions_of(found.declared, found.case, found.prepared, found.solution)
-    if isinstance(known, str) or not known or found.solution.carried is None:
+    known = at_rest(found.declared, found.case, found.prepared, found.solution).reactions
+    if not known or found.solution.carried is None:
         return {}, None
     carried = found.solution.carried()
     scale, allowed = _measures(carried, known, float(found.solution.facts.get("residual") or 0.0))

@@ -11,24 +11,21 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from softmark.interpreter.evidence.reaction_check import reactions_of
-
 if TYPE_CHECKING:
     from softmark.interpreter.evidence.answer import Answer
     from softmark.interpreter.evidence.probe_answers import Seen
-    from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.shared.gripping import Grip
-    from softmark.interpreter.models.shared.prepared import Prepared, Solution
+    from softmark.interpreter.models.shared.prepared import Prepared
     from softmark.interpreter.problem.case import Case
+    from softmark.interpreter.results.reactions import AtRest
 
 
-def reactions(declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> dict[str, dict[str, Any]]:
+def reactions(case: Case, prepared: Prepared, known: AtRest) -> dict[str, dict[str, Any]]:
     """What a report says of the supports of a model, by name: what of its selection each holds, and what it carries."""
-    known, grips = reactions_of(declared, case, prepared, solution), _grips(case, prepared)
-    nothing = {"force": None, "moment": None, "reason": known}
+    grips, nothing = _grips(case, prepared), {"force": None, "moment": None, "reason": known.reason}
     found = {}
     for support in case.supports:
-        carried = nothing if isinstance(known, str) else known[support.name].to_json()
+        carried = nothing if known.reason is not None else known.reactions[support.name].to_json()
         own = grips.get(support.name)
         held = {} if own is None else {"held": own.held} | ({"beyond": own.beyond} if own.beyond else {})
         found[support.name] = {**held, **carried}

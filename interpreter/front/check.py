@@ -291,8 +291,8 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _looks_at(scene: Scene, metric: str) -> str | None:
     """The body whose points a metric compares."""
-    probe = scene.declared[metric].thing.looked_at
-    return None if probe is None else scene.declared[probe].thing.body
+    body: str | None = scene.declared[metric].thing.body_in(scene)
+    return body
 
 
 def _body(scene: Scene, worker: str) -> str | None:

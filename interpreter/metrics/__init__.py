@@ -15,15 +15,19 @@ from typing import Any
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.displacement import Displacement
 from softmark.interpreter.metrics.energy_norm import EnergyNorm
+from softmark.interpreter.metrics.force import Force
 from softmark.interpreter.metrics.hausdorff import Hausdorff
 from softmark.interpreter.metrics.max_error import MaxError
 from softmark.interpreter.metrics.mean_error import MeanError
+from softmark.interpreter.metrics.moment import Moment
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.realtime import RealTime
+from softmark.interpreter.metrics.strain_energy import StrainEnergy
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
 from softmark.interpreter.metrics.surface_distance import SurfaceDistance
 from softmark.interpreter.metrics.tip_error import TipError
 from softmark.interpreter.metrics.volume_change import VolumeChange
+from softmark.interpreter.metrics.work import Work
 
 METRICS: dict[str, type[Any]] = {
     "energy_norm": EnergyNorm,
@@ -36,6 +40,10 @@ METRICS: dict[str, type[Any]] = {
     "hausdorff": Hausdorff,
     "volume_change": VolumeChange,
     "displacement": Displacement,
+    "force": Force,
+    "moment": Moment,
+    "strain_energy": StrainEnergy,
+    "work": Work,
     "period": Period,
     "realtime": RealTime,
 }

@@ -38,8 +38,8 @@ def _concerns(scene: Scene, metric: Declared, view: View) -> bool:
     if metric.thing.measured_from == view.name:
         return False
     probe, model = metric.thing.looked_at, scene.declared[view.name].kind == "model"
-    if probe is None:  # about the computation itself
-        return model
+    if probe is None:  # about forces, or the computation itself
+        return model and metric.thing.body_in(scene) in (None, view.body)
     if not model and view.message is None and probe not in view.probes:  # measured elsewhere
         return False
     return bool(scene.declared[probe].thing.body == view.body)
@@ -106,6 +106,7 @@ def _seen(thing: Metric, view: View, views: Mapping[str, View]) -> Seen:
         view.solve,
         own.times,
         own.course,
+        view.at_rest,
     )
 
 
@@ -128,6 +129,7 @@ def _known(against: str, reference: View | None, probe: str | None, own: ProbeRe
         reference.uncertainty,
         seen.times if seen else None,
         seen.course if seen else None,
+        reference.at_rest,
     )
 
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.problem.case import Case
     from softmark.interpreter.results.history import History
+    from softmark.interpreter.results.reactions import AtRest
     from softmark.interpreter.results.report import Timing
     from softmark.references.measured import MeasuredSurface
 
@@ -33,6 +34,7 @@ class Known:
     uncertainty: float = 0.0  # m
     times: Floats | None = None  # (t,) s, and
     course: Floats | None = None  # (t, n, 3) m at the points of the probe, of a model with a history
+    at_rest: AtRest | None = None  # of a model
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,7 @@ class Seen:
     solve: Mapping[str, Any] = field(default_factory=dict)  # iterations, tolerance, whether it was capped
     times: Floats | None = None  # (t,) s, and
     course: Floats | None = None  # (t, n, 3) m at the points of the probe, where there is a history
+    at_rest: AtRest | None = None  # of a model: what supports carry, and energies
 
 
 @dataclass(frozen=True)

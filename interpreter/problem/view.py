@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.history import History
+from softmark.interpreter.results.reactions import AtRest
 from softmark.interpreter.results.report import ProbeResult, Timing
 from softmark.records import dataclass
 
@@ -36,3 +37,4 @@ class View:
     clock: Mapping[str, Timing | None] = field(default_factory=dict)
     history: History | None = None
     solve: Mapping[str, Any] = field(default_factory=dict)
+    at_rest: AtRest | None = None  # of a model: what supports carry, and energies

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import field
 from typing import Any
 
 from softmark.interpreter.results.loads import Vector
@@ -31,3 +33,16 @@ class Reaction:
             "own_moment": list(self.own_moment),
         }  # fmt: skip
         return own | ({"shared": [*self.shared], "shared_force": list(self.shared_force)} if self.shared else {})
+
+
+@dataclass(frozen=True)
+class AtRest:
+    """What a state of rest says of forces: reactions and works of loads by name, and the strain energy, J.
+
+    The work of a load at full size is None where it depends on the way. `reason` says why nothing is known.
+    """
+
+    reactions: Mapping[str, Reaction] = field(default_factory=dict)
+    work: Mapping[str, float | None] = field(default_factory=dict)
+    energy: float = 0.0
+    reason: str | None = None

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.evidence.force_check import watched
+from softmark.interpreter.evidence.reaction_check import at_rest
 from softmark.interpreter.evidence.selection_error import reactions
 from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.models.prepare import prepared_model
@@ -64,6 +65,7 @@ def solve(work: Work, name: str) -> None:
         if not all(map(seen_finite, seen.values())):
             reason, seen = "the displacements are not finite numbers", {}
             solution = Solution("failed", reason, solution.facts, notes=solution.notes)
+    rest = at_rest(declared, case, prepared, solution)
     work.warn((*doubts(case, declared, loads := resultants(case, prepared)), *solution.notes))
     message = solution.message if solution.displacement is None else None
     work.views[name] = View(
@@ -77,9 +79,10 @@ def solve(work: Work, name: str) -> None:
         clock=clock,
         history=solution.history,
         solve=solution.facts,
+        at_rest=rest,
     )
     outline, kind = declared.thing.outline(case), declared.thing.kind(case)
-    held = reactions(declared, case, prepared, solution)
+    held = reactions(case, prepared, rest)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)
     work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind)
 

@@ -70,6 +70,8 @@ class Beams(Voucher):
 
     def model(self, answer: Answer, seen: Seen) -> float:
         """What the theory of beams leaves out. Raises Unknown."""
+        if seen.in_forces:  # an energy goes with the square of what bends
+            return 2.0 * left_out(answer.declared.thing, answer.case, answer.result) * seen.size
         if not seen.in_displacements:
             raise Unknown(f"{NO_ERROR}: what the theory of beams leaves out is known of displacements alone")
         return left_out(answer.declared.thing, answer.case, answer.result) * seen.size

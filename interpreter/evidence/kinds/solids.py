@@ -72,6 +72,8 @@ class Solids(Sized):
             raise Unknown(f"{why}; {unknown}" if why and why != str(unknown) else str(unknown)) from unknown
 
     def _from_finer(self, answer: Answer, seen: Seen) -> float:
+        if seen.in_forces:
+            raise Unknown("a finer space over the same cells has no reactions of its own")
         thing: Fem = answer.solid.thing
         fine = seen.at(self._finer(answer))
         apart, size = fine.apart(seen), fine.size
@@ -135,11 +137,15 @@ class Solids(Sized):
     def _another(self, answer: Answer, seen: Seen, key: str, thing: Fem, **changes: Any) -> Seen:
         """What is seen of another model on the same mesh. Raises Unknown."""
         other = replace(answer.solid, thing=thing.plain(**changes))
+        if seen.in_forces:
+            return seen.of(answer.solved(f"{key} at rest", other, case_for(answer.scene, other))[0])
         own = (answer.scene, other, case_for(answer.scene, other))
         return seen.at(answer.once(key, lambda: finer.alike(*own, answer.on_nodes(), answer.budget)))
 
     def _grown(self, answer: Answer, seen: Seen) -> float:
         """What a mesh that is too stiff hides of the error of its strain, which grows with the square of the motion."""
+        if seen.in_forces:
+            return 1.0
         try:
             fine = seen.at(self._finer(answer))
         except Unknown:

@@ -80,6 +80,8 @@ def from_coarser(coarser: list[tuple[Solution, float]], seen: Seen, order: float
     farther = None
     if second and abs(second[0][1] - ratio) <= 0.25 * ratio:
         farther = near.apart(near.of(second[0][0]))
+    if seen.in_forces and farther is not None and farther > apart * ratio ** (order + orders.NEAR):
+        apart = farther / ratio  # closer than any order says: an energy may pass its limit, and come back
     found = orders.index(apart, ratio, order, farther)
     orders.must_tell([found], seen.size, HOPELESS)
     return found

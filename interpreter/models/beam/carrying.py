@@ -21,7 +21,8 @@ def on_rod(assembly: Assembly, rest: Floats, x: Floats, loads: Sequence[tuple[De
     own = {load.name: _at_nodes(energy, x) for load, energy in loads}
     energy = sum(_energy(e, x) for e in assembly.internal if isinstance(e, RodElastic))
     u = nodes[:, :3] - start[:, :3]
-    return Carried(start[:, :3], u, nodes[:, :3], left, own, float(energy), rotation(nodes[:, 3:]))
+    work = {load.name: -e.value(x) for load, e in loads}
+    return Carried(start[:, :3], u, nodes[:, :3], left, own, float(energy), work, rotation(nodes[:, 3:]))
 
 
 def _at_nodes(load: RodLoad, x: Floats) -> Floats:

@@ -53,8 +53,9 @@ class Carried:
 
     Nodes stand where they are, or undeformed where strains are small: there the moments of what is inside add up to
     nothing. Moments are about the columns of `frames` (n, 3, 3), or in space. `u` (n, 3) are displacements, m, `loads`
-    (n, 6) what each load does at full size, `energy` the strain energy, J. It `turns_freely` where internal forces have
-    no moment, as those of an energy that does not see rotations.
+    (n, 6) what each load does at full size, `energy` the strain energy, J. `work` is that of each load at full size
+    along these displacements, J, None of one that depends on the way. It `turns_freely` where internal forces have no
+    moment, as those of an energy that does not see rotations.
     """
 
     X: Floats
@@ -63,6 +64,7 @@ class Carried:
     left: Floats
     loads: Mapping[str, Floats]
     energy: float
+    work: Mapping[str, float | None]
     frames: Floats | None = None
     turns_freely: bool = True
 
@@ -107,8 +109,9 @@ def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Seq
     left = assembly.gradient(exact, 1.0)[: mesh.points.size].reshape(-1, 3)
     own = {load.name: _plain(_force(energy, moved.ravel())) for load, energy in loads}
     energy = float(sum(e.value(exact) for e in assembly.internal))
+    work = {load.name: -float(e.value(moved.ravel())) if e.conservative else None for load, e in loads}
     x = mesh.points if small else mesh.points + moved
-    return Carried(mesh.points, moved, x, _plain(left), own, energy, turns_freely=turns_freely)
+    return Carried(mesh.points, moved, x, _plain(left), own, energy, work, turns_freely=turns_freely)
 
 
 def _force(load: Energy, u: Floats) -> Floats:

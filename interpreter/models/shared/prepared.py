@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.results.history import History
+from softmark.interpreter.results.reactions import AtRest
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -82,6 +83,7 @@ class Solution:
     history: History | None = None  # of a dynamic analysis; `displacement` is then that of its end
     mesh: Moved | None = None  # of a model that has one
     carried: Callable[[], Carried] | None = None  # what acts at its nodes, of a state of rest; found when asked for
+    at_rest: AtRest | None = None  # what that comes to: of solutions that an error is stated from
 
 
 class Prepared(Protocol):

@@ -201,7 +201,7 @@ def _errors(scene: Scene, report: Report, model: ModelResult) -> Json:
     """Every metric but those about speed, which a shared processor would spoil; without comparisons, our own."""
     found, asked = {}, scene.of_kind("metric")
     for name, result in model.metrics.items():
-        if asked[name].thing.looked_at is not None:
+        if asked[name].thing.looked_at is not None or asked[name].thing.concerned is not None:
             entry = {"value": result.value, "unit": result.unit, "against": _against(asked[name])}
             extra = {"reason": result.reason, "uncertainty": result.uncertainty}
             found[name] = entry | {n: v for n, v in extra.items() if v is not None}
