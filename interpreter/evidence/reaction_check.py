@@ -12,44 +12,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.evidence.load_check import MOST_UNSURE, Unchecked
-from softmark.interpreter.models.shared.carried import NOTHING, Carried, Wrench, holders, reactions
-from softmark.interpreter.results.reactions import AtRest, Reaction
-from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.models.shared.at_rest import at_rest
+from softmark.interpreter.models.shared.carried import NOTHING, Carried, Wrench
+from softmark.interpreter.results.reactions import Reaction
 from softmark.interpreter.vocabulary.loads import Follower, PerArea
 from softmark.solvers.checks.solids import EPS, Floats
 
 if TYPE_CHECKING:
     from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
-    from softmark.interpreter.language.scene import Declared
-    from softmark.interpreter.models.shared.prepared import Prepared, Solution
     from softmark.interpreter.problem.case import Case
 
 EXACT = 1e-8  # of the largest load: what supports and loads may leave
 AGREES = 2.0  # times what the solver says that it left
 ROUNDING = 100.0  # times eps, of all that acts at nodes
 UNTURNED = "internal forces of cells that turn as a whole (`rotation = element`) have a moment: it is left over"
-
-
-def at_rest(declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> AtRest:
-    """What a solution says of forces."""
-    if (why := _unknown(declared, case, solution)) is not None or solution.carried is None:
-        return AtRest(reason=why)
-    carried = solution.carried()
-    held = reactions(carried, holders(case, prepared.mesh, declared.thing))
-    return AtRest(held, carried.work, carried.energy)
-
-
-def _unknown(declared: Declared, case: Case, solution: Solution) -> str | None:
-    """Why it says nothing of them, if it does not."""
-    if solution.displacement is None:
-        return "there is no solution"
-    if solution.carried is None:
-        if isinstance(case.analysis, Dynamic):
-            return "reactions are those of a state of rest, and this is a motion"
-        if declared.thing.reduces is not None:
-            return "a reduced model balances forces along its fields alone, so that supports carry what it leaves"
-        return "this kind of model does not say what its supports carry"
-    return None
 
 
 def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]:

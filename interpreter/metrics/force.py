@@ -43,7 +43,7 @@ class Force(OfForces):
         """The one direction that it looks along."""
         return self.along
 
-    def value(self, rest: AtRest) -> Floats:
+    def amount(self, rest: AtRest) -> Floats:
         """The force (3,), N."""
         return np.array(rest.reactions[self.of].force)
 

@@ -80,7 +80,7 @@ class OfForces(Metric):
         """Of its value: a plain number where it is an error."""
         return self.natural if self.measured_from is None else "1"
 
-    def value(self, rest: AtRest) -> Floats:
+    def amount(self, rest: AtRest) -> Floats:
         """A number (), or a vector of which it is a component (3,), in its natural unit. Raises Undefined."""
         raise NotImplementedError(f"{type(self).__name__} has no value")
 
@@ -110,7 +110,7 @@ class OfForces(Metric):
 
     def distance(self, rest: AtRest, right: AtRest) -> float:
         """The same in its natural unit. Raises Undefined."""
-        return self.size(self.value(rest) - self.value(right))
+        return self.size(self.amount(rest) - self.amount(right))
 
     def extent(self, rest: AtRest | None) -> float:
         """What a relative error of it is multiplied by, in its unit. Raises Undefined."""
@@ -124,7 +124,7 @@ class OfForces(Metric):
         return float(value @ self.direction) if self.direction is not None else float(value)
 
     def _known(self, rest: AtRest | None) -> Floats:
-        return self.value(self._sound(rest))
+        return self.amount(self._sound(rest))
 
     def _sound(self, rest: AtRest | None) -> AtRest:
         if rest is None:

@@ -27,7 +27,7 @@ class Moment(OfForces):
     report. Found again and balanced as forces are. Against another model it is the difference relative to the size of
     that model's moment.
 
-    Beside its value a report has size_J, that of the moment (N m) whatever its direction.
+    Beside its value a report has size_Nm, that of the moment whatever its direction.
     """
 
     of: Annotated[str, "support", "the support"]
@@ -46,7 +46,7 @@ class Moment(OfForces):
         """The one direction that it looks along."""
         return self.along
 
-    def value(self, rest: AtRest) -> Floats:
+    def amount(self, rest: AtRest) -> Floats:
         """The moment (3,), N m."""
         own = rest.reactions[self.of]
         if self.about is None:
@@ -56,4 +56,4 @@ class Moment(OfForces):
 
     def details(self, value: Floats) -> dict[str, Any]:
         """The size of the moment."""
-        return {"size_J": self.size(value)}
+        return {"size_Nm": self.size(value)}

@@ -34,7 +34,7 @@ class StrainEnergy(OfForces):
         """The body."""
         return self.body
 
-    def value(self, rest: AtRest) -> Floats:
+    def amount(self, rest: AtRest) -> Floats:
         """U in J."""
         return np.array(rest.energy)
 

@@ -35,7 +35,7 @@ class Work(OfForces):
         """The load."""
         return self.of
 
-    def value(self, rest: AtRest) -> Floats:
+    def amount(self, rest: AtRest) -> Floats:
         """f . u in J. Raises Undefined of a load that follows."""
         if (found := rest.work[self.of]) is None:
             raise Undefined(f"the work of `{self.of}`, which follows the surface, depends on the way")

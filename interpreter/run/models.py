@@ -9,10 +9,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.evidence.force_check import watched
-from softmark.interpreter.evidence.reaction_check import at_rest
 from softmark.interpreter.evidence.selection_error import reactions
 from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.models.prepare import prepared_model
+from softmark.interpreter.models.shared.at_rest import at_rest
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.parts.resultants import doubts, resultants

@@ -11,7 +11,7 @@ from typing import Any
 
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language import units
-from softmark.interpreter.language.amounts import negligible
+from softmark.interpreter.language.amounts import as_asked, negligible
 from softmark.interpreter.report.run.bodies import Body, bodies
 from softmark.interpreter.report.run.findings import Findings, Metric, Result, value_of
 from softmark.interpreter.report.run.tables import reactions, vouching
@@ -195,7 +195,7 @@ def _amount(value: float, unit_text: str) -> str:
     if dimension == units.NONE:
         return f"{100 * value:.3g} %"
     number, _, unit = units.show(value, dimension).partition(" ")
-    return f"{float(number):.6g} {unit}"
+    return as_asked(f"{float(number):.6g} {unit}", unit_text)
 
 
 def _uncertain(report: Report) -> list[str]:
