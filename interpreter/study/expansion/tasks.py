@@ -153,7 +153,9 @@ def _stated(scene: Scene, model: ModelResult) -> Json:
         n for n, m in scene.of_kind("metric").items()
         if n in model.stated and m.thing.unit == "1" and m.thing.measured_from is not None
     )  # fmt: skip
-    first = next(relative, next(n for n, said in model.stated.items() if said.get("unit", "1") == "1"))
+    plain = next((n for n, said in model.stated.items() if said.get("unit", "1") == "1"), None)
+    if (first := next(relative, plain)) is None:  # forces alone, none of them relative
+        return {"value": None, "reason": "no relative error is asked for", "of": dict(model.stated)}
     return {**model.stated[first], "metric": first, "of": dict(model.stated)}
 
 
