@@ -14,7 +14,8 @@ LEAD = (
     "What every support does to the body at rest: its force, and its moment about the middle of what it holds. "
     "Supports and loads together come to nothing."
 )
-HEAD = ("Support", "Model", "Force", "Moment", "")
+HEAD = ("Support", "Model", "Force", "Moment", "Note")
+NOTHING = "\N{EN DASH}"
 SEVERAL = 3  # names that a line lists
 
 
@@ -38,13 +39,15 @@ def section_of(findings: Findings) -> str:
 def _row(support: str, model: str, own: Mapping[str, Any], checks: Mapping[str, Any]) -> str:
     head = (tag("th", tag("code", text(support)), scope="row"), tag("td", tag("code", text(model))))
     if not own.get("force"):
-        return tag("tr", *head, tag("td"), tag("td"), tag("td", prose(f"{own.get('reason') or ''}")))
+        return tag("tr", *head, *(tag("td", NOTHING) for _ in range(2)), tag("td", prose(str(own.get("reason")))))
     largest = max(abs(c) for c in (*own["force"], 0.0))
     force, moment = _shown(own["force"], largest), f"{_shown(own['own_moment'])}\N{MIDDLE DOT}m"
     shared = own.get("shared") or ()
     said = [f"{_shown(own['shared_force'], largest)} of it where {_listed(shared)} holds as well"] if shared else []
     said += [note] if (note := (checks.get("reactions") or {}).get("note")) else []
-    return tag("tr", *head, tag("td", text(force)), tag("td", text(moment)), tag("td", prose("; ".join(said))))
+    return tag(
+        "tr", *head, tag("td", text(force)), tag("td", text(moment)), tag("td", prose("; ".join(said) or NOTHING))
+    )
 
 
 def _listed(names: Sequence[str]) -> str:
