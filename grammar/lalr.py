@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from softmark.grammar.lex import Token
-from softmark.grammar.table import Rule, Table
+from softmark.grammar.table import ParseTable, Rule
 
 END = "$END"
 
@@ -21,7 +21,7 @@ class Unexpected:
     index: int
 
 
-def run(table: Table, build: Builder, tokens: Sequence[Token], start: str) -> Any | Unexpected:
+def run(table: ParseTable, build: Builder, tokens: Sequence[Token], start: str) -> Any | Unexpected:
     """The value of `tokens`, whose last one is of kind `END`; or the first token that does not fit.
 
     Shift-reduce parsing (Knuth 1965) with look-ahead sets that lark computed (DeRemer, Pennello 1982).
@@ -69,7 +69,7 @@ def _splice(rule: Rule, values: list[Any]) -> list[Any]:
     return flat
 
 
-def accepted(table: Table, tokens: Sequence[Token], start: str) -> frozenset[str]:
+def accepted(table: ParseTable, tokens: Sequence[Token], start: str) -> frozenset[str]:
     """The kinds of token that may follow `tokens`, none of them of kind `END`."""
     states = [table.starts[start]]
     for token in tokens:
@@ -78,7 +78,7 @@ def accepted(table: Table, tokens: Sequence[Token], start: str) -> frozenset[str
     return frozenset(kind for kind in kinds if _advance(table, states, kind, table.ends[start]))
 
 
-def _advance(table: Table, states: list[int], kind: str, end: int = -1) -> list[int] | None:
+def _advance(table: ParseTable, states: list[int], kind: str, end: int = -1) -> list[int] | None:
     """The stack of states after a token, without values; None where it does not fit."""
     states = list(states)
     while (action := table.states[states[-1]].get(kind)) is not None and action < 0:

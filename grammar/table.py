@@ -51,7 +51,7 @@ class Terminal:
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class ParseTable:
     """`states[s][symbol]` is a state to go to (>= 0) or `-1 - r` to reduce by `rules[r]`."""
 
     states: list[dict[str, int]]
@@ -62,7 +62,7 @@ class Table:
 
 
 @cache
-def load() -> Table:
+def load() -> ParseTable:
     """The table of the language, from the cache or made now."""
     path = _cache_path()
     found = _read(path) if path else None
@@ -79,7 +79,7 @@ def reserved() -> dict[str, str]:
     return {terminal.literal: terminal.name for terminal in load().terminals if terminal.literal.isalpha()}
 
 
-def make() -> Table:
+def make() -> ParseTable:
     """Have lark compute the table."""
     from lark import Lark
 
@@ -87,7 +87,7 @@ def make() -> Table:
     raw: Any = parser.parse_interactive("", start=STARTS[0]).parser_state.parse_conf.parse_table
     rules = {rule: number for number, rule in enumerate(parser.rules)}
     states = [_actions(raw.states[state], rules) for state in range(len(raw.states))]
-    return Table(states, [_rule(rule) for rule in rules], raw.start_states, raw.end_states, _terminals(parser))
+    return ParseTable(states, [_rule(rule) for rule in rules], raw.start_states, raw.end_states, _terminals(parser))
 
 
 def _actions(row: dict[str, Any], rules: dict[Any, int]) -> dict[str, int]:
@@ -125,17 +125,17 @@ def _cache_path() -> Path | None:
     return root / "softmark" / f"grammar-{digest}.json"
 
 
-def _read(path: Path) -> Table | None:
+def _read(path: Path) -> ParseTable | None:
     try:
         raw = json.loads(path.read_text("utf-8"))
         rules = [Rule(**rule) for rule in raw["rules"]]
         terminals = [Terminal(**terminal) for terminal in raw["terminals"]]
-        return Table(raw["states"], rules, raw["starts"], raw["ends"], terminals)
+        return ParseTable(raw["states"], rules, raw["starts"], raw["ends"], terminals)
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
 
-def _write(path: Path, table: Table) -> None:
+def _write(path: Path, table: ParseTable) -> None:
     """Write beside the place and rename, so that another process sees the whole file or none."""
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)

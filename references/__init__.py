@@ -28,7 +28,7 @@ from __future__ import annotations
 
 from softmark.references.ct_volume import CtVolume
 from softmark.references.elastica import Elastica
-from softmark.references.markers import Markers
+from softmark.references.markers import TrackedPoints
 from softmark.references.self_converged import SelfConverged
 from softmark.references.simo_reissner import SimoReissner
 from softmark.references.small_deflection import SmallDeflection
@@ -41,7 +41,7 @@ REFERENCES: dict[str, type] = {
     "simo_reissner": SimoReissner,
     "self_converged": SelfConverged,
     "surface": SurfaceScan,
-    "markers": Markers,
+    "markers": TrackedPoints,
     "ct_volume": CtVolume,
     "virtual_scan": VirtualScan,
 }

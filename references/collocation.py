@@ -49,7 +49,7 @@ class NotSolved(Exception):
         self.history = history
 
 
-class Rod(Protocol):
+class PlanarRod(Protocol):
     """A planar rod in the scale of its length: s in [0, 1], phi (n,) from the axis towards gravity, rad."""
 
     def bending(self, s: Array, phi: Array) -> Array:
@@ -72,7 +72,7 @@ class Grid:
 
 
 @dataclass(frozen=True)
-class Shape:
+class RodShape:
     """A solution on one grid: Chebyshev coefficients over [0, 1], all in the scale of the length."""
 
     phi: Array  # (n + 2,)
@@ -86,7 +86,7 @@ class Shape:
         return np.stack([_value(z, c) for c in (self.phi, self.axial, self.transverse)])
 
 
-def bend(rod: Rod, cantilever: Cantilever) -> CentreLine:
+def bend(rod: PlanarRod, cantilever: Cantilever) -> CentreLine:
     """The centre line of `cantilever` where it obeys the equations of `rod`.
 
     The resolution doubles until rotation and displacements change by less than ACCURACY, relative. The
@@ -110,15 +110,15 @@ def bend(rod: Rod, cantilever: Cantilever) -> CentreLine:
     )
 
 
-def _shape(rod: Rod, n: int) -> Shape:
+def _shape(rod: PlanarRod, n: int) -> RodShape:
     grid = _grid(n)
     phi = _newton(rod, grid)
     curvature = _moment(grid.coefficients @ rod.bending(grid.s, phi))
     axial, transverse = (_from_root(grid.coefficients @ rate) for rate in rod.strain(grid.s, phi))
-    return Shape(_from_root(curvature), curvature, axial, transverse)
+    return RodShape(_from_root(curvature), curvature, axial, transverse)
 
 
-def _newton(rod: Rod, grid: Grid) -> Array:
+def _newton(rod: PlanarRod, grid: Grid) -> Array:
     phi = np.full(len(grid.s), np.pi / 2)
     steps: list[float] = []
     for _ in range(NEWTON_STEPS):
@@ -132,7 +132,7 @@ def _newton(rod: Rod, grid: Grid) -> Array:
     raise NotSolved(f"Newton's method took {NEWTON_STEPS} steps without settling", tuple(steps))
 
 
-def _between_axis_and_gravity(shape: Shape, changes: list[float]) -> None:
+def _between_axis_and_gravity(shape: RodShape, changes: list[float]) -> None:
     """Hold the result to the range in which the solution is unique; a coarse grid may overshoot it."""
     phi = _value(np.linspace(-1, 1, 401), shape.phi)
     if phi.min() < -ACCURACY or phi.max() > np.pi / 2 + ACCURACY:
@@ -162,14 +162,14 @@ def _value(z: Array, series: Array) -> Array:
     return np.asarray(np.polynomial.chebyshev.chebval(z, series), dtype=float)
 
 
-def _change(coarse: Shape, fine: Shape) -> tuple[float, float]:
+def _change(coarse: RodShape, fine: RodShape) -> tuple[float, float]:
     """Largest difference between two shapes, and largest value, in the scale of the length."""
     s = (1 - np.cos(np.linspace(0, np.pi, 401))) / 2  # denser at the ends, where a stiff load bends the rod
     values = fine.at(s)
     return float(np.abs(coarse.at(s) - values).max()), float(np.abs(values).max())
 
 
-def _centre_line(shape: Shape, cantilever: Cantilever, error: float) -> CentreLine:
+def _centre_line(shape: RodShape, cantilever: Cantilever, error: float) -> CentreLine:
     L = cantilever.length
 
     def along(series: Array, scale: float) -> np.polynomial.Chebyshev:

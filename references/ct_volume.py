@@ -11,7 +11,7 @@ from softmark.references.measured import Frame, MeasuredSurface, Unreadable, Vec
 from softmark.references.reference import How, Reference
 from softmark.references.smoothing import taubin
 from softmark.references.surface import tidied
-from softmark.references.volumes import Volume, imported, read_volume
+from softmark.references.volumes import VoxelVolume, imported, read_volume
 
 if TYPE_CHECKING:
     import numpy as np
@@ -67,7 +67,9 @@ class CtVolume(Reference):
         return MeasuredSurface(placed, triangles, self.uncertainty, by, notes=notes)
 
 
-def isosurface(volume: Volume, iso: float, smoothing: int, keep: str, name: str) -> tuple[Array, Ints, tuple[str, ...]]:
+def isosurface(
+    volume: VoxelVolume, iso: float, smoothing: int, keep: str, name: str
+) -> tuple[Array, Ints, tuple[str, ...]]:
     """The closed surface (points in m, triangles turned outwards) of what lies above `iso`, and what to know of it.
 
     Source: Lewiner, Lopes, Vieira and Tavares 2003, J. Graphics Tools 8:1. Raises Unreadable.
@@ -85,7 +87,7 @@ def isosurface(volume: Volume, iso: float, smoothing: int, keep: str, name: str)
     return taubin(points, triangles, smoothing), triangles, (*ended, *notes)
 
 
-def _cropped(volume: Volume, iso: float, low: float) -> tuple[Array, Array, bool]:
+def _cropped(volume: VoxelVolume, iso: float, low: float) -> tuple[Array, Array, bool]:
     """Values around the body in a layer of background, the index of their corner, and whether the body is cut."""
     above = volume.values > iso
     spans = [np.flatnonzero(above.any(axis=tuple({0, 1, 2} - {axis}))) for axis in range(3)]

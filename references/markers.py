@@ -33,7 +33,7 @@ REST = ("x0", "y0", "z0")
 
 
 @dataclass(frozen=True)
-class Markers(Reference):
+class TrackedPoints(Reference):
     """Points of a body that were tracked while it was loaded: a table of positions at rest and in other states.
 
     The table is a CSV file whose header names the columns x0, y0, z0 at rest, x1, y1, z1 in state 1 and so on, and
@@ -95,7 +95,7 @@ class Markers(Reference):
 
 
 @dataclass(frozen=True)
-class Table:
+class MarkerTable:
     """The rows of a table of tracked points, by column."""
 
     name: str
@@ -140,7 +140,7 @@ class Table:
         return values
 
 
-def read_table(file: Path) -> Table:
+def read_table(file: Path) -> MarkerTable:
     """A table of tracked points. Raises Unreadable."""
     import csv
 
@@ -153,7 +153,7 @@ def read_table(file: Path) -> Table:
     if at is None:
         raise Unreadable(file.name, "it has no header with x0, y0, z0, the positions at rest",
                          "name the columns x0, y0, z0, x1, y1, z1 and so on")  # fmt: skip
-    return Table(file.name, _columns(file.name, [c.lower() for c in rows[at]], rows[at + 1 :]))
+    return MarkerTable(file.name, _columns(file.name, [c.lower() for c in rows[at]], rows[at + 1 :]))
 
 
 def _columns(name: str, header: list[str], rows: Iterable[list[str]]) -> dict[str, tuple[str, ...]]:

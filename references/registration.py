@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
 from softmark.references.measured import Residual
-from softmark.references.surfaces import Target, area_centroid, area_vectors
+from softmark.references.surfaces import SearchedSurface, area_centroid, area_vectors
 
 if TYPE_CHECKING:
     import numpy as np
@@ -80,7 +80,7 @@ def kabsch(source: Array, target: Array, weights: Array | None = None) -> Regist
     return Registration(motion, Residual.of(np.linalg.norm(motion(source) - target, axis=1)))
 
 
-def icp(points: Array, target: Target, start: Rigid | None = None, keep: float = 1.0) -> Registration:
+def icp(points: Array, target: SearchedSurface, start: Rigid | None = None, keep: float = 1.0) -> Registration:
     """The motion of points (n, 3) that minimises the sum of squares of their distances to a surface.
 
     Steps of Levenberg and Marquardt on the distances, whose gradients are the directions from the closest
@@ -117,7 +117,7 @@ class _Match:
     cost: float
 
     @classmethod
-    def of(cls, points: Array, motion: Rigid, target: Target, keep: float) -> _Match:
+    def of(cls, points: Array, motion: Rigid, target: SearchedSurface, keep: float) -> _Match:
         placed = motion(points)
         found = target.closest(placed)
         normals = area_vectors(target.points, target.triangles[found.triangles])

@@ -17,7 +17,7 @@ from softmark.references.rationing import rationed, reason_of
 from softmark.references.reference import How, Reference
 from softmark.references.registration import Registration, face_to_face, icp
 from softmark.references.surfaces import (
-    Target,
+    SearchedSurface,
     area_vectors,
     areas,
     open_edges,
@@ -108,7 +108,9 @@ class SurfaceScan(Reference):
             what = "a face of the body that is held" if self.register == "clamp" else "a computed surface"
             raise Unreadable(self.path, f"`register = {self.register}` needs {what}, and there is none",
                              "leave `register` out, or add what it needs")  # fmt: skip
-        found = self._clamped(measured, onto) if self.register == "clamp" else icp(measured.points, Target(*onto))
+        found = (
+            self._clamped(measured, onto) if self.register == "clamp" else icp(measured.points, SearchedSurface(*onto))
+        )
         note = f"registered ({self.register}): moved by {_words(found, measured)}, {found.residual.words}"
         note += "" if found.converged else f"; not settled after {found.steps} steps"
         return replace(measured, points=found.motion(measured.points), residual=found.residual,
@@ -131,7 +133,7 @@ class SurfaceScan(Reference):
                              "leave `register` out and place the surface by `x`, `z` and `origin`")  # fmt: skip
         along = unit_normals(points, triangles) @ (outward / np.linalg.norm(outward)) > TILT
         looking: Ints = triangles[along]
-        away = Target(*held).closest(points[looking].mean(axis=1)).distances if len(looking) else np.zeros(0)
+        away = SearchedSurface(*held).closest(points[looking].mean(axis=1)).distances if len(looking) else np.zeros(0)
         face: Ints = looking[away <= near]
         ratio = float(areas(points, face).sum()) / area
         if not ALIKE[0] <= ratio <= ALIKE[1]:

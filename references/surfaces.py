@@ -120,7 +120,7 @@ class Closest:
 
 
 @dataclass(frozen=True)
-class Target:
+class SearchedSurface:
     """A surface that is asked for closest points many times. Its triangles are at least one."""
 
     points: Array  # (n, 3), m

@@ -12,8 +12,8 @@ from softmark.records import dataclass
 from softmark.references.ct_volume import isosurface
 from softmark.references.measured import MeasuredSurface, Unreadable, Vector
 from softmark.references.reference import How, Reference
-from softmark.references.surfaces import Target, open_edges, signed_volume, vertex_normals
-from softmark.references.volumes import Volume
+from softmark.references.surfaces import SearchedSurface, open_edges, signed_volume, vertex_normals
+from softmark.references.volumes import VoxelVolume
 
 if TYPE_CHECKING:
     import numpy as np
@@ -109,14 +109,14 @@ class VirtualScan(Reference):
 
 def chain_error(found: Array, faces: Ints, points: Array, triangles: Ints) -> ChainError:
     """How far a reconstructed surface lies from the true one, over the points of the reconstruction."""
-    truth = Target(points, triangles).closest(found)
+    truth = SearchedSurface(points, triangles).closest(found)
     outward = np.einsum("ni,ni->n", found - truth.points, vertex_normals(found, faces))
     d = truth.distances
-    missed = float(Target(found, faces).closest(points).distances.max())
+    missed = float(SearchedSurface(found, faces).closest(points).distances.max())
     return ChainError(float(d.mean()), float(d.std()), float(d.max()), float((np.sign(outward) * d).mean()), missed)
 
 
-def scan(points: Array, triangles: Ints, scanner: Scanner, shape: tuple[int, int, int] | None = None) -> Volume:
+def scan(points: Array, triangles: Ints, scanner: Scanner, shape: tuple[int, int, int] | None = None) -> VoxelVolume:
     """What a scanner makes of a closed surface: values of about 0 outside and 1 inside.
 
     The grid is cropped to the body and its blur, or has `shape` voxels about the body's middle. Raises Unreadable.
@@ -131,7 +131,7 @@ def scan(points: Array, triangles: Ints, scanner: Scanner, shape: tuple[int, int
         values = gaussian_filter(values, [scanner.blur / v for v in scanner.voxel], mode="constant")
     if scanner.noise > 0:
         values = values + np.random.default_rng(scanner.seed).normal(0.0, scanner.noise, values.shape)
-    return Volume(values, np.diag(scanner.voxel), origin)
+    return VoxelVolume(values, np.diag(scanner.voxel), origin)
 
 
 def _grid(body: Array, scanner: Scanner, shape: tuple[int, int, int] | None) -> tuple[Array, tuple[int, int, int]]:

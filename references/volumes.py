@@ -30,7 +30,7 @@ EQUAL = 1e-2  # share of the spacing by which slices may lie apart from equally 
 
 
 @dataclass(frozen=True)
-class Volume:
+class VoxelVolume:
     """Values on a grid: the voxel (i, j, k) has its centre at A (i, j, k) + b."""
 
     values: Values  # (nx, ny, nz)
@@ -51,7 +51,7 @@ def imported(module: str, name: str) -> Any:
         raise Unreadable(name, reason, EXTRA) from None
 
 
-def read_volume(file: Path, spacing: Vector | None = None, unit: float | None = None) -> Volume:
+def read_volume(file: Path, spacing: Vector | None = None, unit: float | None = None) -> VoxelVolume:
     """The voxels of a file, or of the DICOM series in a folder.
 
     `spacing`, m, overrides what the file says and is needed where it says nothing (NumPy); `unit`, m, likewise for the
@@ -71,7 +71,7 @@ def read_volume(file: Path, spacing: Vector | None = None, unit: float | None = 
     return _checked(file.name, volume)
 
 
-def _reader(file: Path) -> Callable[[Path, Vector | None, float | None], Volume]:
+def _reader(file: Path) -> Callable[[Path, Vector | None, float | None], VoxelVolume]:
     name = file.name.lower()
     if file.is_dir() or name.endswith((".dcm", ".ima")):
         return _dicom
@@ -82,20 +82,20 @@ def _reader(file: Path) -> Callable[[Path, Vector | None, float | None], Volume]
     raise Unreadable(file.name, reason, "convert the file to one of them")
 
 
-def _numpy(file: Path, spacing: Vector | None, unit: float | None) -> Volume:
+def _numpy(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
     if spacing is None:
         raise Unreadable(file.name, "a NumPy file does not say how large its voxels are",
                          "give `spacing`, such as `spacing = (0.425 mm, 0.425 mm, 0.62 mm)`")  # fmt: skip
     found = np.load(file, allow_pickle=False)
     if isinstance(found, np.ndarray):
-        return Volume(found, np.diag(spacing), np.zeros(3))
+        return VoxelVolume(found, np.diag(spacing), np.zeros(3))
     if len(found.files) != 1:
         reason = f"it holds {len(found.files)} arrays ({', '.join(found.files)})"
         raise Unreadable(file.name, reason, "keep the voxels alone in it")
-    return Volume(found[found.files[0]], np.diag(spacing), np.zeros(3))
+    return VoxelVolume(found[found.files[0]], np.diag(spacing), np.zeros(3))
 
 
-def _nrrd(file: Path, spacing: Vector | None, unit: float | None) -> Volume:
+def _nrrd(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
     _alone(file)
     values, header = imported("nrrd", file.name).read(str(file))
     if "space directions" in header:
@@ -104,12 +104,12 @@ def _nrrd(file: Path, spacing: Vector | None, unit: float | None) -> Volume:
     elif "spacings" in header:
         axes, said = np.diag(np.asarray(header["spacings"], dtype=float)), header.get("units")
     elif spacing is not None:
-        return Volume(values, np.diag(spacing), np.zeros(3))
+        return VoxelVolume(values, np.diag(spacing), np.zeros(3))
     else:
         raise Unreadable(file.name, "it does not say how large its voxels are", "give `spacing`")
     origin = np.asarray(header.get("space origin", np.zeros(3)), dtype=float)
     length = unit or _length(file.name, said)
-    return Volume(values, length * axes, length * origin)
+    return VoxelVolume(values, length * axes, length * origin)
 
 
 def _alone(file: Path) -> None:
@@ -124,11 +124,11 @@ def _alone(file: Path) -> None:
             raise Unreadable(file.name, reason, "put the two files side by side")
 
 
-def _nifti(file: Path, spacing: Vector | None, unit: float | None) -> Volume:
+def _nifti(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
     image: Any = imported("nibabel", file.name).load(str(file))
     length = unit or _length(file.name, [image.header.get_xyzt_units()[0]])
     affine = length * np.asarray(image.affine, dtype=float)
-    return Volume(np.asarray(image.get_fdata(dtype=np.float32)), affine[:3, :3], affine[:3, 3])
+    return VoxelVolume(np.asarray(image.get_fdata(dtype=np.float32)), affine[:3, :3], affine[:3, 3])
 
 
 def _length(name: str, said: Iterable[str] | None) -> float:
@@ -140,7 +140,7 @@ def _length(name: str, said: Iterable[str] | None) -> float:
     raise Unreadable(name, reason, "give `unit`, such as `unit = 1 mm`")
 
 
-def _dicom(file: Path, spacing: Vector | None, unit: float | None) -> Volume:
+def _dicom(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
     """The series of a folder, or the one that a file belongs to. Source: DICOM PS3.3, C.7.6.2.1.1 (mm)."""
     slices = _series(file)
     across, down = (np.asarray(slices[0].ImageOrientationPatient, dtype=float)[k : k + 3] for k in (0, 3))
@@ -150,7 +150,7 @@ def _dicom(file: Path, spacing: Vector | None, unit: float | None) -> Volume:
     values = np.stack([_pixels(slices[i]) for i in order], axis=-1)  # (row, column, slice)
     step = _step(file.name, places[order])
     axes = np.stack([rows * down, columns * across, step], axis=1)
-    return Volume(values, 1e-3 * axes, 1e-3 * places[order[0]])
+    return VoxelVolume(values, 1e-3 * axes, 1e-3 * places[order[0]])
 
 
 def _series(file: Path) -> list[Any]:
@@ -191,7 +191,7 @@ def _pixels(slice_: Any) -> Values:
     return np.asarray(slice_.pixel_array, dtype=np.float32) * slope + intercept
 
 
-_READERS: dict[str, Callable[[Path, Vector | None, float | None], Volume]] = {
+_READERS: dict[str, Callable[[Path, Vector | None, float | None], VoxelVolume]] = {
     ".npy": _numpy,
     ".npz": _numpy,
     ".nrrd": _nrrd,
@@ -201,13 +201,13 @@ _READERS: dict[str, Callable[[Path, Vector | None, float | None], Volume]] = {
 }
 
 
-def _spaced(volume: Volume, spacing: Vector) -> Volume:
+def _spaced(volume: VoxelVolume, spacing: Vector) -> VoxelVolume:
     """The volume with voxels of another size, along the axes that it has."""
     lengths = np.linalg.norm(volume.axes, axis=0)
-    return Volume(volume.values, volume.axes / lengths * np.asarray(spacing), volume.origin)
+    return VoxelVolume(volume.values, volume.axes / lengths * np.asarray(spacing), volume.origin)
 
 
-def _checked(name: str, volume: Volume) -> Volume:
+def _checked(name: str, volume: VoxelVolume) -> VoxelVolume:
     values = np.asarray(volume.values)
     if values.ndim != 3 or min(values.shape) < 2:
         raise Unreadable(name, f"its voxels have shape {values.shape}", "give a grid of three dimensions")
@@ -216,4 +216,4 @@ def _checked(name: str, volume: Volume) -> Volume:
     values = values.astype(np.float64 if values.dtype == np.float64 else np.float32)
     if not np.isfinite(values).all():
         raise Unreadable(name, "some of its voxels are not finite numbers", "fill them with a value first")
-    return Volume(values, volume.axes, volume.origin)
+    return VoxelVolume(values, volume.axes, volume.origin)

@@ -9,7 +9,11 @@ import json
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from softmark.interpreter.plan.quantities import WalkedQuantity
+    from softmark.interpreter.study.stability.record import StressEdge
 
 Json = dict[str, Any]
 
@@ -18,34 +22,32 @@ FILE = "ranges.json"
 
 def ranges_of(stress: Mapping[str, Any], constructors: Mapping[str, str]) -> Json:
     """What a `softmark-stress/1` says of where its models are right; `constructors`: of each model by its name."""
-    study = stress["studies"][0]
-    units = {q["name"]: str(q.get("unit") or "1") for q in study["quantities"]}
+    from softmark.interpreter.study.stability.record import Stress
+
+    found = Stress.from_json(stress)
+    study = found.studies[0]
     models = [
-        {"constructor": constructors[m], "outline": study["outlines"].get(m, m),
-         "ranges": [_range(study, m, name, units[name]) for name in units if _edges(study, m, name)]}
-        for m in study["models"]
+        {"constructor": constructors[m], "outline": study.outlines.get(m, m),
+         "ranges": [_range(edges, q) for q in study.quantities if (edges := study.edges_of(m, q.name))]}
+        for m in study.models
     ]  # fmt: skip
     return {
-        "scene": Path(stress["scene"]["file"]).stem, "title": stress["scene"]["title"], "within": study["within"],
-        "softmark": stress["environment"].get("softmark"), "points": stress["summary"]["points"],
-        "silent": stress["summary"]["silent"], "models": models,
+        "scene": Path(found.scene["file"]).stem, "title": found.scene["title"], "within": study.within,
+        "softmark": found.environment.get("softmark"), "points": found.summary.points,
+        "silent": found.summary.silent, "models": models,
     }  # fmt: skip
 
 
-def _edges(study: Mapping[str, Any], model: str, name: str) -> dict[str, Json]:
-    return {e["direction"]: e for e in study["edges"] if (e["model"], e["quantity"]) == (model, name)}
-
-
-def _range(study: Mapping[str, Any], model: str, name: str, unit: str) -> Json:
+def _range(own: list[StressEdge], quantity: WalkedQuantity) -> Json:
     from softmark.interpreter.report.stability.reach import nowhere
     from softmark.interpreter.report.stability.view import beyond, reach
+    from softmark.interpreter.study.stability.record import StressChoice
 
-    own = _edges(study, model, name)
-    said = {d: words for d, e in own.items() if (words := beyond(e, unit)) is not None}
-    chosen = any(e.get("right") is not None for e in own.values())
-    right = reach(own, unit)
-    found = {"quantity": name, "choice": chosen, "right": right, "beyond": said}
-    return found if right or chosen else {**found, "nowhere": nowhere(own.values())}
+    said = {e.direction: words for e in own if (words := beyond(e, quantity.unit)) is not None}
+    chosen = any(isinstance(e, StressChoice) for e in own)
+    right = reach(own, quantity.unit)
+    found = {"quantity": quantity.name, "choice": chosen, "right": right, "beyond": said}
+    return found if right or chosen else {**found, "nowhere": nowhere(own)}
 
 
 def lines(constructor: str) -> list[str]:

@@ -38,7 +38,7 @@ class Budget:
     def of(cls, clock: Mapping[str, Any], asked: bool) -> Budget:
         """For a model with these times."""
         seconds = (clock.get(n) for n in ("setup_cpu_s", "solve_cpu_s"))
-        took = sum(float(t.to_json()["median"]) for t in seconds if t)
+        took = sum(t.median for t in seconds if t)
         return cls(max(SOLUTIONS * took, LEAST), took, asked)
 
     def __enter__(self) -> None:

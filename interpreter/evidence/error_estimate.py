@@ -26,7 +26,7 @@ from softmark.interpreter.evidence import orders, rounding
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.doubts import DOUBTS, doubts_of, is_doubt
 from softmark.interpreter.evidence.kinds import voucher_of
-from softmark.interpreter.evidence.probe_answers import Field, Floats, Seen, Unknown
+from softmark.interpreter.evidence.probe_answers import Field, Floats, ProbeAnswer, Unknown
 from softmark.interpreter.evidence.selection_error import selection
 from softmark.interpreter.front.course_steps import shows
 from softmark.interpreter.language.scene import Declared, Scene
@@ -35,10 +35,12 @@ from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.models.shared.prepared import Prepared
 from softmark.interpreter.problem.parts.resultants import of_selections
 from softmark.interpreter.problem.view import View
-from softmark.interpreter.results.report import ModelResult, ProbeResult, clean
+from softmark.interpreter.results.plain import clean
+from softmark.interpreter.results.report import ModelResult, ProbeResult
+from softmark.interpreter.results.stated import StatedError
 from softmark.interpreter.vocabulary.analyses import Dynamic
 
-__all__ = ["DOUBTS", "Seen", "Stated", "Unknown", "doubts_of", "is_doubt", "stated"]
+__all__ = ["DOUBTS", "ProbeAnswer", "Stated", "Unknown", "doubts_of", "is_doubt", "stated"]
 
 VOID = ("W351",)  # states of which no part of the error says anything
 
@@ -52,26 +54,26 @@ COARSE = orders.COARSE  # relative: more than that is no statement, of parts tha
 class Stated(Answer):
     """The parts of the error of an answer."""
 
-    def of(self, seen: Seen) -> dict[str, Any]:
+    def of(self, seen: ProbeAnswer) -> StatedError:
         """The parts of the error of what a probe sees, and their sum; `reason` where there is none."""
         parts: dict[str, float | None] = {}
         reasons: dict[str, list[str]] = {}
         for name, part in self._parts().items():
             try:
                 with self.budget:
-                    parts[name] = part(seen)
+                    parts[name] = float(part(seen))
                 if not math.isfinite(parts[name] or 0.0):
                     raise Unknown("a part of the error is not finite")
             except Unknown as unknown:
                 parts[name] = None
                 reasons.setdefault(str(unknown), []).append(name)
         known = [v for v in parts.values() if v is not None]
-        value = sum(known) if len(known) == len(parts) else None
+        value = clean(sum(known)) if len(known) == len(parts) else None
         reason = "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
-        return {"value": value, "unit": seen.unit, "parts": parts, "reason": reason or None}
+        return StatedError(value, seen.unit, parts, reason or None)
 
-    def _parts(self) -> dict[str, Callable[[Seen], float]]:
-        found: dict[str, Callable[[Seen], float]] = {
+    def _parts(self) -> dict[str, Callable[[ProbeAnswer], float]]:
+        found: dict[str, Callable[[ProbeAnswer], float]] = {
             "discretisation": self._discretisation,
             "model": self._model,
             "rounding": self._rounding,
@@ -81,16 +83,16 @@ class Stated(Answer):
         found |= of_selections(self.result.loads)
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
-    def _discretisation(self, seen: Seen) -> float:
+    def _discretisation(self, seen: ProbeAnswer) -> float:
         return voucher_of(self.declared.thing).discretisation(self, seen)
 
-    def _model(self, seen: Seen) -> float:
+    def _model(self, seen: ProbeAnswer) -> float:
         return voucher_of(self.declared.thing).model(self, seen)
 
-    def _rounding(self, seen: Seen) -> float:
+    def _rounding(self, seen: ProbeAnswer) -> float:
         return rounding.part(self.result, self.case, self.mesh, voucher_of(self.declared.thing).cells(self), seen)
 
-    def _solver(self, seen: Seen) -> float:
+    def _solver(self, seen: ProbeAnswer) -> float:
         """The Newton step from the solution with the full tangent: of a reduced model, that of the full one."""
         residual = float(self.result.solve.get("residual") or 0.0)
         if isinstance(self.case.analysis, Dynamic):
@@ -117,7 +119,7 @@ class Stated(Answer):
             raise Unknown("the displacements of its nodes are not known")
         return displacement_of(self.mesh.mesh, step)
 
-    def _time(self, seen: Seen) -> float:
+    def _time(self, seen: ProbeAnswer) -> float:
         """The same with a step twice as long, or half as long where that is explicit or would not show a course."""
         analysis = self.case.analysis
         if not isinstance(analysis, Dynamic):
@@ -134,7 +136,7 @@ class Stated(Answer):
         return STEP * apart * (2.0 if finer else 1.0)
 
 
-def _at_most(seen: Seen, step: Floats) -> float | None:
+def _at_most(seen: ProbeAnswer, step: Floats) -> float | None:
     """What a step of the nodes (n, 3) changes at most; None of what is not about displacements."""
     if not seen.in_displacements or seen.unit == "s":
         return None
@@ -157,7 +159,7 @@ def stated(
     measured: Mapping[str, Any],
     warnings: Sequence[Diagnostic],
     asked: bool = True,
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, StatedError]:
     """What a model states of every metric and of every probe, by name; empty where it has no answer.
 
     Where nobody `asked`, what costs next to nothing.
@@ -168,22 +170,22 @@ def stated(
     doubts, found = doubts_of(scene, declared, warnings), {}
     void = next((f"{code}: {DOUBTS[code]}" for code in VOID if code in doubts), None)
     for name, seen in _asked(scene, result, view).items():
-        said = _safely(whole, seen) if void is None else {"value": None, "parts": {}, "reason": void}
-        found[name] = clean({**said, "doubts": doubts})
+        said = _safely(whole, seen) if void is None else StatedError(reason=void)
+        found[name] = replace(said, doubts=tuple(doubts))
     return found
 
 
-def _safely(whole: Stated, seen: Seen) -> dict[str, Any]:
+def _safely(whole: Stated, seen: ProbeAnswer) -> StatedError:
     try:
         return whole.of(seen)
     except Exception as error:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
         reason = f"stating it stopped with an error ({type(error).__name__}: {error})"
-        return {"value": None, "parts": {}, "reason": reason}
+        return StatedError(reason=reason)
 
 
-def _asked(scene: Scene, result: ModelResult, view: View) -> dict[str, Seen]:
+def _asked(scene: Scene, result: ModelResult, view: View) -> dict[str, ProbeAnswer]:
     """What is stated: metrics of what probes saw, and probes.
 
     Of metrics against the model itself as well: how far it can be trusted as a truth, in their terms.
@@ -205,8 +207,8 @@ def _in_forces(scene: Scene, metric: Any, view: View) -> bool:
     return known and isinstance(metric, OfForces) and metric.body_in(scene) in (None, view.body)
 
 
-def _seen(probe: ProbeResult, metric: Any, view: View) -> Seen:
+def _seen(probe: ProbeResult, metric: Any, view: View) -> ProbeAnswer:
     course = probe.course is not None and (metric is None or isinstance(metric, CourseNorm))
     u, times = (probe.course, probe.times) if course else (probe.displacement, None)
     assert u is not None
-    return Seen(probe.points, u, times, metric, view.displacement, probe, view, view.history, view.at_rest)
+    return ProbeAnswer(probe.points, u, times, metric, view.displacement, probe, view, view.history, view.at_rest)

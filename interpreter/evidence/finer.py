@@ -35,7 +35,7 @@ def found(
     from softmark.interpreter.models.shared.deformed import displacement_of
     from softmark.solvers.linear.factorisations import Singular
     from softmark.solvers.mesh.refine import Unmatched, finer
-    from softmark.solvers.statics.enriched import Below, Lost, settled
+    from softmark.solvers.statics.enriched import Below, StateLost, settled
 
     model: Fem = declared.thing
     if model.formulation == "mixed":
@@ -50,7 +50,7 @@ def found(
         x[problem.fixed] = problem.target
         coarse = _Once(lambda: Below.of(above.P, below()[0], problem.assembly, below()[1]))
         state = settled(problem.assembly, x, coarse, budget.check)
-    except (Unmatched, Lost, Singular) as error:
+    except (Unmatched, StateLost, Singular) as error:
         raise Unknown(str(error) or "the cells of its mesh do not match across their faces") from error
     if not problem.sound(state):
         raise Unknown("cells of the finer space are inside out")

@@ -26,10 +26,11 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.shared.prepared import Prepared, Solution
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.results.report import ModelResult, clean
+from softmark.interpreter.results.plain import clean
+from softmark.interpreter.results.report import ModelResult
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.checks import solids
-from softmark.solvers.checks.solids import Body
+from softmark.solvers.checks.solids import CheckedBody
 from softmark.solvers.elements import ELEMENTS
 
 AGREES = 2.0  # times what the solver claims
@@ -152,7 +153,7 @@ def _cells(solution: Solution) -> dict[str, Any]:
     mesh = solution.mesh
     if mesh is None or mesh.kind not in ELEMENTS:
         return {}
-    body = Body(mesh.points, mesh.cells, mesh.kind, np.asarray(mesh.displacement, dtype=np.float64), (), 0.0)
+    body = CheckedBody(mesh.points, mesh.cells, mesh.kind, np.asarray(mesh.displacement, dtype=np.float64), (), 0.0)
     least, strain = body.volumes()
     return {
         "inverted": int((~(least > 0.0)).sum()), "of_cells": len(least), "worst_J": float(least.min()),

@@ -103,7 +103,7 @@ def _pushed(
     empty, unsure = True, 0.0
     for which in (np.flatnonzero(~side), np.flatnonzero(side)):
         out = case.shape.onto_side if len(which) and side[which[0]] else None
-        sweep = Sweep(load.where, corners[which], extent, out, settled[which], settling[which])
+        sweep = FacetSweep(load.where, corners[which], extent, out, settled[which], settling[which])
         whole, (f, xi, w), (g, left) = sweep.whole_and_parts()
         if isinstance(load, Follower) or facets.shape[1] == 3:
             found += solids.surface_forces(surface, facets[which[whole]], push)
@@ -135,7 +135,7 @@ def _whole(surface: Floats, facets: Ints, push: Callable[[Floats], Floats]) -> F
 
 
 @dataclass(frozen=True)
-class Sweep:
+class FacetSweep:
     """A condition on facets with nodes `corners` (f, k, 3), m, which `out` moves onto the body."""
 
     condition: Condition

@@ -31,7 +31,7 @@ class Unknown(Exception):
 
 
 @dataclass(frozen=True)
-class Seen:
+class ProbeAnswer:
     """What a probe saw of a model: displacements (n, 3), or with times those of all (t, n, 3).
 
     `field` are displacements anywhere, at the end; `probe` and `view` what else the metric may look at, `history` what
@@ -48,16 +48,16 @@ class Seen:
     history: History | None = None
     at_rest: AtRest | None = None
 
-    def of(self, solution: Solution) -> Seen:
+    def of(self, solution: Solution) -> ProbeAnswer:
         """What the same probe sees of another solution, at the same times. Raises Unknown."""
         u, rest = self._of(solution), solution.at_rest
         return replace(self, u=u, field=solution.displacement, history=solution.history, at_rest=rest)
 
-    def at(self, field: Field) -> Seen:
+    def at(self, field: Field) -> ProbeAnswer:
         """What it would see of a static field."""
         return replace(self, u=np.asarray(field(self.X)), field=field, history=None)
 
-    def moved(self, step: Field) -> Seen:
+    def moved(self, step: Field) -> ProbeAnswer:
         """What it would see if displacements were added, static."""
         own = self.field
         field = None if own is None else lambda X: own(X) + step(X)
@@ -108,7 +108,7 @@ class Seen:
         columns = [np.interp(self.times, solution.history.times, column) for column in flat.T]
         return np.array(columns).T.reshape(len(self.times), *theirs.shape[1:])
 
-    def apart(self, other: Seen) -> float:
+    def apart(self, other: ProbeAnswer) -> float:
         """How far another solution is from this one, taken as right, in the unit of the metric. Raises Unknown."""
         if not np.all(np.isfinite(other.u)):
             raise Unknown("another solution is not finite")
@@ -124,19 +124,19 @@ class Seen:
             raise Unknown(f"{NO_ERROR}: a spread is no distance of two solutions")
         return self._measured(other, Known(self.view.name if self.view else "", self.u, self.field))
 
-    def _forces_apart(self, metric: OfForces, other: Seen) -> float:
+    def _forces_apart(self, metric: OfForces, other: ProbeAnswer) -> float:
         try:
             return metric.apart(other.at_rest, self.at_rest)
         except Undefined as undefined:
             raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
 
-    def _norm(self, other: Seen) -> float:
+    def _norm(self, other: ProbeAnswer) -> float:
         size = float(np.linalg.norm(self.u))
         if size == 0.0:
             raise Unknown("the probe does not move, so nothing is relative to it")
         return float(np.linalg.norm(other.u - self.u)) / size
 
-    def _distance(self, other: Seen) -> float:
+    def _distance(self, other: ProbeAnswer) -> float:
         """The most that a statistic of distances may change where points move by so much, m (triangle inequality)."""
         apart = other.u - self.u
         if self.metric is not None and self.metric.last:
@@ -150,7 +150,7 @@ class Seen:
                 return float(distances.max())
         return float(np.sqrt(np.mean(distances**2)))
 
-    def _measured(self, other: Seen, known: Known | None) -> float:
+    def _measured(self, other: ProbeAnswer, known: Known | None) -> float:
         """The metric of another solution. Raises Unknown."""
         view, probe, metric = self.view, self.probe, self.metric
         if view is None or probe is None or metric is None:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from softmark.interpreter.evidence.orders import COARSE
-from softmark.interpreter.evidence.probe_answers import Floats, Seen, Unknown
+from softmark.interpreter.evidence.probe_answers import Floats, ProbeAnswer, Unknown
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.report import ModelResult
@@ -18,7 +18,7 @@ USUAL = 1e6 * EPS  # what rounding does at least where the stiffness was not loo
 LOST = 1e-6  # of a cell that the rounding of coordinates may take: with more, nobody knows what it does
 
 
-def part(result: ModelResult, case: Case, mesh: Moved | None, cells: int, seen: Seen) -> float:
+def part(result: ModelResult, case: Case, mesh: Moved | None, cells: int, seen: ProbeAnswer) -> float:
     """In the unit of what is seen. Raises Unknown."""
     facts, (far, cell) = result.solve, _reach(case, mesh, cells, seen)
     if EPS * far > LOST * cell:
@@ -38,7 +38,7 @@ def part(result: ModelResult, case: Case, mesh: Moved | None, cells: int, seen: 
     return found * seen.size
 
 
-def _points(case: Case, mesh: Moved | None, seen: Seen) -> Floats:
+def _points(case: Case, mesh: Moved | None, seen: ProbeAnswer) -> Floats:
     """Those of the mesh; without one those that are looked at, or the ends of the body."""
     if mesh is not None and len(mesh.points):
         return mesh.points
@@ -48,13 +48,13 @@ def _points(case: Case, mesh: Moved | None, seen: Seen) -> Floats:
     return np.array([root, root + case.shape.length * along])
 
 
-def _extent(case: Case, mesh: Moved | None, seen: Seen) -> float:
+def _extent(case: Case, mesh: Moved | None, seen: ProbeAnswer) -> float:
     """Of the body, m."""
     bounds = np.ptp(_points(case, mesh, seen), axis=0).max()
     return float(bounds) or (case.shape.length if isinstance(case.shape, Prism) else 0.0) or 1.0
 
 
-def _reach(case: Case, mesh: Moved | None, count: int, seen: Seen) -> tuple[float, float]:
+def _reach(case: Case, mesh: Moved | None, count: int, seen: ProbeAnswer) -> tuple[float, float]:
     """The largest coordinate, before or after deformation, and the shortest side of a cell, m."""
     points, cells = _points(case, mesh, seen), None if mesh is None else mesh.cells
     far = float(np.abs(points).max() + np.abs(seen.u).max(initial=0.0))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from softmark.interpreter.evidence.answer import Answer
-    from softmark.interpreter.evidence.probe_answers import Seen
+    from softmark.interpreter.evidence.probe_answers import ProbeAnswer
     from softmark.interpreter.models.shared.gripping import Grip
     from softmark.interpreter.models.shared.prepared import Prepared
     from softmark.interpreter.problem.case import Case
@@ -32,7 +32,7 @@ def reactions(case: Case, prepared: Prepared, known: AtRest) -> dict[str, dict[s
     return found
 
 
-def selection(whole: Answer) -> dict[str, Callable[[Seen], float]]:
+def selection(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     """The part of the stated error that comes of selections; none where all that is selected is held, and no more."""
     grips = _grips(whole.case, whole.prepared)
     left = max((max(1.0 - own.held, own.beyond) for own in grips.values()), default=0.0)
@@ -43,7 +43,7 @@ def selection(whole: Answer) -> dict[str, Callable[[Seen], float]]:
     return {"selection": lambda seen: _apart(whole, seen)}
 
 
-def _apart(whole: Answer, seen: Seen) -> float:
+def _apart(whole: Answer, seen: ProbeAnswer) -> float:
     """How far the same is with everything held that supports select a part of."""
     solution, _ = whole.solved("wide", whole.declared, replace(whole.case, wide=True))
     return seen.apart(seen.of(solution))

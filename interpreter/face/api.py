@@ -15,7 +15,7 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.interpreter.results.report import Report
     from softmark.interpreter.study.compare import Comparison
-    from softmark.interpreter.study.stability.queue import Stress
+    from softmark.interpreter.study.stability.record import Stress
 
 
 @dataclass(frozen=True)
@@ -131,16 +131,16 @@ def compare(
     if folder is not None:
         arguments.place("folder", folder, "a folder")
 
-    from softmark.interpreter.study.compare import Request
+    from softmark.interpreter.study.compare import ComparisonRequest
     from softmark.interpreter.study.compare import compare as carry_out
-    from softmark.interpreter.study.expansion.variations import Subject, subject_of
+    from softmark.interpreter.study.expansion.variations import SceneSubject, subject_of
 
-    subjects: list[Subject] = []
+    subjects: list[SceneSubject] = []
     for one in scenes:
         scene = one.scene if isinstance(one, LoadedScene) else load(one).scene
         subjects.append(subject_of(scene, [s.name for s in subjects]))
     with tempfile.TemporaryDirectory() as scratch:
-        request = Request(
+        request = ComparisonRequest(
             Path(folder or scratch), texts, only, study, jobs, cluster, timeout, repeats, resume, fresh,
             allow_contaminated, "softmark.compare",
         )  # fmt: skip
@@ -179,10 +179,12 @@ def stress(
         arguments.place("folder", folder, "a folder")
 
     from softmark.interpreter.study.expansion.variations import subject_of
-    from softmark.interpreter.study.stability.queue import Request
+    from softmark.interpreter.study.stability.queue import StabilityRequest
     from softmark.interpreter.study.stability.queue import stress as carry_out
 
     loaded = scene if isinstance(scene, LoadedScene) else load(scene)
     with tempfile.TemporaryDirectory() as scratch:
-        request = Request(Path(folder or scratch), only, study, jobs, timeout, memory, resume, fresh, "softmark.stress")
+        request = StabilityRequest(
+            Path(folder or scratch), only, study, jobs, timeout, memory, resume, fresh, "softmark.stress"
+        )
         return carry_out(subject_of(loaded.scene), request)

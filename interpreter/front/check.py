@@ -22,6 +22,7 @@ from softmark.interpreter.language.message_limit import shortened
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.overrides import Override
 from softmark.interpreter.language.scene import Declared, Location, Scene
+from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
 from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, reach
@@ -159,8 +160,11 @@ def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Bodies that models compute although nothing moves them."""
-    still = {case.body.name: case for _, case in _cases(scene, "model") if not case.loads and not _driven(case)}
+    """Bodies that models compute although nothing moves them, and nobody asks how they vibrate."""
+    asked = (metric.thing for metric in scene.of_kind("metric").values())
+    ringing = {thing.concerned for thing in asked if not isinstance(thing, OfForces)}
+    cases = (case for _, case in _cases(scene, "model") if not case.loads and not _driven(case))
+    still = {case.body.name: case for case in cases if case.body.name not in ringing}
     for case in still.values():
         body = case.body.name
         yield diagnostic("W313", case.body.at(), f"nothing loads `{body}`: it stays at rest", "no load",

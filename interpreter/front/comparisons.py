@@ -14,6 +14,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.energy_norm import EnergyNorm
+from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.hausdorff import Hausdorff
 from softmark.interpreter.metrics.max_error import MaxError
 from softmark.interpreter.metrics.mean_error import MeanError
@@ -25,7 +26,7 @@ from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.probes import Markers, Surface, Volume
 from softmark.records import dataclass
-from softmark.references.markers import Markers as TrackedPoints
+from softmark.references.markers import TrackedPoints
 
 Known = Literal["field", "surface", "points"]
 
@@ -111,11 +112,12 @@ def _nearest(metric: Declared) -> str:
 
 
 def _time(scene: Scene, metric: Declared) -> _Refusal | None:
-    """What is seen in time needs a dynamic analysis."""
-    analyses = list(scene.of_kind("analysis").values())
-    if not isinstance(metric.thing, Period | CourseNorm):
-        return None
-    if analyses and isinstance(analyses[0].thing, Dynamic):
+    """What is seen in time needs a dynamic analysis, a vibration about an equilibrium a static one."""
+    moving = any(isinstance(analysis.thing, Dynamic) for analysis in scene.of_kind("analysis").values())
+    if moving and isinstance(metric.thing, Frequency):
+        help = "leave the analysis out, or ask the motion: `metric swing = period(tip, along = -z)`"
+        return _Refusal("", f"`{metric.name}` is about an equilibrium, and the analysis is dynamic", "no rest", help)
+    if moving or not isinstance(metric.thing, Period | CourseNorm):
         return None
     return _Refusal("", f"`{metric.name}` is about a motion, and the analysis is static", "nothing moves in time",
                     "declare one: `analysis fall = dynamic(duration = 1 s, step = 10 ms)`")  # fmt: skip

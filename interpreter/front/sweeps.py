@@ -12,7 +12,7 @@ from softmark.interpreter.front.check import varied
 from softmark.interpreter.language import schema
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.language.sweeps import Target, Variant
+from softmark.interpreter.language.sweeps import SweepTarget, Variant
 from softmark.interpreter.plan import stability
 from softmark.interpreter.plan.sweeps import chain, override_of, value_in
 from softmark.interpreter.vocabulary.studies import Convergence, Stability, Sweep
@@ -82,7 +82,7 @@ def _sweep(scene: Scene, study: Declared, tried: Sequence[_Tried]) -> Iterator[D
             yield _variant_error(study.thing.target, one)
 
 
-def _variant_error(target: Target, tried: _Tried) -> Diagnostic:
+def _variant_error(target: SweepTarget, tried: _Tried) -> Diagnostic:
     """An error of the scene with one value: the first at the value itself, else the first as a consequence of it."""
     places, source = (tried.variant.at.span, target.span), tried.variant.at.source
     own = (d for d in tried.errors if d.source is source and d.span is not None

@@ -22,7 +22,7 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.interpreter.language.compile import Compiler
     from softmark.interpreter.language.overrides import Override
-    from softmark.interpreter.language.sweeps import Target, Variant
+    from softmark.interpreter.language.sweeps import SweepTarget, Variant
 
 ORIGINS = 3  # parameters whose places a message shows
 FARTHEST = 1e30  # sixth powers of it, as in the volume times the stiffness of a body, are still numbers
@@ -454,10 +454,10 @@ class Binder:
             self._range(field, item, place, number)
         return value
 
-    def _target(self, field: Field, node: tree.Expression, place: Place) -> Target:
+    def _target(self, field: Field, node: tree.Expression, place: Place) -> SweepTarget:
         return sweeps.target(self, field, node, place)
 
-    def _targets(self, field: Field, node: tree.Expression, place: Place) -> tuple[Target, ...]:
+    def _targets(self, field: Field, node: tree.Expression, place: Place) -> tuple[SweepTarget, ...]:
         return sweeps.targets(self, field, node, place)
 
     def _variants(self, field: Field, node: tree.Expression, place: Place) -> tuple[Variant, ...]:

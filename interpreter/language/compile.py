@@ -24,7 +24,7 @@ from softmark.interpreter.language.overrides import Override
 from softmark.interpreter.language.scene import Declared, Expectation, Location, Scene, SceneError
 from softmark.interpreter.language.schema import Vocabulary
 from softmark.interpreter.language.scope import Scope
-from softmark.interpreter.language.sources import Module, Symbol, Table
+from softmark.interpreter.language.sources import Module, ModuleTable, Symbol
 
 STATEMENTS = ("param", "use", "expect", "scene")
 DEEPEST = 80  # declarations that refer to one another in a row
@@ -36,7 +36,7 @@ def compile_scene(
 ) -> tuple[Scene, list[Diagnostic]]:
     """The scene of a text in a vocabulary, and all diagnostics; it is complete only if none of them is an error."""
     diagnostics, given = Ledger(), list[Override]()
-    table = sources.Table(vocabulary)
+    table = sources.ModuleTable(vocabulary)
     with diagnostics.bounded():
         sources.load(table, source, folder, file, diagnostics)
         _unknown_kinds(table)
@@ -59,7 +59,7 @@ def recompiled(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diag
     return other, list(diagnostics)
 
 
-def _recompiled(scene: Scene, known: Table, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
+def _recompiled(scene: Scene, known: ModuleTable, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
     diagnostics = Ledger()
     table = known.again(diagnostics)
     added = [replace(o, place=Place(o.place.source, diagnostics)) for o in more]
@@ -80,7 +80,7 @@ def _reduced(scene: Scene) -> tuple[Any, ...]:
 copyreg.pickle(Scene, _reduced)
 
 
-def restored(table: Table, path: str | None, texts: tuple[str, ...], chosen: tuple[str, ...]) -> Scene:
+def restored(table: ModuleTable, path: str | None, texts: tuple[str, ...], chosen: tuple[str, ...]) -> Scene:
     """The scene of texts that were parsed before, in another process or for a copy. Raises SceneError."""
     diagnostics = Ledger()
     known = table.again(diagnostics)
@@ -91,7 +91,7 @@ def restored(table: Table, path: str | None, texts: tuple[str, ...], chosen: tup
 
 
 def _compiled(
-    table: Table, path: str | None, given: Sequence[Override], diagnostics: Ledger, texts: tuple[str, ...]
+    table: ModuleTable, path: str | None, given: Sequence[Override], diagnostics: Ledger, texts: tuple[str, ...]
 ) -> tuple[Scene, list[Diagnostic]]:
     scope = Scope(table)
     compiler = Compiler(scope, {})
@@ -134,7 +134,7 @@ def _unused(scope: Scope) -> dict[str, Location]:
     return found | {n: Location(main.source, use.alias_span) for n, use in aliases.items()}
 
 
-def _unknown_kinds(table: Table) -> None:
+def _unknown_kinds(table: ModuleTable) -> None:
     """Report declarations of a kind that does not exist, and take them out of the table."""
     for name, symbol in list(table.symbols.items()):
         node = symbol.node
@@ -167,7 +167,7 @@ class Compiler:
     _open: list[str] = field(default_factory=list)  # names being resolved, to find circles
 
     @property
-    def table(self) -> Table:
+    def table(self) -> ModuleTable:
         """All names and modules."""
         return self.scope.table
 

@@ -17,57 +17,57 @@ RELATIVE_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
-class Range:
+class Enclosure:
     """All values between two bounds: interval arithmetic (Moore 1966)."""
 
     low: float
     high: float
 
-    def __add__(self, other: Range | float) -> Range:
+    def __add__(self, other: Enclosure | float) -> Enclosure:
         o = _range(other)
         return _bounded(self.low + o.low, self.high + o.high)
 
-    def __neg__(self) -> Range:
-        return Range(-self.high, -self.low)
+    def __neg__(self) -> Enclosure:
+        return Enclosure(-self.high, -self.low)
 
-    def __sub__(self, other: Range | float) -> Range:
+    def __sub__(self, other: Enclosure | float) -> Enclosure:
         return self + -_range(other)
 
-    def __mul__(self, other: Range | float) -> Range:
+    def __mul__(self, other: Enclosure | float) -> Enclosure:
         o = _range(other)
         products = [a * b for a in (self.low, self.high) for b in (o.low, o.high)]
         return _bounded(*products)
 
-    def __truediv__(self, other: Range | float) -> Range:
+    def __truediv__(self, other: Enclosure | float) -> Enclosure:
         o = _range(other)
         if o.low <= 0 <= o.high:
             return EVERYTHING
         return self * _bounded(1 / o.high, 1 / o.low)
 
-    def __pow__(self, n: float) -> Range:
+    def __pow__(self, n: float) -> Enclosure:
         through_zero = (0.0,) if n % 2 == 0 and self.low < 0 < self.high else ()
         return _bounded(_raised(self.low, n), _raised(self.high, n), *through_zero)
 
-    def root(self) -> Range:
+    def root(self) -> Enclosure:
         """The square root; of what is below zero, zero."""
-        return Range(math.sqrt(max(self.low, 0.0)), math.sqrt(max(self.high, 0.0)))
+        return Enclosure(math.sqrt(max(self.low, 0.0)), math.sqrt(max(self.high, 0.0)))
 
-    def magnitude(self) -> Range:
+    def magnitude(self) -> Enclosure:
         """The absolute value."""
         ends = (abs(self.low), abs(self.high))
-        return Range(0.0 if self.low < 0 < self.high else min(ends), max(ends))
+        return Enclosure(0.0 if self.low < 0 < self.high else min(ends), max(ends))
 
 
-EVERYTHING = Range(-math.inf, math.inf)
+EVERYTHING = Enclosure(-math.inf, math.inf)
 
 
-def _bounded(*values: float) -> Range:
+def _bounded(*values: float) -> Enclosure:
     """The range of some values; everything where one of them is not a number, as infinity minus infinity."""
-    return EVERYTHING if any(map(math.isnan, values)) else Range(min(values), max(values))
+    return EVERYTHING if any(map(math.isnan, values)) else Enclosure(min(values), max(values))
 
 
-def _range(value: Range | float) -> Range:
-    return value if isinstance(value, Range) else Range(value, value)
+def _range(value: Enclosure | float) -> Enclosure:
+    return value if isinstance(value, Enclosure) else Enclosure(value, value)
 
 
 @dataclass(frozen=True)
@@ -136,11 +136,11 @@ def _summed(one: Plane | None, other: Plane | None) -> Plane | None:
 
 
 _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
-    "+": lambda a, b: b + a if isinstance(b, Range) else a + b,
-    "-": lambda a, b: a - b if not isinstance(b, Range) else _range(a) - b,
-    "*": lambda a, b: b * a if isinstance(b, Range) else a * b,
-    "/": lambda a, b: _range(a) / b if isinstance(b, Range) else a / _apart(b),
-    "^": lambda a, b: a**b if isinstance(a, Range) else _raised(a, b),
+    "+": lambda a, b: b + a if isinstance(b, Enclosure) else a + b,
+    "-": lambda a, b: a - b if not isinstance(b, Enclosure) else _range(a) - b,
+    "*": lambda a, b: b * a if isinstance(b, Enclosure) else a * b,
+    "/": lambda a, b: _range(a) / b if isinstance(b, Enclosure) else a / _apart(b),
+    "^": lambda a, b: a**b if isinstance(a, Enclosure) else _raised(a, b),
 }
 
 
@@ -156,13 +156,13 @@ def _apart(divisor: Any) -> Any:
 
 def _root(a: Any) -> Any:
     """The square root; zero where there is none, as where round-off makes the edge of a disc negative."""
-    if isinstance(a, Range):
+    if isinstance(a, Enclosure):
         return a.root()
     return (0.5 * (a + abs(a))) ** 0.5
 
 
 def _absolute(a: Any) -> Any:
-    return a.magnitude() if isinstance(a, Range) else abs(a)
+    return a.magnitude() if isinstance(a, Enclosure) else abs(a)
 
 
 _FUNCTIONS = {"sqrt": _root, "abs": _absolute}
@@ -182,9 +182,9 @@ class Border:
         """The level at points: zero on the border, of one sign on each side of it, m^power."""
         return self.level.at((x, y, z))
 
-    def over(self, low: Point, high: Point) -> Range:
+    def over(self, low: Point, high: Point) -> Enclosure:
         """Bounds of the level over a box, m^power."""
-        x, y, z = (Range(a, b) for a, b in zip(low, high, strict=True))
+        x, y, z = (Enclosure(a, b) for a, b in zip(low, high, strict=True))
         return _range(self.level.at((x, y, z)))
 
     @property
@@ -201,7 +201,7 @@ class Condition:
     """
 
     _test: Callable[[tuple[Any, Any, Any], float], Any] = field(repr=False)
-    _bound: Callable[[tuple[Range, Range, Range], float], Truth] = field(repr=False)
+    _bound: Callable[[tuple[Enclosure, Enclosure, Enclosure], float], Truth] = field(repr=False)
     _told: Callable[[Sequence[Any], float], Any] = field(repr=False)
     said: str = field(default="", compare=False)
     borders: tuple[Border, ...] = field(default=(), compare=False, repr=False)
@@ -219,7 +219,7 @@ class Condition:
 
         `extent` is that of the body (m), where the box is a part of it.
         """
-        x, y, z = (Range(a, b) for a, b in zip(low, high, strict=True))
+        x, y, z = (Enclosure(a, b) for a, b in zip(low, high, strict=True))
         return self._bound((x, y, z), math.dist(low, high) if extent is None else extent)
 
     @staticmethod
@@ -232,7 +232,7 @@ class Condition:
         def test(p: tuple[Any, Any, Any], extent: float) -> Any:
             return _SIGN[operator](a.at(p) - b.at(p), tolerance(extent))
 
-        def bound(box: tuple[Range, Range, Range], extent: float) -> Truth:
+        def bound(box: tuple[Enclosure, Enclosure, Enclosure], extent: float) -> Truth:
             d = _range(a.at(box)) - b.at(box)
             return _BOUND[operator](d.low, d.high, tolerance(extent))
 
@@ -245,7 +245,7 @@ class Condition:
     def negation(a: Condition) -> Condition:
         """not a."""
 
-        def bound(box: tuple[Range, Range, Range], extent: float) -> Truth:
+        def bound(box: tuple[Enclosure, Enclosure, Enclosure], extent: float) -> Truth:
             false, true = a._bound(box, extent)
             return true, false
 
@@ -266,7 +266,7 @@ class Condition:
             left, right = a._test(p, extent), b._test(p, extent)
             return left & right if both else left | right
 
-        def bound(box: tuple[Range, Range, Range], extent: float) -> Truth:
+        def bound(box: tuple[Enclosure, Enclosure, Enclosure], extent: float) -> Truth:
             (fa, ta), (fb, tb) = a._bound(box, extent), b._bound(box, extent)
             return (fa or fb, ta and tb) if both else (fa and fb, ta or tb)
 

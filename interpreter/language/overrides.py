@@ -10,7 +10,7 @@ from softmark.grammar.parse import parse_expression
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import schema
 from softmark.interpreter.language.expressions import Place
-from softmark.interpreter.language.sources import Table
+from softmark.interpreter.language.sources import ModuleTable
 from softmark.records import dataclass
 
 
@@ -68,7 +68,7 @@ def read_one(text: str, diagnostics: list[Diagnostic], option: str = "-p") -> Ov
     return Override(name.strip(), node, place, span, f"{option} {{}}=VALUE", text)
 
 
-def assigned(overrides: Sequence[Override], table: Table) -> dict[str, Override]:
+def assigned(overrides: Sequence[Override], table: ModuleTable) -> dict[str, Override]:
     """Overrides by the parameter, or the field `declared.field`, that they replace; the last one counts."""
     found = {}
     for override in overrides:
@@ -99,7 +99,7 @@ def _alias(override: Override, owner: str, original: tree.Name) -> None:
     )
 
 
-def _unknown(override: Override, table: Table) -> None:
+def _unknown(override: Override, table: ModuleTable) -> None:
     parameters = [n for n, s in table.symbols.items() if isinstance(s.node, tree.Param)]
     known = table.symbols.get(override.name)
     if known is not None and isinstance(known.node, tree.Declare):

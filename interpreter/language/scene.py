@@ -16,7 +16,7 @@ from softmark.interpreter.language.schema import Constructor, Interval, Vocabula
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.language.sources import Table
+    from softmark.interpreter.language.sources import ModuleTable
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class Scene:
     expectations: tuple[Expectation, ...]
     overrides: tuple[str, ...] = ()  # as given: `L=120mm`
     unused: Mapping[str, Location] = field(default_factory=dict)
-    table: Table | None = field(default=None, repr=False, compare=False)  # what it was compiled from
+    table: ModuleTable | None = field(default=None, repr=False, compare=False)  # what it was compiled from
     chosen: tuple[str, ...] = ()  # models that are asked for, with what they need; all of them without
     varied: tuple[str, ...] = ()  # of the overrides, those that a study gave: `L=120 mm`
 

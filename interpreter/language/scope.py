@@ -11,7 +11,7 @@ from softmark.interpreter.language import schema, units
 from softmark.interpreter.language.expressions import COORDINATES, Bad, Evaluator, Place, Value
 from softmark.interpreter.language.scene import Parameter
 from softmark.interpreter.language.schema import Vocabulary
-from softmark.interpreter.language.sources import Module, Symbol, Table
+from softmark.interpreter.language.sources import Module, ModuleTable, Symbol
 
 MOST_HINTS = 50  # unknown names of a scene that are looked into
 
@@ -20,7 +20,7 @@ MOST_HINTS = 50  # unknown names of a scene that are looked into
 class Scope:
     """All names of a scene; `parameters` are filled in before anything else is looked up."""
 
-    table: Table
+    table: ModuleTable
     parameters: dict[str, Parameter | None] = field(default_factory=dict)  # None: in error
     used: set[str] = field(default_factory=set)  # full names that something refers to
     _hints: int = 0  # unknown names so far

@@ -43,7 +43,7 @@ class Symbol:
 
 
 @dataclass
-class Table:
+class ModuleTable:
     """All modules of a scene and all their names, with prefixes, in the order of the text."""
 
     vocabulary: Vocabulary
@@ -58,11 +58,13 @@ class Table:
         parts = full.split(".")
         return any(".".join(parts[:i]) in self.broken for i in range(1, len(parts) + 1))
 
-    def again(self, diagnostics: list[Diagnostic]) -> Table:
+    def again(self, diagnostics: list[Diagnostic]) -> ModuleTable:
         """The same texts, parsed already, to be compiled anew with a list of diagnostics of its own."""
         modules = {id(m): replace(m, place=Place(m.source, diagnostics)) for m in self.modules}
         symbols = {n: Symbol(s.node, modules[id(s.module)]) for n, s in self.symbols.items()}
-        return Table(self.vocabulary, list(modules.values()), symbols, dict(self.aliases), set(self.broken), self.size)
+        return ModuleTable(
+            self.vocabulary, list(modules.values()), symbols, dict(self.aliases), set(self.broken), self.size
+        )
 
 
 class Missing(Exception):
@@ -157,7 +159,7 @@ def _text(data: bytes, name: str) -> str:
 # ------------------------------------------------------------------ the table of names
 
 
-def load(table: Table, source: Source, folder: Path, file: Path | None, diagnostics: list[Diagnostic]) -> None:
+def load(table: ModuleTable, source: Source, folder: Path, file: Path | None, diagnostics: list[Diagnostic]) -> None:
     """Fill in the table of all names of a scene and of what it uses."""
     if len(source.text) > LARGEST:
         table.modules.append(Module(source, tree.Tree(()), folder, "", Place(source, diagnostics), file))
@@ -174,7 +176,7 @@ def load(table: Table, source: Source, folder: Path, file: Path | None, diagnost
 
 
 def _enter(
-    table: Table, source: Source, folder: Path, file: Path | None, prefix: str,
+    table: ModuleTable, source: Source, folder: Path, file: Path | None, prefix: str,
     chain: tuple[Path, ...], diagnostics: list[Diagnostic],
 ) -> None:  # fmt: skip
     syntax, problems = parse(source)
@@ -191,12 +193,12 @@ def _enter(
             _declare(table, module, node)
 
 
-def _declare(table: Table, module: Module, node: tree.Param | tree.Declare) -> None:
+def _declare(table: ModuleTable, module: Module, node: tree.Param | tree.Declare) -> None:
     if _is_free(table, module, node.name, node.name_span):
         table.symbols[module.prefix + node.name] = Symbol(node, module)
 
 
-def _is_free(table: Table, module: Module, name: str, span: Span) -> bool:
+def _is_free(table: ModuleTable, module: Module, name: str, span: Span) -> bool:
     """Whether a name can be declared; if not, that is reported."""
     if name in PREDEFINED:
         module.place.fail(
@@ -215,7 +217,7 @@ def _is_free(table: Table, module: Module, name: str, span: Span) -> bool:
     return False
 
 
-def _use(table: Table, module: Module, node: tree.Use, chain: tuple[Path, ...]) -> None:
+def _use(table: ModuleTable, module: Module, node: tree.Use, chain: tuple[Path, ...]) -> None:
     if not _is_free(table, module, node.alias, node.alias_span):
         return
     alias = module.prefix + node.alias
@@ -263,7 +265,7 @@ def _remedy(node: tree.Use, path: Path, missing: Missing) -> str:
     return "paths are relative to the scene's own folder; `std/` is the standard library"
 
 
-def _endless(table: Table, path: Path, chain: tuple[Path, ...], size: int) -> tuple[str, str, str] | None:
+def _endless(table: ModuleTable, path: Path, chain: tuple[Path, ...], size: int) -> tuple[str, str, str] | None:
     """What is wrong where scenes use each other without end."""
     here = path.resolve()
     if here in chain:

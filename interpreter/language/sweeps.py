@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Target:
+class SweepTarget:
     """What a sweep varies: the full name of a parameter, or of a field as `declared.field`."""
 
     name: str
@@ -35,7 +35,7 @@ class Variant:
     at: Location = field(compare=False, repr=False)
 
 
-def target(binder: Binder, field: Field, node: tree.Expression, place: Place, written: str = "") -> Target:
+def target(binder: Binder, field: Field, node: tree.Expression, place: Place, written: str = "") -> SweepTarget:
     """What a sweep varies; `written` says how one writes the study, for messages. Raises Bad."""
     if not isinstance(node, tree.Name):
         raise place.fail("E207", node.span, f"expected {field.expected}, found a value",
@@ -47,10 +47,10 @@ def target(binder: Binder, field: Field, node: tree.Expression, place: Place, wr
         raise Bad
     owner = full if full in table.symbols else full.rpartition(".")[0]
     binder.compiler.scope.used.add(owner)
-    return Target(full, node.span)
+    return SweepTarget(full, node.span)
 
 
-def targets(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[Target, ...]:
+def targets(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[SweepTarget, ...]:
     """What a stability study walks. Raises Bad, after all of its items were looked at."""
     if not isinstance(node, tree.List) or node.unit is not None:
         help = f"write `[{layout.flat(node)}]`" if isinstance(node, tree.Name) else field.meaning
@@ -64,7 +64,7 @@ def targets(binder: Binder, field: Field, node: tree.Expression, place: Place) -
     return tuple(t for t in found if t is not None)
 
 
-def _one_target(binder: Binder, field: Field, item: tree.Expression, place: Place) -> Target | None:
+def _one_target(binder: Binder, field: Field, item: tree.Expression, place: Place) -> SweepTarget | None:
     try:
         return target(binder, field, item, place, "stability(over = [{}])")
     except Bad:

@@ -16,6 +16,7 @@ from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.displacement import Displacement
 from softmark.interpreter.metrics.energy_norm import EnergyNorm
 from softmark.interpreter.metrics.force import Force
+from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.hausdorff import Hausdorff
 from softmark.interpreter.metrics.max_error import MaxError
 from softmark.interpreter.metrics.mean_error import MeanError
@@ -27,7 +28,7 @@ from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
 from softmark.interpreter.metrics.surface_distance import SurfaceDistance
 from softmark.interpreter.metrics.tip_error import TipError
 from softmark.interpreter.metrics.volume_change import VolumeChange
-from softmark.interpreter.metrics.work import Work
+from softmark.interpreter.metrics.work import LoadWork
 
 METRICS: dict[str, type[Any]] = {
     "energy_norm": EnergyNorm,
@@ -43,7 +44,8 @@ METRICS: dict[str, type[Any]] = {
     "force": Force,
     "moment": Moment,
     "strain_energy": StrainEnergy,
-    "work": Work,
+    "work": LoadWork,
     "period": Period,
+    "frequency": Frequency,
     "realtime": RealTime,
 }

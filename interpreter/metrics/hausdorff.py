@@ -9,7 +9,7 @@ from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.surface import known_surface
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
-from softmark.references.surfaces import Target, open_edges, used
+from softmark.references.surfaces import SearchedSurface, open_edges, used
 
 if TYPE_CHECKING:
     from softmark.interpreter.metrics.measurement import Seen
@@ -43,7 +43,7 @@ class Hausdorff(Metric):
             raise Undefined("the way from the measured surface to the model needs a probe of a surface")
         known, x = known_surface(seen), seen.X + seen.u
         forth = known.closest(x).distances  # (n,)
-        back = Target(x, seen.triangles).closest(used(known.points, known.triangles)[0]).distances
+        back = SearchedSurface(x, seen.triangles).closest(used(known.points, known.triangles)[0]).distances
         closed = open_edges(known.triangles) == 0
         details: dict[str, Any] = {
             "to_reference_m": float(forth.max()),

@@ -13,7 +13,8 @@ from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
 from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.problem.view import View
-from softmark.interpreter.results.report import MetricResult, ProbeResult, clean
+from softmark.interpreter.results.plain import clean
+from softmark.interpreter.results.report import MetricResult, ProbeResult
 
 Floats = NDArray[np.float64]
 SAMPLES = 5000  # of a metric that a report keeps
@@ -107,6 +108,7 @@ def _seen(thing: Metric, view: View, views: Mapping[str, View]) -> Seen:
         own.times,
         own.course,
         view.at_rest,
+        view.vibrations,
     )
 
 

@@ -59,6 +59,7 @@ class Seen:
     times: Floats | None = None  # (t,) s, and
     course: Floats | None = None  # (t, n, 3) m at the points of the probe, where there is a history
     at_rest: AtRest | None = None  # of a model: what supports carry, and energies
+    vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined
 
 
 @dataclass(frozen=True)

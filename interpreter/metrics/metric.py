@@ -41,7 +41,7 @@ class Metric:
     @property
     def concerned(self) -> str | None:
         """The declaration whose body it is about, if not a probe: a support, a load, a body; None of all bodies."""
-        return None
+        return vars(self).get("body")
 
     def body_in(self, scene: Scene) -> str | None:
         """The body that it is about; None of all."""

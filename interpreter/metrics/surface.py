@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from softmark.interpreter.metrics.undefined import Undefined
-from softmark.references.surfaces import Closest, Target, unit_normals, vertex_normals
+from softmark.references.surfaces import Closest, SearchedSurface, unit_normals, vertex_normals
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,22 +20,22 @@ else:
 ROUNDING = 1e-9  # a barycentric coordinate closer to zero is zero: the point lies on an edge
 
 
-def known_surface(seen: Seen) -> Target:
+def known_surface(seen: Seen) -> SearchedSurface:
     """What distances are measured to: a measured surface, or that of the probe as the reference deforms it.
 
     Raises Undefined where the reference has neither.
     """
     known = seen.known
     if known is not None and known.surface is not None:
-        return Target(known.surface.points, known.surface.triangles)
+        return SearchedSurface(known.surface.points, known.surface.triangles)
     if known is None or known.u is None:
         raise Undefined("the reference is neither a measured surface nor a field of displacements there")
     if seen.triangles is None or not len(seen.triangles):
         raise Undefined("the surface of this reference is that of the probe, which has no triangles")
-    return Target(seen.X + known.u, seen.triangles)
+    return SearchedSurface(seen.X + known.u, seen.triangles)
 
 
-def side(x: Floats, closest: Closest, target: Target) -> Floats:
+def side(x: Floats, closest: Closest, target: SearchedSurface) -> Floats:
     """1 for points x (n, 3) outside a surface and -1 inside, (n,), by their closest points.
 
     The sign of (x - closest) . N, with N the normal of the face; of its two faces, summed, on an edge; of all around,
@@ -51,7 +51,7 @@ def side(x: Floats, closest: Closest, target: Target) -> Floats:
     return np.where(np.einsum("ni,ni->n", x - closest.points, N) < 0.0, -1.0, 1.0)
 
 
-def _edge_normals(target: Target) -> Floats:
+def _edge_normals(target: SearchedSurface) -> Floats:
     """Sum of the normals of the faces at each edge (t, 3, 3): [:, i] is the edge opposite to corner i."""
     ends = np.sort(target.triangles[:, [[1, 2], [2, 0], [0, 1]]], axis=2).reshape(-1, 2)
     number = np.unique(ends, axis=0, return_inverse=True)[1].ravel()
@@ -60,7 +60,7 @@ def _edge_normals(target: Target) -> Floats:
     return sums[number].reshape(-1, 3, 3)
 
 
-def _barycentric(closest: Closest, target: Target) -> Floats:
+def _barycentric(closest: Closest, target: SearchedSurface) -> Floats:
     """How much of each corner is in the closest points (n, 3); a third each in triangles without area."""
     apart = target.points[target.triangles[closest.triangles]] - closest.points[:, None]  # (n, 3, 3)
     parts = np.stack([np.cross(apart[:, (i + 1) % 3], apart[:, (i + 2) % 3]) for i in range(3)], axis=1)

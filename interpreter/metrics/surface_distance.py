@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.measurement import Floats, Measurement, Seen
-    from softmark.references.surfaces import Target
+    from softmark.references.surfaces import SearchedSurface
 else:
     from softmark.solvers.base.deferred import np
 
@@ -79,12 +79,12 @@ class SurfaceDistance(Summed):
         }
         return self.summed(details, d, d if met.all() else None)
 
-    def _nearest(self, seen: Seen, x: Floats, target: Target) -> tuple[Floats, Floats, dict[str, Any]]:
+    def _nearest(self, seen: Seen, x: Floats, target: SearchedSurface) -> tuple[Floats, Floats, dict[str, Any]]:
         """Signed distances (n,), points found (n, 3), further details."""
         closest = target.closest(x)
         return closest.distances * side(x, closest, target), closest.points, {}
 
-    def _along_normals(self, seen: Seen, x: Floats, target: Target) -> tuple[Floats, Floats, dict[str, Any]]:
+    def _along_normals(self, seen: Seen, x: Floats, target: SearchedSurface) -> tuple[Floats, Floats, dict[str, Any]]:
         """As above along normals; inf where nothing is met."""
         if seen.triangles is None or not len(seen.triangles):
             raise Undefined("normals need a probe of a surface")

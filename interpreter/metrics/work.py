@@ -18,7 +18,7 @@ else:
 
 
 @dataclass(frozen=True)
-class Work(OfForces):
+class LoadWork(OfForces):
     """Work of a load at full size along the displacements that the body comes to: f . u, the potential that it loses.
 
     Of a load that is put on slowly a linear solid stores half. A pressure that follows the surface has none that the

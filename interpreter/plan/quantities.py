@@ -5,8 +5,8 @@ To let another field go farther or less far: a line in SPANS.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, Literal
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal, Self, cast
 
 from softmark.interpreter.language import overrides, units
 from softmark.interpreter.language.expressions import Quantity as Number
@@ -16,6 +16,7 @@ from softmark.interpreter.language.schema import Field, Interval
 from softmark.interpreter.language.units import Dimension
 from softmark.interpreter.plan import ladder
 from softmark.interpreter.plan.ladder import Ladder
+from softmark.interpreter.results.plain import Plain
 from softmark.records import dataclass
 
 Kind = Literal["gap", "factor", "integer", "choice", "reach"]
@@ -48,7 +49,7 @@ class Unwalkable(ValueError):
 
 
 @dataclass(frozen=True)
-class Quantity:
+class WalkedQuantity(Plain):
     """Something that is walked: its value in the scene, and the ways outward. A vector's value is the factor on it."""
 
     name: str
@@ -87,6 +88,17 @@ class Quantity:
         return {"name": self.name, "unit": self.unit, "nominal": nominal, "text": self.text, "kind": self.kind,
                 "limits": list(self.limits) if self.limits else None, "options": list(self.options)}  # fmt: skip
 
+    @classmethod
+    def from_json(cls, own: Mapping[str, Any]) -> Self:
+        """From its entry, which has no ladders."""
+        text, unit = str(own.get("text") or ""), str(own.get("unit") or "1")
+        nominal, kind = own.get("nominal"), cast("Kind", own.get("kind") or "reach")
+        limits, options = own.get("limits"), tuple(own.get("options") or ())
+        return cls(
+            own["name"], kind, text if nominal is None else nominal, text, units.parse(unit).dimension,
+            tuple(limits) if limits else None, options,
+        )  # fmt: skip
+
 
 def _plain(value: float) -> str:
     """The shortest text that reads back as this number, without a sign before zero."""
@@ -96,7 +108,7 @@ def _plain(value: float) -> str:
 # ------------------------------------------------------------------ by name
 
 
-def quantity_of(scene: Scene, name: str) -> Quantity:
+def quantity_of(scene: Scene, name: str) -> WalkedQuantity:
     """The quantity that a target names. Raises Unwalkable, and KeyError for what is no name of the scene."""
     if name in scene.parameters:
         return _of_parameter(scene, scene.parameters[name])
@@ -122,7 +134,7 @@ def quantity_of(scene: Scene, name: str) -> Quantity:
     return _number(name, float(value), field.dimension or units.NONE, SPANS.get(attribute, SPAN), field.interval)
 
 
-def usual(scene: Scene) -> Iterator[Quantity]:
+def usual(scene: Scene) -> Iterator[WalkedQuantity]:
     """Every number of a scene that it makes sense to walk: parameters with a range, and the fields of USUAL."""
     names = [n for n, p in scene.parameters.items() if "." not in n and p.interval is not None]
     for kind, attribute in USUAL:
@@ -142,13 +154,13 @@ def _has(declared: Declared, attribute: str) -> bool:
 # ------------------------------------------------------------------ by form
 
 
-def _of_choice(scene: Scene, name: str, field: Field, value: Any) -> Quantity:
+def _of_choice(scene: Scene, name: str, field: Field, value: Any) -> WalkedQuantity:
     options = ("yes", "no") if field.form == "flag" else field.options or tuple(scene.vocabulary.words())
     own = ("yes" if value else "no") if field.form == "flag" else str(value)
-    return Quantity(name, "choice", own, own, options=tuple(options))
+    return WalkedQuantity(name, "choice", own, own, options=tuple(options))
 
 
-def _of_vector(name: str, value: tuple[float, ...], dimension: Dimension) -> Quantity:
+def _of_vector(name: str, value: tuple[float, ...], dimension: Dimension) -> WalkedQuantity:
     if not any(value):
         raise Unwalkable(f"`{name}` is zero, and no multiple of it is another", "give it a size to start from")
     return _laddered(name, "factor", 1.0, units.show_all(value, dimension), dimension, SPAN, vector=tuple(value))
@@ -156,7 +168,7 @@ def _of_vector(name: str, value: tuple[float, ...], dimension: Dimension) -> Qua
 
 def _number(
     name: str, value: float, dimension: Dimension, span: tuple[float, float], interval: Interval | None
-) -> Quantity:  # fmt: skip
+) -> WalkedQuantity:  # fmt: skip
     """A number by factors, as far as its span and the range of its field reach."""
     if value == 0:
         help = "give it a size to start from, or walk a parameter with a range: `param a = 0 in 0 .. 10`"
@@ -171,11 +183,11 @@ def _number(
 def _laddered(
     name: str, kind: Kind, value: float, text: str, dimension: Dimension, span: tuple[float, float],
     vector: tuple[float, ...] = (),
-) -> Quantity:  # fmt: skip
+) -> WalkedQuantity:  # fmt: skip
     low, high = (ladder.tidy(value * f) for f in span)
     ways = (_multiplied(value, high, "up"), _multiplied(value, low, "down"))
     limits = (min(low, high), max(low, high))
-    return Quantity(name, kind, value, text, dimension, limits, vector=vector,
+    return WalkedQuantity(name, kind, value, text, dimension, limits, vector=vector,
                     ladders=tuple(w for w in ways if w is not None))  # fmt: skip
 
 
@@ -183,30 +195,30 @@ def _multiplied(value: float, limit: float, direction: ladder.Direction) -> Ladd
     return ladder.multiplied(value, limit, direction) if limit * value > 0 else None
 
 
-def _whole(name: str, value: int, interval: Interval | None) -> Quantity:
+def _whole(name: str, value: int, interval: Interval | None) -> WalkedQuantity:
     if value < 1:
         raise Unwalkable(f"`{name}` is {value}, and no multiple of it is another", "start from one or more")
     low, high = 1, value * DOUBLINGS
     if interval is not None:
         low, high = max(low, int(interval.low)), int(min(high, interval.high))
     ways = (ladder.doubled(value, high, "up"), ladder.doubled(value, low, "down"))
-    return Quantity(name, "integer", float(value), str(value), limits=(float(low), float(high)),
+    return WalkedQuantity(name, "integer", float(value), str(value), limits=(float(low), float(high)),
                     ladders=tuple(w for w in ways if w is not None))  # fmt: skip
 
 
-def _gap(name: str, value: float, interval: Interval | None) -> Quantity:
+def _gap(name: str, value: float, interval: Interval | None) -> WalkedQuantity:
     """Poisson's ratio: towards 0.5 by decades, and down past zero."""
     low = max(LOWEST, interval.low) if interval else LOWEST
     high = min(ladder.INCOMPRESSIBLE, interval.high) if interval else ladder.INCOMPRESSIBLE
     ways = (ladder.closing(value, high), ladder.stretched(value, low, "down", POISSONS) if low < value else None)
-    return Quantity(name, "gap", value, f"{value:g}", limits=(low, high),
+    return WalkedQuantity(name, "gap", value, f"{value:g}", limits=(low, high),
                     ladders=tuple(w for w in ways if w is not None))  # fmt: skip
 
 
 # ------------------------------------------------------------------ parameters
 
 
-def _of_parameter(scene: Scene, parameter: Parameter) -> Quantity:
+def _of_parameter(scene: Scene, parameter: Parameter) -> WalkedQuantity:
     value, name, interval = parameter.value, parameter.name, parameter.interval
     if isinstance(value, VectorValue):
         return _of_vector(name, value.values, value.dimension)
@@ -221,7 +233,7 @@ def _of_parameter(scene: Scene, parameter: Parameter) -> Quantity:
     return _in_range(name, value.value, value.dimension, interval)
 
 
-def _in_range(name: str, value: float, dimension: Dimension, interval: Interval) -> Quantity:
+def _in_range(name: str, value: float, dimension: Dimension, interval: Interval) -> WalkedQuantity:
     """To both ends of a range: by factors where the end has its sign, else in parts; from zero by decades."""
     ways: list[Ladder | None] = []
     ends: tuple[tuple[ladder.Direction, float], ...] = (("up", interval.high), ("down", interval.low))
@@ -235,7 +247,7 @@ def _in_range(name: str, value: float, dimension: Dimension, interval: Interval)
         else:
             ways.append(ladder.stretched(value, end, direction))
     kind: Kind = "reach" if value == 0 else "factor"
-    return Quantity(name, kind, value, units.show(value, dimension) if value else "0", dimension,
+    return WalkedQuantity(name, kind, value, units.show(value, dimension) if value else "0", dimension,
                     (interval.low, interval.high), ladders=tuple(w for w in ways if w is not None))  # fmt: skip
 
 

@@ -8,9 +8,9 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
-from softmark.interpreter.language.sweeps import Target
+from softmark.interpreter.language.sweeps import SweepTarget
 from softmark.interpreter.metrics.metric import OfDisplacements
-from softmark.interpreter.plan.quantities import Quantity, Unwalkable, quantity_of, usual
+from softmark.interpreter.plan.quantities import Unwalkable, WalkedQuantity, quantity_of, usual
 from softmark.interpreter.plan.walks import Until
 from softmark.interpreter.problem.case import Fault, body_of
 from softmark.interpreter.vocabulary.studies import Stability
@@ -20,7 +20,7 @@ MAPPED = 3  # quantities up to which `maps = auto` maps every pair
 
 
 @dataclass(frozen=True)
-class Asked:
+class StudyUnderway:
     """A study as it is carried out: `against` is the reference of its metric, `probe` where that looks, if anywhere."""
 
     name: str
@@ -30,11 +30,11 @@ class Asked:
     within: float
     until: Until
     models: tuple[str, ...]
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[WalkedQuantity, ...]
     mapped: bool
 
 
-def asked_of(scene: Scene, study: Declared | None, only: tuple[str, ...] = ()) -> Asked:
+def asked_of(scene: Scene, study: Declared | None, only: tuple[str, ...] = ()) -> StudyUnderway:
     """What a study asks; without one, of every number. The scene must be free of `doubts` about it."""
     thing = Stability() if study is None else study.thing
     name = "everything" if study is None else study.name
@@ -44,7 +44,7 @@ def asked_of(scene: Scene, study: Declared | None, only: tuple[str, ...] = ()) -
     else:
         quantities = tuple(quantity_of(scene, target.name) for target in thing.over)
     mapped = thing.maps == "pairs" or (thing.maps == "auto" and len(quantities) <= MAPPED)
-    return Asked(
+    return StudyUnderway(
         name, metric.name, metric.thing.against, metric.thing.looked_at or "", thing.within, thing.until,
         _models(scene, metric, only or thing.models or ()), quantities, mapped,
     )  # fmt: skip
@@ -128,7 +128,7 @@ def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
         yield diagnostic("E513", study.at("metric"), message, "cannot judge", help)
 
 
-def _target(scene: Scene, study: Declared, target: Target, again: bool) -> Diagnostic | None:
+def _target(scene: Scene, study: Declared, target: SweepTarget, again: bool) -> Diagnostic | None:
     at = Location(study.at("over").source, target.span)
     if again:
         return diagnostic("E512", at, f"`{study.name}` walks `{target.name}` twice", "the same again", "name it once")

@@ -19,14 +19,14 @@ BLIND = 3  # points in a row without a truth after which a walk that looks for a
 
 
 @dataclass(frozen=True)
-class Seen:
+class PointClass:
     """What a point turned out to be: its class, and whether the model had an answer (None: not known)."""
 
     word: str
     answered: bool | None
 
     @classmethod
-    def of(cls, word: str, status: str | None = None) -> Seen:
+    def of(cls, word: str, status: str | None = None) -> PointClass:
         """By the class; where the reference has no answer, by the model's own status."""
         if word == "unjudged":
             known = None if status is None else status in ("converged", "capped")
@@ -63,9 +63,9 @@ class Walk:
 
     ladder: Ladder
     until: Until
-    seen: dict[float, Seen] = field(default_factory=dict)
+    seen: dict[float, PointClass] = field(default_factory=dict)
 
-    def tell(self, t: float, seen: Seen) -> None:
+    def tell(self, t: float, seen: PointClass) -> None:
         """What the point at t turned out to be."""
         self.seen[t] = seen
 

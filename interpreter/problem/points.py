@@ -18,7 +18,7 @@ from softmark.interpreter.problem.data import located
 from softmark.interpreter.problem.outliers import kept
 from softmark.interpreter.problem.prism_surface import skin_of
 from softmark.interpreter.problem.view import View
-from softmark.interpreter.results.report import ProbeResult, Shape
+from softmark.interpreter.results.report import ProbeResult, SeenSurface
 from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.vocabulary.probes import Markers, Nodes, Surface, Volume
 from softmark.interpreter.vocabulary.supports import Holding
@@ -43,7 +43,7 @@ DRAWN = 1500  # points of a surface that is drawn only: enough for a smooth pict
 
 
 @dataclass(frozen=True)
-class Place:
+class ProbePoints:
     """Material points X (n, 3) in m, with triangles (k, 3) over them or the volume (n,) that each stands for.
 
     `notes` are warnings about them.
@@ -55,23 +55,23 @@ class Place:
     notes: tuple[Diagnostic, ...] = ()
 
 
-def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Place:
+def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> ProbePoints:
     """The points of a probe; `tracked` gives those of a measurement by its name. Raises Fault."""
     own = probe.thing.cells is not None
     if not own and not case.shape.prebuilt:
         return _place(probe, case, tracked)
-    from softmark.solvers.mesh.files.reading import Unreadable
+    from softmark.solvers.mesh.files.reading import UnreadableMesh
 
     try:
         return _place(probe, case, tracked)
-    except Unreadable as error:
+    except UnreadableMesh as error:
         at, owner = (probe.at("mesh"), probe) if own else (case.body.at("shape"), case.body)
         problem = f"the mesh of `{owner.name}` cannot be used: {error}"
         help_ = error.remedy or "the file must hold cells of positive volume"
         raise fault(error.code, at, problem, help=help_) from error
 
 
-def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Place:
+def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> ProbePoints:
     match probe.thing:
         case Surface():
             return _surface(probe, case)
@@ -81,14 +81,14 @@ def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Pla
             return _of_body(probe, case, located(mesh, probe.at("mesh")).points())
         case Markers(of=of):
             return _of_body(probe, case, tracked(of))
-    return Place(np.array(probe.thing.stations))
+    return ProbePoints(np.array(probe.thing.stations))
 
 
-def _of_body(probe: Declared, case: Case, X: Floats) -> Place:
+def _of_body(probe: Declared, case: Case, X: Floats) -> ProbePoints:
     """The points that the probe's condition selects, but for those far outside the body. Raises Fault."""
     chosen = _part(probe, X)
     inside, notes = kept(probe, case, chosen)
-    return Place(chosen[inside], notes=notes)
+    return ProbePoints(chosen[inside], notes=notes)
 
 
 def _size(shape: geometry.Shape) -> float:
@@ -99,18 +99,18 @@ def _size(shape: geometry.Shape) -> float:
     return float(max(b - a for a, b in zip(low, high, strict=True)) / FINENESS)
 
 
-def _surface(probe: Declared, case: Case) -> Place:
+def _surface(probe: Declared, case: Case) -> ProbePoints:
     own = probe.thing.mesh is not None
     shape = located(probe.thing.mesh if own else case.shape, probe.at("mesh") if own else case.body.at("shape"))
     X, triangles = shape.surface(probe.thing.size or _size(shape))
     if probe.thing.where is None:
-        return Place(X, triangles)
+        return ProbePoints(X, triangles)
     from softmark.interpreter.problem.parts.faces import clipped
 
     points, part, share = clipped(probe.thing.where, X, triangles)
     if not len(points):
         raise _nothing(probe)
-    return Place(points, part, notes=_missed(probe, share))
+    return ProbePoints(points, part, notes=_missed(probe, share))
 
 
 def _missed(probe: Declared, share: float) -> tuple[Diagnostic, ...]:
@@ -152,31 +152,31 @@ def _nothing(probe: Declared) -> Fault:
     )
 
 
-def _volume(shape: geometry.Shape, size: float) -> Place:
+def _volume(shape: geometry.Shape, size: float) -> ProbePoints:
     """Four points in every tetrahedron, by which integrals of squares of linear fields are exact: at its centroid alone
     the strains of linear elements are better than anywhere else, and their error seems less than it is."""
     mesh = shape.mesh(Tet4.name, size)
     xi, weights = Tet10.quadrature()
     X = Tet4.shape(xi) @ mesh.points[mesh.cells]  # (m, 4, 3)
-    return Place(X.reshape(-1, 3), weights=np.outer(mesh.volumes, weights / weights.sum()).ravel())
+    return ProbePoints(X.reshape(-1, 3), weights=np.outer(mesh.volumes, weights / weights.sum()).ravel())
 
 
-def drawn(case: Case) -> Place:
+def drawn(case: Case) -> ProbePoints:
     """A surface of the body for pictures."""
     shape = located(case.shape, case.body.at("shape"))
     if isinstance(shape, geometry.Prism):
-        return Place(*skin_of(shape))
+        return ProbePoints(*skin_of(shape))
     size = _size(shape)
     X, triangles = shape.surface(size)
     if len(X) > DRAWN and not shape.prebuilt:
         X, triangles = shape.surface(size * (len(X) / DRAWN) ** 0.5)
-    return Place(X, triangles)
+    return ProbePoints(X, triangles)
 
 
-def scanned(case: Case) -> Place:
+def scanned(case: Case) -> ProbePoints:
     """A surface of the body fine enough to be put through a scanner."""
     shape = located(case.shape, case.body.at("shape"))
-    return Place(*skin_of(shape, *SCANNED)) if isinstance(shape, geometry.Prism) else drawn(case)
+    return ProbePoints(*skin_of(shape, *SCANNED)) if isinstance(shape, geometry.Prism) else drawn(case)
 
 
 def held_face(case: Case) -> tuple[Floats, Ints] | None:
@@ -194,7 +194,9 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
     return (points, triangles) if len(triangles) else None
 
 
-def surface_of(view: View, place: Place, u: Floats, error: Floats | None, measured_from: str | None) -> Shape | None:
+def surface_of(
+    view: View, place: ProbePoints, u: Floats, error: Floats | None, measured_from: str | None
+) -> SeenSurface | None:
     """The surface with its displacements u (n, 3) in m, and some frames of it where there is a history."""
     if place.triangles is None:
         return None
@@ -207,7 +209,7 @@ def surface_of(view: View, place: Place, u: Floats, error: Floats | None, measur
         return None
     if error is not None and not np.all(np.isfinite(error)):
         error = measured_from = None
-    return Shape(position, place.triangles, times, frames, error, measured_from)
+    return SeenSurface(position, place.triangles, times, frames, error, measured_from)
 
 
 def seen_finite(probe: ProbeResult) -> bool:

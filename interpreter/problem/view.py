@@ -38,3 +38,4 @@ class View:
     history: History | None = None
     solve: Mapping[str, Any] = field(default_factory=dict)
     at_rest: AtRest | None = None  # of a model: what supports carry, and energies
+    vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined

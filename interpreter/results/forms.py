@@ -30,9 +30,21 @@ POINT = {
 }  # fmt: skip
 COMPARISON = {"points!": [POINT], "references!": {"*!": {"*!": {}}}, "environment": {}, "scenes": [{}]}
 
-OUTCOME = {"key": str, "point!": {"status!": str}, "references!": {"*!": {"status!": str}}, "limit_s": NUMBER}
+OUTCOME = {
+    "key": str, "point!": {"status!": str}, "references!": {"*!": {"status!": str, "probes": {"*!": {}}}},
+    "truths": {"*!": {"stated": {}}}, "limit_s": NUMBER,
+}  # fmt: skip
+LEAN = {
+    "references": {"*!": {"estimated_error": NUMBER, "sizes": {"*": NUMBER}}}, "limit_s": NUMBER,
+    "truths": OUTCOME["truths"], "point!": {
+        "status!": str, "message": str, "errors": {"*!": METRIC}, "warnings": [{"code!": str}],
+        "stated": {"value": NUMBER, "doubts": [str], "parts": {"*": NUMBER}, "of": {"*!": {}}},
+    },
+}  # fmt: skip
 RECORD = {"key!": str, "status": str, "message": str, "host": str, "kind": str, "elapsed_s": NUMBER}
-ENTRIES: Mapping[str, Form] = {"accuracy": {"outcome!": OUTCOME}, "timing": {"record!": RECORD}}
+ENTRIES: Mapping[str, Form] = {
+    "accuracy": {"outcome!": OUTCOME}, "timing": {"record!": RECORD}, "stress": {"outcome!": LEAN},
+}  # fmt: skip
 
 
 def misfit(value: Any, form: Any, place: str = "") -> str | None:

@@ -7,32 +7,22 @@ there is no value. Not-a-number never gets in: whoever makes a part refuses it, 
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
+from softmark.interpreter.results.names import Names
+from softmark.interpreter.results.plain import clean as clean
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.grammar.tree import Tree
     from softmark.interpreter.results.loads import Resultant
+    from softmark.interpreter.results.stated import StatedError
 
 SCHEMA = "softmark-report/1"
-
-
-def clean(value: Any) -> Any:
-    """The same as plain values, with None for every number that is not finite."""
-    if isinstance(value, Mapping):
-        return {k: clean(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [clean(v) for v in value]
-    if hasattr(value, "tolist"):  # of numpy, which is not imported for it
-        return clean(value.tolist())
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 @dataclass(frozen=True)
@@ -41,12 +31,20 @@ class Timing:
 
     seconds: tuple[float, ...]
 
+    @property
+    def median(self) -> float:
+        """Of all runs."""
+        ordered, middle = sorted(self.seconds), len(self.seconds) // 2
+        return ordered[middle] if len(ordered) % 2 else 0.5 * (ordered[middle - 1] + ordered[middle])
+
+    @property
+    def runs(self) -> int:
+        """How many there were."""
+        return len(self.seconds)
+
     def to_json(self) -> dict[str, float | int]:
         """Median, least and largest, and how many."""
-        ordered = sorted(self.seconds)
-        middle = len(ordered) // 2
-        median = ordered[middle] if len(ordered) % 2 else 0.5 * (ordered[middle - 1] + ordered[middle])
-        return {"median": median, "min": ordered[0], "max": ordered[-1], "runs": len(ordered)}
+        return {"median": self.median, "min": min(self.seconds), "max": max(self.seconds), "runs": self.runs}
 
 
 @dataclass(frozen=True)
@@ -79,7 +77,7 @@ class ProbeResult:
 
 
 @dataclass(frozen=True)
-class Shape:
+class SeenSurface:
     """The surface of a body as a model or a reference sees it: what the report draws.
 
     `position` (n, 3) in m, after deformation; `triangles` (k, 3), outward. `frames` (t, n, 3) and `times` (t,) where
@@ -129,7 +127,7 @@ class MetricResult:
 
 
 @dataclass(frozen=True)
-class Kind:
+class ModelKind:
     """What a model is, but for how fine it is and its Poisson's ratio: those of one kind are of one family."""
 
     words: str  # `tet4, corotational strain`
@@ -150,12 +148,12 @@ class ModelResult:
     time: Mapping[str, Timing | None] = field(default_factory=dict)
     probes: Mapping[str, ProbeResult] = field(default_factory=dict)
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
-    shape: Shape | None = None
+    shape: SeenSurface | None = None
     mesh: Any = None  # the mesh and its nodal displacements, for files that other programs read
-    stated: Mapping[str, Any] = field(default_factory=dict)  # the error that it states itself, where it was asked
+    stated: Mapping[str, StatedError] = field(default_factory=dict)  # errors, where it was asked
     loads: Mapping[str, Resultant] = field(default_factory=dict)  # what acts, and what was asked
     reactions: Mapping[str, Any] = field(default_factory=dict)  # of each support: the share that is held
-    kind: Kind | None = None  # of one that has others of its kind
+    kind: ModelKind | None = None  # of one that has others of its kind
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""
@@ -171,7 +169,7 @@ class ModelResult:
             "loads": {n: r.to_json() for n, r in self.loads.items()},
         }
         own |= {"reactions": dict(self.reactions)} if self.reactions else {}
-        return own | {"stated": dict(self.stated)} if self.stated else own
+        return own | {"stated": clean(self.stated)} if self.stated else own
 
 
 def _timing(name: str, timing: Timing | None) -> dict[str, Any]:
@@ -199,7 +197,7 @@ class ReferenceResult:
     estimated_error: float | None = None
     probes: Mapping[str, ProbeResult] = field(default_factory=dict)
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
-    shape: Shape | None = None
+    shape: SeenSurface | None = None
     facts: Mapping[str, Any] = field(default_factory=dict)  # where measured data came from, how it was registered
 
     def to_json(self) -> dict[str, Any]:
@@ -228,9 +226,15 @@ class ExpectationResult:
     reason: str | None = None
     left_out: bool = False  # what it is about was not chosen to run
 
+    @property
+    def verdict(self) -> str:
+        """`met`, `not_met`, or `cannot_tell`."""
+        return "cannot_tell" if self.passed is None else "met" if self.passed else "not_met"
+
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of an expectation."""
         own = {"text": self.text, "line": self.line, "passed": self.passed, "value": self.value}
+        own["verdict"] = self.verdict
         return own if self.reason is None else {**own, "reason": self.reason}
 
 
@@ -255,7 +259,7 @@ class Report:
     expectations: tuple[ExpectationResult, ...]
     warnings: tuple[Warned, ...]
     partial: bool = False
-    syntax: Tree | None = field(default=None, repr=False, compare=False)  # of the scene's text, where it is known
+    names: Names = field(default_factory=Names)
 
     @property
     def outcomes(self) -> tuple[ModelResult | ReferenceResult, ...]:

@@ -17,7 +17,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.results.report import ModelResult, Report, Shape
+from softmark.interpreter.results.report import ModelResult, Report, SeenSurface
 from softmark.solvers.elements import element_of
 
 Floats = NDArray[np.float64]
@@ -61,7 +61,7 @@ def _mesh(target: Path, name: str, mesh: Any) -> list[Path]:
     return _series(target, name, times, cells, states)
 
 
-def _surface(target: Path, name: str, shape: Shape) -> list[Path]:
+def _surface(target: Path, name: str, shape: SeenSurface) -> list[Path]:
     """The deformed surface, with its error at the end where there is one."""
     cells = [("triangle", shape.triangles)]
     error = {} if shape.error is None else {"error": shape.error}

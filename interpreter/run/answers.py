@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.problem.case import Case, case_for, case_of
-from softmark.interpreter.problem.points import Place, place_of
+from softmark.interpreter.problem.points import ProbePoints, place_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,8 +36,8 @@ class Work:
     references: dict[str, ReferenceResult] = field(default_factory=dict)
     views: dict[str, View] = field(default_factory=dict)
     measured: dict[str, Any] = field(default_factory=dict)  # what references of measured data hold
-    places: dict[str, Place] = field(default_factory=dict)  # of probes
-    surfaces: dict[str, Place] = field(default_factory=dict)  # of bodies, for pictures
+    places: dict[str, ProbePoints] = field(default_factory=dict)  # of probes
+    surfaces: dict[str, ProbePoints] = field(default_factory=dict)  # of bodies, for pictures
     drawn: dict[str, np.ndarray] = field(default_factory=dict)  # displacements there, by reference
     compiling: bool = False  # kernels, which is said once
 
@@ -45,7 +45,7 @@ class Work:
         """The case that a model or reference is about."""
         return case_for(self.scene, declared)
 
-    def place(self, probe: Declared) -> Place:
+    def place(self, probe: Declared) -> ProbePoints:
         """The points of a probe, found once. Raises Fault."""
         if probe.name not in self.places:
             case = case_of(self.scene, probe.thing.body)

@@ -80,6 +80,7 @@ def solve(work: Work, name: str) -> None:
         history=solution.history,
         solve=solution.facts,
         at_rest=rest,
+        vibrations=solution.vibrations,
     )
     outline, kind = declared.thing.outline(case), declared.thing.kind(case)
     held = reactions(case, prepared, rest)

@@ -14,7 +14,7 @@ from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.points import above, facts_of, scanned, seen_finite
 from softmark.interpreter.problem.view import View
-from softmark.interpreter.results.report import ProbeResult, ReferenceResult, Shape, clean
+from softmark.interpreter.results.report import ProbeResult, ReferenceResult, SeenSurface, clean
 from softmark.interpreter.run import probes
 from softmark.interpreter.run.answers import Work
 from softmark.references.measured import MeasuredSurface
@@ -148,7 +148,7 @@ def _keep_measured(work: Work, declared: Declared, data: Any) -> None:
         data.source or cls.source,
         resolution,
         seen,
-        shape=Shape(data.points, data.triangles) if isinstance(data, MeasuredSurface) else None,
+        shape=SeenSurface(data.points, data.triangles) if isinstance(data, MeasuredSurface) else None,
         facts=clean(facts_of(data)),
     )
 

@@ -12,9 +12,17 @@ from softmark.interpreter.evidence.force_check import loose
 from softmark.interpreter.metrics.measure import metrics_of
 from softmark.interpreter.problem.points import drawn, surface_of
 from softmark.interpreter.problem.view import View
-from softmark.interpreter.results.report import ExpectationResult, ModelResult, ReferenceResult, Report, Shape, Warned
+from softmark.interpreter.results.report import (
+    ExpectationResult,
+    ModelResult,
+    ReferenceResult,
+    Report,
+    SeenSurface,
+    Warned,
+)
 from softmark.interpreter.run.answers import Work
 from softmark.interpreter.run.environment import describe, environment
+from softmark.interpreter.run.names import names_of
 
 
 def unfinished(work: Work) -> Report:
@@ -43,7 +51,7 @@ def _measure(work: Work, partial: bool) -> None:
             kept[name] = replace(result, metrics=metrics, shape=shape or result.shape)
 
 
-def _shape(work: Work, name: str, errors: dict[str, np.ndarray]) -> Shape | None:
+def _shape(work: Work, name: str, errors: dict[str, np.ndarray]) -> SeenSurface | None:
     """The surface of a body as a model or a theory has it, coloured by its error where there is one."""
     view = work.views[name]
     if view.displacement is None:
@@ -89,5 +97,5 @@ def _report(work: Work, expectations: tuple[ExpectationResult, ...], partial: bo
         expectations,
         warnings,
         partial,
-        work.scene.table.modules[0].tree if work.scene.table else None,
+        names_of(work.scene),
     )

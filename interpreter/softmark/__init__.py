@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.report import ReferenceResult as ReferenceResult
     from softmark.interpreter.results.report import Report as Report
     from softmark.interpreter.study.compare import Comparison as Comparison
-    from softmark.interpreter.study.stability.queue import Stress as Stress
+    from softmark.interpreter.study.stability.record import Stress as Stress
 
 __version__ = "0.1.0"
 
@@ -55,7 +55,7 @@ _PUBLIC = {
     "ProbeResult": "softmark.interpreter.results.report",
     "MetricResult": "softmark.interpreter.results.report",
     "Comparison": "softmark.interpreter.study.compare",
-    "Stress": "softmark.interpreter.study.stability.queue",
+    "Stress": "softmark.interpreter.study.stability.record",
 }
 
 

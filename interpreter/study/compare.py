@@ -15,20 +15,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.results import forms
+from softmark.interpreter.results.plain import clean
 from softmark.interpreter.run.environment import describe, environment
-from softmark.interpreter.study.analysis.point import SOLVED, Point
-from softmark.interpreter.study.expansion.tasks import FINE, clean, failed
+from softmark.interpreter.study.analysis.point import SOLVED, ComparedPoint
+from softmark.interpreter.study.expansion.outcome import PointOutcome, PointTask
+from softmark.interpreter.study.expansion.tasks import FINE, failed
 from softmark.interpreter.study.expansion.truths import marked
 from softmark.interpreter.study.expansion.variations import (
-    Asked,
+    Additions,
     Configuration,
-    Subject,
+    SceneSubject,
     TooMany,
     expand,
     read_vary,
 )
 from softmark.interpreter.study.workers import pool
-from softmark.interpreter.study.workers.journal import Interrupted, Journal, Refused
+from softmark.interpreter.study.workers.journal import Interrupted, Journal, JournalRefused
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Sweep
 from softmark.records import dataclass
 
@@ -36,7 +38,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.study.analysis.compared import Compared
     from softmark.interpreter.study.expansion.job import TimingJob
 
-__all__ = ["Comparison", "Interrupted", "Request", "TooMany", "compare"]
+__all__ = ["Comparison", "ComparisonRequest", "Interrupted", "TooMany", "compare"]
 
 SCHEMA = "softmark-compare/1"
 ACCURACY, TIMING = "accuracy", "timing"
@@ -46,7 +48,7 @@ Say = Callable[[str, str], None]
 
 
 @dataclass(frozen=True)
-class Request:
+class ComparisonRequest:
     """What is to be compared, and how. `timeout` in s for each task, None: no limit; `repeats` 0: no timing."""
 
     folder: Path
@@ -106,7 +108,7 @@ class Comparison:
         return json.dumps(self.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def compare(subjects: Sequence[Subject], request: Request) -> Comparison:
+def compare(subjects: Sequence[SceneSubject], request: ComparisonRequest) -> Comparison:
     """Carry a comparison out.
 
     Raises SceneError for names or values of the request that cannot be meant, Refused for a folder that cannot be used,
@@ -114,10 +116,10 @@ def compare(subjects: Sequence[Subject], request: Request) -> Comparison:
     """
     started = datetime.now(UTC)
     vary, models = read_vary(request.vary)
-    asked = Asked(vary, (*request.models, *(m for m in models if m not in request.models)), request.study)
+    asked = Additions(vary, (*request.models, *(m for m in models if m not in request.models)), request.study)
     configurations = expand(subjects, asked)
     with Journal.open(request.folder, request.fresh) as journal:
-        tasks = {c.key: dict(c.task) for c in configurations if c.reason is None}
+        tasks = {c.key: c.task for c in configurations if c.reason is None}
         _refuse_mixing(journal, tasks, request)
         done = _Done(journal, frozenset(tasks))
         request.saying(done.words)
@@ -137,11 +139,11 @@ def compare(subjects: Sequence[Subject], request: Request) -> Comparison:
     return Comparison(**saved, found=_analysed(saved, request), unsound=unsound)
 
 
-def _refuse_mixing(journal: Journal, tasks: Mapping[str, Json], request: Request) -> None:
+def _refuse_mixing(journal: Journal, tasks: Mapping[str, PointTask], request: ComparisonRequest) -> None:
     finished = [key for key in journal.of_kind(ACCURACY) if key in tasks]
     if finished and not request.resume:
         count = f"{len(finished)} finished task" + ("s" if len(finished) > 1 else "")
-        raise Refused(
+        raise JournalRefused(
             f"{request.folder} holds {count} of this comparison; `--resume` goes on from there, `--fresh` starts anew"
         )
 
@@ -167,17 +169,17 @@ class _Done:
 # ------------------------------------------------------------------ accuracy
 
 
-def _accuracy(tasks: Mapping[str, Json], request: Request, done: _Done) -> dict[str, Json]:
+def _accuracy(tasks: Mapping[str, PointTask], request: ComparisonRequest, done: _Done) -> dict[str, PointOutcome]:
     """Outcomes by key: those of the journal, and what is computed now."""
     journal = done.journal
-    outcomes = {k: e["outcome"] for k, e in journal.of_kind(ACCURACY).items() if k in tasks and _sound(e)}
-    outcomes = {k: o for k, o in outcomes.items() if not _again(o, request)}
-    labels = {key: f"{task['scene']}: {task['model']}" for key, task in tasks.items()}
+    sound = ({**e["outcome"], "key": k} for k, e in journal.of_kind(ACCURACY).items() if k in tasks and _sound(e))
+    outcomes = {o.key: o for o in map(PointOutcome.from_json, sound) if not o.again(request.timeout)}
+    labels = {key: f"{task.scene}: {task.model}" for key, task in tasks.items()}
     waiting = [task for key, task in tasks.items() if key not in outcomes]
     for outcome in _computed(waiting, request, lambda key: request.say("compute", labels[key])):
-        journal.append(ACCURACY, outcome["key"], outcome=outcome)
-        outcomes[outcome["key"]] = outcome
-        request.say("computed", f"{len(outcomes)} of {len(tasks)}: {labels[outcome['key']]}")
+        journal.append(ACCURACY, outcome.key, outcome=outcome.to_json())
+        outcomes[outcome.key] = outcome
+        request.say("computed", f"{len(outcomes)} of {len(tasks)}: {labels[outcome.key]}")
     return outcomes
 
 
@@ -199,16 +201,9 @@ def _counts(record: Json) -> bool:
     return True
 
 
-def _again(outcome: Mapping[str, Any], request: Request) -> bool:
-    """Whether an outcome of the journal is worth another try: its process was killed, or it may have more time now."""
-    if not outcome.get("unfinished"):
-        return False
-    if outcome["point"]["status"] != "timed_out":
-        return True
-    return request.timeout is None or request.timeout > float(outcome.get("limit_s") or 0.0)
-
-
-def _computed(waiting: Sequence[Json], request: Request, started: Callable[[str], None]) -> Iterator[Json]:
+def _computed(
+    waiting: Sequence[PointTask], request: ComparisonRequest, started: Callable[[str], None]
+) -> Iterator[PointOutcome]:
     if not waiting:
         return iter(())
     if request.cluster is not None:
@@ -220,7 +215,10 @@ def _computed(waiting: Sequence[Json], request: Request, started: Callable[[str]
 
 
 def _timing(
-    configurations: Sequence[Configuration], outcomes: Mapping[str, Json], request: Request, journal: Journal
+    configurations: Sequence[Configuration],
+    outcomes: Mapping[str, PointOutcome],
+    request: ComparisonRequest,
+    journal: Journal,
 ) -> Json:
     """Costs by key, of what was solved: measured alone on this machine, each process's record kept at once."""
     if request.repeats == 0:
@@ -236,18 +234,18 @@ def _timing(
     return timings(jobs, request.repeats, keep, done, request.say)
 
 
-def _solved(configuration: Configuration, outcomes: Mapping[str, Json]) -> bool:
+def _solved(configuration: Configuration, outcomes: Mapping[str, PointOutcome]) -> bool:
     found = outcomes.get(configuration.key)
-    return found is not None and found["point"]["status"] in SOLVED
+    return found is not None and found.status in SOLVED
 
 
-def _job(configuration: Configuration, request: Request) -> TimingJob:
+def _job(configuration: Configuration, request: ComparisonRequest) -> TimingJob:
     from softmark.interpreter.study.expansion.job import TimingJob
 
     task = configuration.task
     job = TimingJob(
-        configuration.key, configuration.model, file=task["shown"], text=task["text"], folder=task["folder"],
-        overrides=tuple(task["overrides"]), label=f"{configuration.scene}: {configuration.label}",
+        configuration.key, configuration.model, file=task.shown, text=task.text, folder=task.folder,
+        overrides=task.overrides, label=f"{configuration.scene}: {configuration.label}",
     )  # fmt: skip
     return job if request.timeout is None else replace(job, timeout_s=request.timeout)
 
@@ -255,40 +253,40 @@ def _job(configuration: Configuration, request: Request) -> TimingJob:
 # ------------------------------------------------------------------ the result
 
 
-def _point(configuration: Configuration, outcomes: Mapping[str, Json], costs: Mapping[str, Json]) -> Json:
+def _point(configuration: Configuration, outcomes: Mapping[str, PointOutcome], costs: Mapping[str, Json]) -> Json:
     key = configuration.key
-    outcome = failed(configuration.reason) if configuration.reason else outcomes[key]
-    return {**configuration.described(), **outcome["point"], "cost": costs.get(key)}
+    outcome = failed(configuration.task, configuration.reason) if configuration.reason else outcomes[key]
+    return {**configuration.described(), **outcome.point, "cost": costs.get(key)}
 
 
-def _references(points: Sequence[Json], outcomes: Mapping[str, Json]) -> tuple[dict[str, Json], bool]:
+def _references(points: Sequence[Json], outcomes: Mapping[str, PointOutcome]) -> tuple[dict[str, Json], bool]:
     """References of each problem as its first configuration has them, or one that failed; and whether one did."""
     found: dict[str, Json] = {}
     unsound = False
     for p in points:
-        part = Point.from_json(p).part
-        for name, reference in (outcomes[p["key"]]["references"] if p["key"] in outcomes else {}).items():
-            own = found.setdefault(part, {})
-            if name not in own or (reference["status"] not in FINE and own[name]["status"] in FINE):
-                own[name] = reference
-            unsound |= reference["status"] not in FINE
+        part = ComparedPoint.from_json(p).part
+        for name, reference in (outcomes[p["key"]].references if p["key"] in outcomes else {}).items():
+            own, lost = found.setdefault(part, {}), reference.status not in FINE
+            if name not in own or (lost and own[name]["status"] in FINE):
+                own[name] = reference.to_json()
+            unsound |= lost
     return found, unsound
 
 
-def _analysed(saved: Json, request: Request) -> Compared:
+def _analysed(saved: Json, request: ComparisonRequest) -> Compared:
     from softmark.interpreter.study.analysis.analysis import Terms
     from softmark.interpreter.study.analysis.compared import Compared
 
     return Compared.from_json(saved, Terms(request.allow_contaminated))
 
 
-def _scene(subject: Subject) -> Json:
+def _scene(subject: SceneSubject) -> Json:
     known = describe(subject.scene)
     chosen = ("title", "file", "standard", "sha256", "text", "parameters", "overrides")
     return {"name": subject.name, **{n: known[n] for n in chosen}}
 
 
-def _studies(subject: Subject) -> Json:
+def _studies(subject: SceneSubject) -> Json:
     """The studies of a scene, for whoever analyses: sweeps, and what is asked of them."""
     found: Json = {}
     for name, declared in subject.scene.of_kind("study").items():

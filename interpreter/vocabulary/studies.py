@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from softmark.interpreter.language.sweeps import Target, Variant
+from softmark.interpreter.language.sweeps import SweepTarget, Variant
 from softmark.records import dataclass
 
 
@@ -24,7 +24,7 @@ class Sweep:
     `dsl compare` carries studies out, and `dsl run` leaves them alone.
     """
 
-    target: Annotated[Target, "target", "what is varied: a parameter, or a field of a declared name"]
+    target: Annotated[SweepTarget, "target", "what is varied: a parameter, or a field of a declared name"]
     over: Annotated[tuple[Variant, ...], "variants", "the values that it takes"]
     models: Annotated[tuple[str, ...] | None, "models", "which models are computed; all of the scene without"] = None
     with_: Annotated[str | None, "study", "another sweep, each of whose values is combined with each of these"] = None
@@ -77,7 +77,9 @@ class Stability:
     where there are at most three. `dsl stress` carries it out, and makes one over every number of a scene without one.
     """
 
-    over: Annotated[tuple[Target, ...] | None, "targets", "what is walked; every number that can be, without"] = None
+    over: Annotated[tuple[SweepTarget, ...] | None, "targets", "what is walked; every number that can be, without"] = (
+        None
+    )
     until: Annotated[Literal["failure", "inaccuracy"], "where a walk ends"] = "failure"
     models: Annotated[tuple[str, ...] | None, "models", "which models are walked; all of the scene without"] = None
     metric: Annotated[str | None, "metric", "the relative error that judges; the first of the scene without"] = None

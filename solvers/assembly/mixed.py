@@ -16,7 +16,7 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies import kernels
 from softmark.solvers.energies.corotational_tets import CorotationalTets
-from softmark.solvers.energies.elastic import Elastic, Law, OfInvariants, Together
+from softmark.solvers.energies.elastic import Elastic, ElasticLaw, InvariantLaw, Together
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.pressures import MeanDilatation
 from softmark.solvers.materials.components import (
@@ -43,7 +43,7 @@ class MixedPoints(Elastic):
     the Newton method in geometrically non-linear structural problems", of which this is the volumetric part.
     """
 
-    volume: Law = field(kw_only=True)
+    volume: ElasticLaw = field(kw_only=True)
     expected: Floats | None = None
 
     def expecting(self, x: Floats, d: Floats) -> MixedPoints:
@@ -68,7 +68,7 @@ class MixedPoints(Elastic):
 
     def _slope(self, J: Floats) -> Floats:
         """U'(J) (n,), Pa: of the pure dilatation of that volume, P = U' J^(2/3) I."""
-        if isinstance(self.volume, OfInvariants):
+        if isinstance(self.volume, InvariantLaw):
             with np.errstate(all="ignore"):
                 return self.volume.slopes(np.zeros_like(J), J - 1.0)[1]
         stretch = np.cbrt(J)
@@ -81,7 +81,7 @@ class MixedPoints(Elastic):
         if self.expected is None or projected:
             Elastic.add_hessian(self, x, data, slots, scale, projected)
             return
-        if isinstance(self.law, OfInvariants):
+        if isinstance(self.law, InvariantLaw):
             f = components(self.F(x))
             more = self.expected - self._slope(determinant(f, cofactor(f)))
             self._add_of_invariants(self.law, x, data, slots, scale, more.reshape(self.w.shape))
@@ -173,7 +173,7 @@ def _expecting(energy: Energy, x: Floats, d: Floats | None) -> Energy:
     return energy.under(Stretching(), x) if isinstance(energy, MeanDilatation) else energy.corotated(x)
 
 
-def volumetric(law: Law) -> bool:
+def volumetric(law: ElasticLaw) -> bool:
     """Whether a law knows of det F alone: with no stress at rest it then has none in shear, which keeps volumes."""
     F = np.eye(3)[None].copy()
     F[0, 0, 1], F[0, 2, 0] = 0.5, -0.3

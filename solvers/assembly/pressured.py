@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from softmark.solvers.energies.pressures import Mixed
+from softmark.solvers.energies.pressures import MixedSolid
 from softmark.solvers.materials.constraints import Mixed as Split
 from softmark.solvers.mesh.interpolation import Integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.pressures import pressures
 
 
-def with_pressures(mesh: Mesh, parts: Integration, split: Split, mu: float) -> Mixed:
+def with_pressures(mesh: Mesh, parts: Integration, split: Split, mu: float) -> MixedSolid:
     """The mixed energy of a mesh: displacements, and behind them the pressures that go with its element.
 
     Their unit is the shear modulus `mu` (Pa) over the edge of a mean cell, so that no block of the matrix outweighs
@@ -21,4 +21,4 @@ def with_pressures(mesh: Mesh, parts: Integration, split: Split, mu: float) -> M
     edge = float(np.cbrt(parts.w.sum() / len(mesh.cells)))
     at, body = 3 * len(mesh.points) + known.cells, (mesh.cells, parts.dNdX, parts.w)
     pair = (split.shape, split.constraint, split.compliance)
-    return Mixed(*body, *pair, at, known.N, len(mesh.points), mu, edge)
+    return MixedSolid(*body, *pair, at, known.N, len(mesh.points), mu, edge)

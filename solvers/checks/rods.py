@@ -17,7 +17,7 @@ from softmark.solvers.checks.solids import EPS, Floats
 
 
 @dataclass(frozen=True)
-class Rod:
+class CheckedRod:
     """Nodes in order along a rod that is straight at rest: `x` (n, 3) m, frames `R` (n, 3, 3) with columns e1, e2, e3.
 
     `l` (n - 1,) are the lengths at rest, `C` (6,) the stiffnesses EA, GA2, GA3 (N), GJ, EI2, EI3 (N m^2); modes in

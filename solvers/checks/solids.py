@@ -225,7 +225,7 @@ def corotational_stress(mu: float, lam: float) -> Stress:
 
 
 @dataclass(frozen=True)
-class Term:
+class StressTerm:
     """A part of the stress, and whether it is taken at the centre of each cell only."""
 
     stress: Stress
@@ -233,7 +233,7 @@ class Term:
 
 
 @dataclass(frozen=True)
-class Body:
+class CheckedBody:
     """A deformed mesh: `points` (n, 3), `cells` (m, a), displacements `u` (n, 3), m; `stiff` is a modulus in Pa.
 
     With `turned` each cell has one rotation, that of its mean deformation gradient, and forces as in linear elasticity
@@ -244,7 +244,7 @@ class Body:
     cells: Ints
     kind: str
     u: Floats
-    terms: tuple[Term, ...]
+    terms: tuple[StressTerm, ...]
     stiff: float
     turned: bool = False
 
@@ -264,7 +264,7 @@ class Body:
                 reach += np.bincount(some.ravel(), size.ravel(), minlength=len(g))
         return g, EPS * self.stiff * float(np.linalg.norm(reach))
 
-    def _local(self, cells: Ints, term: Term) -> tuple[Floats, Floats]:
+    def _local(self, cells: Ints, term: StressTerm) -> tuple[Floats, Floats]:
         """Nodal forces of some cells (m, a, 3), N, and those that a strain of one Pa would make (m, a)."""
         xi, weights = rule(self.kind, term.centre)
         dNdX, det = gradients(self.points, cells, self.kind, xi)
@@ -379,7 +379,7 @@ def part_forces(points: Floats, facets: Ints, xi: Floats, w: Floats, push: Calla
 
 
 @dataclass(frozen=True)
-class Balance:
+class ForceBalance:
     """Forces on free degrees of freedom that nothing balances, relative to loads and reactions.
 
     `rounding` is what the arithmetic may leave of it, `nodes` how many nodes it was found at.
@@ -397,7 +397,7 @@ def balance(
     noise: float,
     chosen: Ints | None = None,
     lacking: float = 0.0,
-) -> Balance:
+) -> ForceBalance:
     """Of nodal forces `inside` and loads `outside` (n, 3), N, where `held` (n, 3) carries reactions.
 
     `chosen` are the nodes at which `inside` is complete, all where it is None; `lacking` is what is left of other
@@ -410,8 +410,8 @@ def balance(
     scale = max(float(np.linalg.norm(outside)), reactions)
     noise *= grown
     if scale <= 10.0 * noise:  # nothing acts: what is left is compared with what rounding leaves
-        return Balance(free / noise * EPS if noise else free, 100.0 * EPS, len(some))
-    return Balance(free / scale, noise / scale, len(some))
+        return ForceBalance(free / noise * EPS if noise else free, 100.0 * EPS, len(some))
+    return ForceBalance(free / scale, noise / scale, len(some))
 
 
 def sample(nodes: int, cells: Ints, points: int) -> tuple[Ints | None, Ints]:

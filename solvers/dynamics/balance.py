@@ -17,7 +17,7 @@ LOSS = 0.25  # of it: beyond this a loss is said; under a load that acts at once
 
 
 @dataclass(frozen=True)
-class Balance:
+class EnergyBalance:
     """The balance of a motion, as parts of its scale, and the energy itself, J."""
 
     drift: float  # max |B| / scale
@@ -71,7 +71,7 @@ class Account:
         return self.over >= PATIENCE and self.record
 
     @property
-    def balance(self) -> Balance:
+    def balance(self) -> EnergyBalance:
         """Up to now."""
         share = 1.0 / self.scale if self.scale > 0.0 else 0.0
-        return Balance(share * self.drift, share * self.gain, share * self.loss, self.scale, self.time)
+        return EnergyBalance(share * self.drift, share * self.gain, share * self.loss, self.scale, self.time)

@@ -9,7 +9,7 @@ from scipy import sparse
 
 from softmark.records import dataclass
 from softmark.solvers.assembly.patterns import Pattern, prepare
-from softmark.solvers.dynamics.loading import Constant, Course, Load, graded, mean_of
+from softmark.solvers.dynamics.loading import Constant, Course, StepLoad, graded, mean_of
 from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.energies.elastic import add_drag
 from softmark.solvers.energies.energy import Energy, Floats, Ints
@@ -53,7 +53,7 @@ class Forces:
         """The factor of each load at a time (l,)."""
         return np.array([course.at(time) for course in self.courses])
 
-    def graded(self, begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> Load:
+    def graded(self, begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> StepLoad:
         """The loads of a step, see loading.graded."""
         return graded(self.courses, begin, end, weight, ahead)
 

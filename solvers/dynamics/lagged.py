@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, TypeGuard
 import numpy as np
 
 from softmark.solvers.dynamics.forces import Force, Forces
-from softmark.solvers.dynamics.newton import Balance, Outcome, Trial
+from softmark.solvers.dynamics.newton import Outcome, StageEquations, StageTrial
 from softmark.solvers.dynamics.scheme import Motion, Stage
 from softmark.solvers.energies.energy import Energy, Floats, Lagging
 
@@ -127,7 +127,7 @@ class Lagged:
 
     # ------------------------------------------------------------------ iteration
 
-    def _iterate(self, balance: Lag, x: Floats) -> tuple[Trial, Outcome] | None:
+    def _iterate(self, balance: Lag, x: Floats) -> tuple[StageTrial, Outcome] | None:
         from softmark.solvers.sparse.cholesky import Indefinite
 
         problem, free = self.system.problem, self.forces.free
@@ -155,7 +155,7 @@ class Lagged:
         return None
 
 
-class Lag(Balance):
+class Lag(StageEquations):
     """The equations of a stage; the first forces asked for bring the lagged tangent with them."""
 
     def __init__(self, lagged: Lagged, stage: Stage, traces: Floats) -> None:

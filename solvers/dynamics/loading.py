@@ -47,7 +47,7 @@ class Constant:
 
 
 @dataclass(frozen=True)
-class Load:
+class StepLoad:
     """Factors (l,) of the loads of a step: at its start and end, and their mean over it.
 
     `first` and `last` are those that the accelerations which the step starts from and ends with are to balance.
@@ -60,9 +60,9 @@ class Load:
     last: Floats
 
 
-def steady(factors: Floats) -> Load:
+def steady(factors: Floats) -> StepLoad:
     """The same all over the step."""
-    return Load(factors, factors, factors, factors, factors)
+    return StepLoad(factors, factors, factors, factors, factors)
 
 
 def mean_of(courses: Sequence[Course], begin: float, end: float) -> Floats:
@@ -70,7 +70,7 @@ def mean_of(courses: Sequence[Course], begin: float, end: float) -> Floats:
     return np.array([course.mean(begin, end) for course in courses])
 
 
-def graded(courses: Sequence[Course], begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> Load:
+def graded(courses: Sequence[Course], begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> StepLoad:
     """A straight line from end to end, lifted so that an integrator gives it the impulse of the courses.
 
     `weight` is the one that the integrator gives to the end of the step in the change of velocity, so much that
@@ -85,4 +85,4 @@ def graded(courses: Sequence[Course], begin: float, end: float, weight: float = 
     mean = mean_of(courses, begin, end)
     lift, slope = mean - (first + weight * (last - first)), ahead * (last - first)
     start, stop = first + lift, last + lift
-    return Load(start, stop, mean, start + slope, stop + slope)
+    return StepLoad(start, stop, mean, start + slope, stop + slope)

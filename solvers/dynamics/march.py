@@ -16,7 +16,7 @@ from softmark.solvers.dynamics.newton import Outcome
 from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.dynamics.scheme import Motion, Past, StepFailed
 from softmark.solvers.dynamics.system import System
-from softmark.solvers.dynamics.trajectory import Diverged, Event, NotConverged, Trajectory
+from softmark.solvers.dynamics.trajectory import Diverged, Event, MotionNotConverged, Trajectory
 
 NOISE = 1e4  # times the rounding of forces
 
@@ -145,8 +145,8 @@ class _March:
             tuple(self.system.newton.history),
         )
 
-    def _stopped(self, reason: str) -> NotConverged:
-        return NotConverged(reason, self._trajectory(complete=False), tuple(self.system.newton.history))
+    def _stopped(self, reason: str) -> MotionNotConverged:
+        return MotionNotConverged(reason, self._trajectory(complete=False), tuple(self.system.newton.history))
 
     def _trajectory(self, complete: bool) -> Trajectory:
         times = np.array(self.times)

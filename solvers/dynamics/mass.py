@@ -10,7 +10,7 @@ from scipy import sparse
 from softmark.solvers.energies.energy import Floats, Ints
 
 
-class Shape(Protocol):
+class MassShape(Protocol):
     """What of an element a mass needs."""
 
     constant: ClassVar[bool]
@@ -28,7 +28,7 @@ class Shape(Protocol):
         """dN/dxi (q, a, 3)."""
 
 
-def mass_points(points: Floats, cells: Ints, element: type[Shape]) -> tuple[Floats, Floats]:
+def mass_points(points: Floats, cells: Ints, element: type[MassShape]) -> tuple[Floats, Floats]:
     """Shape functions N (q, a) and volumes w (m, q), m^3, at points that integrate products of shape functions.
 
     Stiffness needs fewer points than mass: one is exact for the linear tetrahedron, whose mass it makes singular.

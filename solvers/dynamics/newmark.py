@@ -9,7 +9,7 @@ from softmark.solvers.dynamics.scheme import Motion, Past, Stage
 from softmark.solvers.dynamics.trapezoidal import mean_stage
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.loading import Load
+    from softmark.solvers.dynamics.loading import StepLoad
     from softmark.solvers.dynamics.system import System
 
 
@@ -44,7 +44,7 @@ def newmark_stage(
     system: System,
     before: Motion,
     h: float,
-    load: Load,
+    load: StepLoad,
     beta: float,
     gamma: float,
     alpha_m: float = 0.0,

@@ -30,7 +30,7 @@ SHORTEST = 1e-5  # part of a Newton step that is tried
 
 
 @dataclass(frozen=True)
-class Iteration:
+class StepIteration:
     """A Newton iteration of the step that ends at `time`: the residual, relative, that `length` of it led to."""
 
     time: float
@@ -50,28 +50,28 @@ class Outcome:
     lagged: bool = False  # by one factor with lagged stresses, not by Newton's method
 
 
-class Newton:
+class StageNewton:
     """Solves stages; keeps the history of all iterations and the size of forces of the last accepted step."""
 
     def __init__(self, system: System) -> None:
         self.system = system
-        self.history: list[Iteration] = []
+        self.history: list[StepIteration] = []
         self.scale = 0.0
 
     def solve(self, stage: Stage) -> tuple[Motion, Outcome]:
         """The end of the step. Raises StepFailed."""
-        balance = Balance(self.system, stage)
+        balance = StageEquations(self.system, stage)
         trial, outcome = self._descend(balance)
         self.scale = trial.scale
         return balance.motion(trial), outcome
 
-    def _descend(self, balance: Balance) -> tuple[Trial, Outcome]:
+    def _descend(self, balance: StageEquations) -> tuple[StageTrial, Outcome]:
         most, cap = self.system.problem.max_iterations, self.system.problem.cap
         trial, before, length = balance.start(), np.inf, 0.0
         for number in range((most if cap is None else cap) + 1):
             scale = max(trial.scale, self.scale)
             residual = trial.size / scale if scale else trial.size
-            self.history.append(Iteration(balance.end, balance.stage.step, number, residual, length))
+            self.history.append(StepIteration(balance.end, balance.stage.step, number, residual, length))
             if not math.isfinite(residual):
                 raise StepFailed("forces are not finite")
             solved = balance.met(trial, scale, before)
@@ -89,10 +89,10 @@ class Newton:
 
 
 @dataclass(frozen=True)
-class Trial:
+class StageTrial:
     """An end of a step on trial: what is out of balance there is computed when it is asked for."""
 
-    balance: Balance
+    balance: StageEquations
     x: Floats
     v: Floats
     a: Floats
@@ -139,7 +139,7 @@ def norm(f: Floats) -> float:
     return math.sqrt(f @ f)
 
 
-class Balance:
+class StageEquations:
     """The equations of one stage: residual, incremental potential, Newton steps."""
 
     def __init__(self, system: System, stage: Stage) -> None:
@@ -154,7 +154,7 @@ class Balance:
         if stage.alpha_f and not stage.between:
             self.past = stage.alpha_f * self.forces.at(start.x, stage.load.start).total
 
-    def trial(self, x: Floats) -> Trial:
+    def trial(self, x: Floats) -> StageTrial:
         """The end x, with the velocity and the acceleration that belong to it."""
         stage, system, fixed = self.stage, self.system, self.forces.fixed
         way = x - stage.coast
@@ -163,9 +163,9 @@ class Balance:
         mean = (1.0 - stage.alpha_m) * a + stage.alpha_m * stage.start.a if stage.alpha_m else a
         inertia = self.forces.inertia(mean)
         drag = system.damping.force(stage.speeding(v))
-        return Trial(self, x, v, a, inertia, drag)
+        return StageTrial(self, x, v, a, inertia, drag)
 
-    def motion(self, trial: Trial) -> Motion:
+    def motion(self, trial: StageTrial) -> Motion:
         """What it is at the end."""
         return Motion(self.end, trial.x, trial.v, trial.a, self.stage.load.last)
 
@@ -177,27 +177,27 @@ class Balance:
         """The state whose forces count."""
         return self.share * x + self.stage.alpha_f * self.stage.start.x if self.stage.between else x
 
-    def met(self, trial: Trial, scale: float, before: float) -> bool:
+    def met(self, trial: StageTrial, scale: float, before: float) -> bool:
         """The tolerance is met, or the last iteration has lowered nothing and rounding is all that is left."""
         if trial.size <= self.system.problem.tolerance * scale:
             return True
         return 0.3 * before < trial.size <= 4.0 * (self.forces.rounding(trial.x) + self._blur(trial))
 
-    def drowned(self, trial: Trial) -> bool:
+    def drowned(self, trial: StageTrial) -> bool:
         """Whether rounding of the states is all that is out of balance, as in a body on which no force acts."""
         free = self.forces.free
         known = np.abs(trial.x) + np.abs(self.stage.coast)
         lost = abs(self._jacobian(trial.x, False)) @ known[free]
         return trial.size <= 4.0 * EPS * norm(lost)
 
-    def _blur(self, trial: Trial) -> float:
+    def _blur(self, trial: StageTrial) -> float:
         """Norm of what rounding of x leaves in the inertia, N."""
         lost = self.forces.M @ (np.abs(trial.x) + np.abs(self.stage.coast))
         return EPS * abs(1.0 - self.stage.alpha_m) * self.stage.A * float(np.linalg.norm(lost))
 
     # ------------------------------------------------------------------ start
 
-    def start(self) -> Trial:
+    def start(self) -> StageTrial:
         """The best of staying, coasting on and speeding up as before; where supports move, following them.
 
         With a cap, staying: the step is then what codes that iterate so seldom make of it.
@@ -219,7 +219,7 @@ class Balance:
             return min(inside, key=lambda t: self.rise(inside[0], t))
         return min(inside, key=lambda t: t.size)
 
-    def _towed(self, moved: Floats) -> Trial:
+    def _towed(self, moved: Floats) -> StageTrial:
         """One linear step from the start of the step, for the motion of the supports over it."""
         now = self.stage.start
         here, d = self.trial(now.x), moved - now.x
@@ -235,7 +235,7 @@ class Balance:
 
     # ------------------------------------------------------------------ iteration
 
-    def better(self, trial: Trial, scale: float) -> tuple[Trial, float]:
+    def better(self, trial: StageTrial, scale: float) -> tuple[StageTrial, float]:
         """The next trial, and the part of the Newton step that leads there. Raises StepFailed."""
         goal = 0.1 * self.system.problem.tolerance * scale / trial.size  # of the linear system: no more than needed
         reason = "no Newton step lowers the energy"
@@ -251,7 +251,7 @@ class Balance:
                     return found
         raise StepFailed(reason)
 
-    def _direction(self, trial: Trial, r: Floats, tolerance: float, projected: bool) -> Floats:
+    def _direction(self, trial: StageTrial, r: Floats, tolerance: float, projected: bool) -> Floats:
         """-J^-1 r (free,). Raises StepFailed."""
         J = self._jacobian(trial.x, projected)
         try:
@@ -272,7 +272,7 @@ class Balance:
             J.data += self.share * stage.B * self.system.damping.data
         return J
 
-    def _along(self, trial: Trial, d: Floats) -> tuple[Trial, float] | None:
+    def _along(self, trial: StageTrial, d: Floats) -> tuple[StageTrial, float] | None:
         """The whole step, or the part of it that lowers the potential enough (Armijo 1966); None where none does."""
         length, slope = 1.0, float(trial.r @ d)
         while length > SHORTEST:
@@ -286,13 +286,13 @@ class Balance:
             length *= 0.5
         return None
 
-    def _lower(self, trial: Trial, there: Trial, slope: float) -> bool:
+    def _lower(self, trial: StageTrial, there: StageTrial, slope: float) -> bool:
         if self.forces.conservative:
             noise = 1e-13 * (abs(trial.potential) + abs(there.potential))
             return self.rise(trial, there) <= 1e-4 * slope + noise
         return there.size <= (1.0 - 1e-4) * trial.size
 
-    def rise(self, here: Trial, there: Trial) -> float:
+    def rise(self, here: StageTrial, there: StageTrial) -> float:
         """By how much the incremental potential is larger there, J."""
         free = self.forces.free
         step = (there.x - here.x)[free]

@@ -20,7 +20,7 @@ from softmark.solvers.linear.factorisations import factor
 CONSTANT = Constant()
 
 
-class LinearSolver(Protocol):
+class StepLinearSolver(Protocol):
     """Solves one system after the other; may keep what it knows of a pattern from step to step."""
 
     def solve(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats:
@@ -92,7 +92,7 @@ class Dynamics:
     tolerance: float = 1e-8
     max_iterations: int = 20
     shortest: float = 2.0**-10
-    linear: LinearSolver | None = None  # None: the one that suits
+    linear: StepLinearSolver | None = None  # None: the one that suits
     lagged: bool = True
     cap: int | None = None
     sound: Callable[[Floats], bool] = field(default=lambda x: True)

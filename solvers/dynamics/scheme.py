@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.solvers.dynamics.loading import Load
+    from softmark.solvers.dynamics.loading import StepLoad
     from softmark.solvers.dynamics.system import System
 
     Floats = NDArray[np.float64]
@@ -53,7 +53,7 @@ class Stage:
 
     start: Motion
     step: float
-    load: Load
+    load: StepLoad
     A: float  # 1/s^2
     B: float  # 1/s
     coast: Floats

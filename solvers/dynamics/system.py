@@ -11,8 +11,8 @@ from softmark.solvers.dynamics.damping import Damping
 from softmark.solvers.dynamics.forces import Forces
 from softmark.solvers.dynamics.frequencies import Frequencies
 from softmark.solvers.dynamics.lagged import Lagged, suits
-from softmark.solvers.dynamics.newton import Newton, Outcome
-from softmark.solvers.dynamics.problem import Direct, Dynamics, LinearSolver
+from softmark.solvers.dynamics.newton import Outcome, StageNewton
+from softmark.solvers.dynamics.problem import Direct, Dynamics, StepLinearSolver
 from softmark.solvers.dynamics.scheme import Motion, Stage, StepFailed
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Factor, Singular, factor
@@ -25,7 +25,7 @@ BLUR = 16.0  # times what rounding leaves in the force of damping: less is no ch
 SAME = 1e-8  # relative: loads that differ by less are one
 
 
-def _linear(forces: Forces) -> LinearSolver:
+def _linear(forces: Forces) -> StepLinearSolver:
     """Cholesky with conjugate gradients for many unknowns under a potential; else a factorisation for any matrix."""
     if not forces.conservative or len(forces.free) < SMALL:
         return Direct(forces.conservative)
@@ -41,8 +41,8 @@ class System:
         self.problem, self.step = problem, step
         self.forces = Forces(problem)
         self.damping = Damping(self.forces, problem.damping, problem.target)
-        self.linear: LinearSolver = problem.linear or _linear(self.forces)
-        self.newton = Newton(self)
+        self.linear: StepLinearSolver = problem.linear or _linear(self.forces)
+        self.newton = StageNewton(self)
         self.lagged = self._lagged() if problem.lagged and not problem.integrator.explicit else None
         self.outcome = Outcome()  # of the last step; an explicit one has nothing to solve
         self.longest = np.inf  # s, the step that an explicit integrator can take now

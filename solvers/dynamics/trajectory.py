@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.balance import Account, Balance
-from softmark.solvers.dynamics.newton import Iteration
+from softmark.solvers.dynamics.balance import Account, EnergyBalance
+from softmark.solvers.dynamics.newton import StepIteration
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.statics import problem
 
@@ -26,7 +26,7 @@ class Event:
 
 
 @dataclass(frozen=True)
-class Timing:
+class StepTiming:
     """Seconds of the steps: the median, the 95th and 99th percentiles (linear interpolation), and the worst."""
 
     median: float
@@ -35,11 +35,11 @@ class Timing:
     worst: float
 
 
-def timing(seconds: Floats) -> Timing:
+def timing(seconds: Floats) -> StepTiming:
     """Statistics of the seconds (n,) of steps; not a number where there were none."""
     if not len(seconds):
-        return Timing(np.nan, np.nan, np.nan, np.nan)
-    return Timing(*(float(p) for p in np.percentile(seconds, [50.0, 95.0, 99.0, 100.0])))
+        return StepTiming(np.nan, np.nan, np.nan, np.nan)
+    return StepTiming(*(float(p) for p in np.percentile(seconds, [50.0, 95.0, 99.0, 100.0])))
 
 
 @dataclass(frozen=True)
@@ -70,17 +70,17 @@ class Trajectory:
     solved: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))  # (n,)
     lagged: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))  # (n,)
     fallbacks: int = 0
-    balance: Balance = NOTHING  # of the energies
+    balance: EnergyBalance = NOTHING  # of the energies
 
 
-class NotConverged(problem.NotConverged):
+class MotionNotConverged(problem.NotConverged):
     """A step failed at its shortest; `trajectory` holds what came before, `iterations` every Newton iteration."""
 
-    def __init__(self, reason: str, trajectory: Trajectory, iterations: tuple[Iteration, ...]) -> None:
+    def __init__(self, reason: str, trajectory: Trajectory, iterations: tuple[StepIteration, ...]) -> None:
         super().__init__(reason)
         self.trajectory = trajectory
         self.iterations = iterations
 
 
-class Diverged(NotConverged):
+class Diverged(MotionNotConverged):
     """The motion has gained more energy than anything has brought; `trajectory` ends where that was found."""

@@ -30,7 +30,7 @@ BATCH = 64  # cells whose stretches are found together, in vector registers
 FLOOR = GAP = 1e-6  # below which the law divides by nothing and decomposes by singular values: its own numbers
 
 
-class Corotational(Protocol):
+class CorotationalLaw(Protocol):
     """What the energy needs of the law."""
 
     @property
@@ -57,7 +57,7 @@ class CorotationalTets(Lagging):
     cells: Ints
     dNdX: Floats
     w: Floats
-    law: Corotational
+    law: CorotationalLaw
     conservative: bool = True
     _placed: list[tuple[Ints, Rows]] = field(default_factory=list, init=False, repr=False, compare=False)
 

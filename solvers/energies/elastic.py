@@ -15,7 +15,7 @@ from softmark.solvers.energies.energy import Energy, Floats, Ints
 POINTS = 4096  # at which the law is asked at a time: what it gives stays in the cache
 
 
-class Law(Protocol):
+class ElasticLaw(Protocol):
     """Energy density and its derivatives over a batch of deformation gradients F (n, 3, 3)."""
 
     def psi(self, F: Floats) -> Floats:
@@ -31,7 +31,7 @@ class Law(Protocol):
         """dPdF with its negative eigenvalues set to zero."""
 
 
-class Drag(Protocol):
+class DampedLaw(Protocol):
     """What damping in proportion to stiffness takes of a law."""
 
     def dPdF_projected(self, F: Floats) -> Floats:
@@ -39,7 +39,7 @@ class Drag(Protocol):
 
 
 @runtime_checkable
-class OfInvariants(Protocol):
+class InvariantLaw(Protocol):
     """What more is known of a law of I1 = tr F^T F and J = det F, from I1 - 3 and J - 1 (c, q).
 
     P = a F + s C and dP/dF = a 1 + s dC/dF + c (F (x) C + C (x) F) + d C (x) C, with C = cof F.
@@ -68,9 +68,9 @@ class Elastic(Energy):
     cells: Ints
     dNdX: Floats
     w: Floats
-    law: Law
+    law: ElasticLaw
     conservative: bool = True
-    drag: Drag | None = None
+    drag: DampedLaw | None = None
 
     @cached_property
     def stencils(self) -> Ints:
@@ -98,7 +98,7 @@ class Elastic(Energy):
 
     def value(self, x: Floats) -> float:
         """Strain energy, J."""
-        if isinstance(self.law, OfInvariants):
+        if isinstance(self.law, InvariantLaw):
             total = 0.0
             with np.errstate(all="ignore"):
                 for some, _, i, j in self._points(x):
@@ -109,7 +109,7 @@ class Elastic(Energy):
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Nodal elastic forces, N."""
         forces = g.reshape(-1, 3)
-        if isinstance(self.law, OfInvariants):
+        if isinstance(self.law, InvariantLaw):
             with np.errstate(all="ignore"):
                 for some, h, i, j in self._points(x):
                     a, s = self.law.slopes(i, j)
@@ -121,7 +121,7 @@ class Elastic(Energy):
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Tangent stiffness, N/m; its geometric part is within dP/dF."""
-        if isinstance(self.law, OfInvariants) and not projected:
+        if isinstance(self.law, InvariantLaw) and not projected:
             self._add_of_invariants(self.law, x, data, slots, scale, None)
             return
         tangent = self.law.dPdF_projected if projected else self.law.dPdF
@@ -144,7 +144,7 @@ class Elastic(Energy):
             kernels.add_stiffness(A, self.dNdX[some], self.w[some], scale, slots[some], data)
 
     def _add_of_invariants(
-        self, law: OfInvariants, x: Floats, data: Floats, slots: Ints, scale: float, more: Floats | None
+        self, law: InvariantLaw, x: Floats, data: Floats, slots: Ints, scale: float, more: Floats | None
     ) -> None:
         """The tangent without tensors; `more` (m, q) is added to the number s of its term d(cof F)/dF, Pa."""
         with np.errstate(all="ignore"):

@@ -15,11 +15,11 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.energies import kernels
-from softmark.solvers.energies.elastic import POINTS, Elastic, Law
+from softmark.solvers.energies.elastic import POINTS, Elastic, ElasticLaw
 from softmark.solvers.energies.energy import SLACK, Energy, Floats, Ints
 
 
-class Constraint(Protocol):
+class VolumeConstraint(Protocol):
     """What measures a change of volume, over deformation gradients F (n, 3, 3): zero at rest."""
 
     def value(self, F: Floats) -> Floats:
@@ -33,7 +33,7 @@ class Constraint(Protocol):
 
 
 @dataclass(frozen=True)
-class Mixed(Energy):
+class MixedSolid(Energy):
     """Displacements and pressures of a solid: int psi_shape(F) + p g(F) - p^2/(2 M) dV, in J.
 
     `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m and `w` (m, q) in m^3 are as in `Elastic`, `law` is psi_shape. The
@@ -50,8 +50,8 @@ class Mixed(Energy):
     cells: Ints
     dNdX: Floats
     w: Floats
-    law: Law
-    constraint: Constraint
+    law: ElasticLaw
+    constraint: VolumeConstraint
     compliance: float
     pressures: Ints
     Np: Floats
@@ -158,8 +158,8 @@ class MeanDilatation(Energy):
     cells: Ints
     dNdX: Floats
     w: Floats
-    law: Law
-    constraint: Constraint
+    law: ElasticLaw
+    constraint: VolumeConstraint
     bulk: float
     expected: Floats | None = None
     conservative: bool = True
@@ -200,7 +200,7 @@ class MeanDilatation(Energy):
         grown = np.einsum("mq,mqiJ,mqiJ->m", self.w, G, H, optimize=True) / self._volumes
         return replace(self, expected=self.bulk * (self._means(F) + grown))
 
-    def under(self, constraint: Constraint, x: Floats) -> MeanDilatation:
+    def under(self, constraint: VolumeConstraint, x: Floats) -> MeanDilatation:
         """The same energy with the pressures of another measure of volume in x."""
         return replace(self, expected=self.bulk * replace(self, constraint=constraint)._means(self.F(x)))
 
@@ -248,7 +248,7 @@ class MeanDilatation(Energy):
 
 
 def _add_stiffness(
-    shape: Elastic, constraint: Constraint, F: Floats, p: Floats,
+    shape: Elastic, constraint: VolumeConstraint, F: Floats, p: Floats,
     slots: Ints, data: Floats, scale: float, projected: bool,
 ) -> None:  # fmt: skip
     """The tangent of a shape's law at F (m, q, 3, 3) and of pressures p (m, q), N/m; projected: of the law alone."""
@@ -264,7 +264,7 @@ def _add_stiffness(
 
 
 @dataclass(frozen=True)
-class OfDisplacements(Energy):
+class DisplacementEnergy(Energy):
     """An energy of displacements alone (`dofs` of them), where the state has other unknowns behind them."""
 
     energy: Energy

@@ -59,7 +59,7 @@ class RodStiffness:
 
 
 @dataclass(frozen=True)
-class Section:
+class RodSection:
     """A homogeneous isotropic cross-section, e2 and e3 along its principal axes."""
 
     area: float  # m^2
@@ -79,8 +79,8 @@ class Section:
         return RodStiffness(E * self.area, *shears, G * self.J, E * self.I2, E * self.I3)
 
 
-def circular(radius: float, young: float, poisson: float) -> Section:
+def circular(radius: float, young: float, poisson: float) -> RodSection:
     """The full circle: A = pi R^2, I = pi R^4 / 4, J = 2 I, k = 6 (1 + nu) / (7 + 6 nu) (Cowper 1966)."""
     I = pi * radius**4 / 4
     k = 6 * (1 + poisson) / (7 + 6 * poisson)
-    return Section(pi * radius**2, I, I, 2 * I, k, k, young, young / (2 * (1 + poisson)))
+    return RodSection(pi * radius**2, I, I, 2 * I, k, k, young, young / (2 * (1 + poisson)))

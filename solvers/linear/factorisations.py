@@ -21,7 +21,7 @@ from softmark.records import dataclass
 from softmark.solvers.base import memory
 from softmark.solvers.base.threads import ALONE
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.sparse.banded import Indefinite, banded
+from softmark.solvers.sparse.banded import NegativePivot, banded
 from softmark.solvers.sparse.motions import Modes
 
 if TYPE_CHECKING:
@@ -187,7 +187,7 @@ class Signed:
 
 
 @dataclass
-class Refined:
+class RefinedFactor:
     """K = L L^T in single precision; conjugate gradients, mostly two or three, remove its errors."""
 
     cholesky: Cholesky
@@ -289,7 +289,7 @@ def _chosen(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: 
     if K.nnz < LARGE:
         try:
             return (banded(K) if symmetric else None) or _triangular(K, symmetric)
-        except Indefinite:
+        except NegativePivot:
             return Waiting(K)
     if symmetric:
         return _symmetric(K, precision, modes) or _triangular(K, symmetric)
@@ -340,7 +340,7 @@ def _definite(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Facto
     except Indefinite:
         return None if precision == "double" else _definite(K, "double", modes)
     if precision == "single":
-        return Refined(cholesky, K)
+        return RefinedFactor(cholesky, K)
     if cholesky.definite:
         return Definite(cholesky)
     return Signed(cholesky, K) if _accurate(cholesky, K) else None

@@ -18,7 +18,7 @@ KEPT = 8  # patterns known at a time
 _LOCK = threading.Lock()
 
 
-class Known:
+class KnownPattern:
     """What is known of a pattern: what its factor costs and, once it is needed, the plan."""
 
     def __init__(self, found: Sketch) -> None:
@@ -33,10 +33,10 @@ class Known:
 
 
 # a weak reference to indptr, indices, what is known; the latest first
-_KNOWN: list[tuple[Any, Any, Known]] = []
+_KNOWN: list[tuple[Any, Any, KnownPattern]] = []
 
 
-def known_of(K: sparse.csr_matrix, motions: Modes = None) -> Known:
+def known_of(K: sparse.csr_matrix, motions: Modes = None) -> KnownPattern:
     """What is known of the pattern of K. Raises ValueError where it is not symmetric with a full diagonal.
 
     A pattern is known by its two arrays, which nobody may change, or by equal ones, and forgotten with the array
@@ -47,7 +47,7 @@ def known_of(K: sparse.csr_matrix, motions: Modes = None) -> Known:
         for entry in _KNOWN:
             if _same(entry[0](), K.indptr) and _same(entry[1], K.indices):
                 return entry[2]
-    known = Known(sketch(K, motions() if callable(motions) else motions))
+    known = KnownPattern(sketch(K, motions() if callable(motions) else motions))
     with _LOCK:
         alive = [e for e in _KNOWN if e[0]() is not None]
         entry = (weakref.ref(K.indptr, _forget), K.indices, known)

@@ -91,7 +91,7 @@ class Systems:
         if self.choice.spare is not None:
             return saddle.factor(K, self.choice.spare, lambda K: factor(K, symmetric, method))
         found = factor(K, symmetric, method, self.choice.precision, self.choice.modes)
-        if isinstance(found, linear.Refined) and K.dtype == np.float32:
+        if isinstance(found, linear.RefinedFactor) and K.dtype == np.float32:
             return Single(found)  # single precision has no residual to refine by
         return Counted(self, found) if found.tolerance else found
 
@@ -167,7 +167,7 @@ class Counted:
 class Single:
     """A Cholesky factor in single precision, as it is; scaled, since single numbers overflow sooner."""
 
-    refined: linear.Refined
+    refined: linear.RefinedFactor
     name: str = "multifrontal Cholesky in single precision"
     negative_pivots: int | None = None  # positive pivots in single precision prove nothing
     tolerance: float = 0.0

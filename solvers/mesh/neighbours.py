@@ -24,7 +24,7 @@ class Neighbours(Protocol):
 
 def neighbours(points: Floats, places: int) -> Neighbours:
     """Of `points` (m, 3), to be asked for so many places."""
-    return All(points) if len(points) * places < FEW else Tree(points)
+    return All(points) if len(points) * places < FEW else PointTree(points)
 
 
 class All:
@@ -52,7 +52,7 @@ class All:
         return which, point
 
 
-class Tree:
+class PointTree:
     """Those that a tree leads to."""
 
     def __init__(self, points: Floats) -> None:

@@ -19,7 +19,7 @@ from softmark.solvers.mesh.splits import meshed
 
 
 @dataclass(frozen=True)
-class Section:
+class PlaneMesh:
     """A plane mesh of quadrilaterals: `points` (n, 2), `quads` (q, 4) counter-clockwise, `colour` (n,) 0 or 1."""
 
     points: Floats
@@ -27,7 +27,7 @@ class Section:
     colour: Ints
 
 
-def rectangle(width: float, height: float, size: float, cuts: tuple[Cut, ...] = ()) -> Section:
+def rectangle(width: float, height: float, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
     """A rectangle centred on the origin, m; even divisions keep its mirror symmetries in the split.
 
     Lines of the grid lie on the cuts of `first` and `second`.
@@ -43,15 +43,15 @@ def _line(low: float, high: float, count: int, cuts: tuple[Cut, ...]) -> Floats:
     return np.linspace(low, high, count + 1) if found is None else np.array(found)
 
 
-def _grid(x: Floats, y: Floats) -> Section:
+def _grid(x: Floats, y: Floats) -> PlaneMesh:
     nx, ny = len(x), len(y)
     i, j = (a.ravel() for a in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
     index = np.arange(nx * ny).reshape(nx, ny)
     quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
-    return Section(np.stack([x[i], y[j]], axis=1), quads, (i + j) % 2)
+    return PlaneMesh(np.stack([x[i], y[j]], axis=1), quads, (i + j) % 2)
 
 
-def disc(radius: float, size: float, corner: float = 0.73, bulge: float = 0.4, cuts: tuple[Cut, ...] = ()) -> Section:
+def disc(radius: float, size: float, corner: float = 0.73, bulge: float = 0.4, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
     """A disc: a bulged square grid in the middle, rings of quadrilaterals around it (an O-grid).
 
     `corner` is the radius of the square's corners as a fraction of `radius`, `bulge` how far its sides follow
@@ -80,12 +80,12 @@ def disc(radius: float, size: float, corner: float = 0.73, bulge: float = 0.4, c
         quads.append(np.stack([ring, following, np.roll(following, -1), np.roll(ring, -1)], axis=1))
         colours.append((inner.colour[rim] + k + 1) % 2)
         ring = following
-    section = Section(core * np.concatenate(points), np.concatenate(quads), np.concatenate(colours))
+    section = PlaneMesh(core * np.concatenate(points), np.concatenate(quads), np.concatenate(colours))
     chords = () if outer else along(cuts, "chord")
     return _leaning(section, radius, chords[0]) if chords else section
 
 
-def _leaning(section: Section, radius: float, chord: Cut) -> Section:
+def _leaning(section: PlaneMesh, radius: float, chord: Cut) -> PlaneMesh:
     """The disc mapped to itself so that a straight line through its middle becomes a chord.
 
     Turned, and then moved as the hyperbolic plane is in Klein's model: a projective map, which takes lines to lines,
@@ -102,7 +102,7 @@ def _leaning(section: Section, radius: float, chord: Cut) -> Section:
     p, q = turned @ normal, turned @ across
     scale = radius / (1.0 + v * p)
     points = np.outer(scale * (p + v), normal) + np.outer(scale * np.sqrt(1.0 - v * v) * q, across)
-    return Section(points, section.quads, section.colour)
+    return PlaneMesh(points, section.quads, section.colour)
 
 
 def _rim(n: int) -> Ints:
@@ -125,7 +125,7 @@ def _coons(outline: Floats, n: int) -> Floats:
     return grid
 
 
-def extrude(section: Section, length: float, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[Floats, Ints, Ints]:
+def extrude(section: PlaneMesh, length: float, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[Floats, Ints, Ints]:
     """Hexahedra along z from 0 to `length`: points (n, 3), cells (m, 8), colour (n,). Layers end on cuts of `along`."""
     z = _line(0.0, length, divisions(length, size), along(cuts, "along"))
     layers = len(z) - 1
@@ -137,7 +137,7 @@ def extrude(section: Section, length: float, size: float, cuts: tuple[Cut, ...] 
     return points, cells, colour
 
 
-def solid(section: Section, length: float, size: float, kind: str, cuts: tuple[Cut, ...] = ()) -> Mesh:
+def solid(section: PlaneMesh, length: float, size: float, kind: str, cuts: tuple[Cut, ...] = ()) -> Mesh:
     """The extruded section as hexahedra, or split into tetrahedra; with straight edges. Raises UnknownElement."""
     element = element_of(kind)
     return meshed(*extrude(section, length, size, cuts), element)

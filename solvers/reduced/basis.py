@@ -10,15 +10,13 @@ from collections.abc import Callable
 from itertools import combinations_with_replacement
 
 import numpy as np
-from scipy import linalg as dense
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, eigsh
 
 from softmark.records import dataclass
+from softmark.solvers.dynamics.vibrations import lowest
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import factor
 
-SMALL = 300  # unknowns up to which all modes are found at once
 DEPENDENT = 1e-9  # of its length: what must be left of a field beside the others
 STEP = 1e-3  # of the body's size: displacements between which forces are compared
 PAIRED = 8  # fields whose pairs give modal derivatives: 36 pairs
@@ -78,17 +76,9 @@ def principal(S: Floats, W: sparse.csr_matrix, modes: int | None, tolerance: flo
 def vibration(K: sparse.csr_matrix, M: sparse.csr_matrix, count: int) -> tuple[Floats, Floats]:
     """The lowest angular frequencies (count,), rad/s, and their modes (n, count) with Phi^T M Phi = I.
 
-    K phi = w^2 M phi, by Lanczos iteration on K^-1 M (Ericsson and Ruhe 1980). Raises Singular where K is singular.
+    K phi = w^2 M phi (see `lowest`). Raises Singular where K is singular.
     """
-    n = K.shape[0]
-    if n <= SMALL or count >= n // 2:
-        values, modes = dense.eigh(K.toarray(), M.toarray(), subset_by_index=(0, min(count, n) - 1))
-    else:
-        inverse = LinearOperator((n, n), matvec=factor(K).solve, dtype=np.float64)
-        start = np.random.default_rng(0).standard_normal(n)
-        values, modes = eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)
-        order = np.argsort(values)
-        values, modes = values[order], modes[:, order]
+    values, modes = lowest(K, M, count, lambda: factor(K))
     return np.sqrt(np.maximum(values, 0.0)), modes
 
 

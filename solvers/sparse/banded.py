@@ -32,7 +32,7 @@ def _lapack() -> Any:
     return lone("scipy.linalg._flapack")
 
 
-class Indefinite(Exception):
+class NegativePivot(Exception):
     """A pivot is negative beyond rounding: the matrix has a negative eigenvalue."""
 
 
@@ -79,7 +79,7 @@ def banded(K: sparse.csr_matrix) -> Banded | None:
         return Banded(factor)
     pivots = factor[-1, :info]
     if pivots[-1] < -NEUTRAL * np.max(pivots[:-1] ** 2, initial=-pivots[-1]):
-        raise Indefinite
+        raise NegativePivot
     return None
 
 

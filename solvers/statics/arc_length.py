@@ -37,7 +37,7 @@ BACK = -1.0  # load at which a path is given up
 
 
 @dataclass(frozen=True)
-class Limit:
+class PathLimit:
     """Where a path is special: its load factor, and a `limit point` or a `bifurcation`."""
 
     load: float
@@ -45,7 +45,7 @@ class Limit:
 
 
 @dataclass
-class Point:
+class PathPoint:
     """A point of the path: state, load, tangent (dofs of motion, load) of length one, count of negative eigenvalues."""
 
     x: Floats
@@ -60,8 +60,8 @@ class Point:
 class Path:
     """What is known of a path so far."""
 
-    points: list[Point] = field(default_factory=list)
-    limits: list[Limit] = field(default_factory=list)
+    points: list[PathPoint] = field(default_factory=list)
+    limits: list[PathLimit] = field(default_factory=list)
 
     @property
     def facts(self) -> dict[str, Any]:
@@ -78,11 +78,11 @@ def _pressures(problem: Statics) -> NDArray[np.bool_]:
     return found
 
 
-class Lost(Exception):
+class PathLost(Exception):
     """No point of the path at this length."""
 
 
-class Follower:
+class PathFollower:
     """Follows the path of one problem from rest."""
 
     def __init__(self, newton: Newton) -> None:
@@ -98,7 +98,7 @@ class Follower:
         """The first state of the path under full load. Raises NotConverged where it never comes there."""
         try:
             return self._followed()
-        except Lost as lost:
+        except PathLost as lost:
             raise self._stopped(f"where the path ends: {lost}") from lost
 
     def _followed(self) -> Floats:
@@ -120,28 +120,28 @@ class Follower:
 
     # ------------------------------------------------------------------ points
 
-    def _first(self) -> Point:
+    def _first(self) -> PathPoint:
         x = np.array(self.problem.rest, dtype=np.float64)
         factor = self._factor(x, 0.0)
         rate = self._rate(x, 0.0, factor)
         self.scale = float(np.linalg.norm(rate / self.weights)) or 1.0
-        return Point(x, 0.0, self._unit(rate, 1.0), self._negative(factor), 0.0)
+        return PathPoint(x, 0.0, self._unit(rate, 1.0), self._negative(factor), 0.0)
 
-    def _next(self, here: Point, step: float) -> tuple[Point, float]:
+    def _next(self, here: PathPoint, step: float) -> tuple[PathPoint, float]:
         """The next point, and the step that it took. Raises NotConverged."""
         while True:
             try:
                 there = self.at(here, step)
                 if self._dot(here.tangent, there.tangent) >= TURN or step < 100 * FINEST:
                     return there, step
-            except Lost as lost:
+            except PathLost as lost:
                 if step <= FINEST:
                     raise self._stopped(f"where the path ends: {lost}") from lost
             step = max(0.5 * step, FINEST) if step > FINEST else 0.0
             if step == 0.0:
                 raise self._stopped("where the path has a corner")
 
-    def at(self, here: Point, step: float) -> Point:
+    def at(self, here: PathPoint, step: float) -> PathPoint:
         """The point of the path whose part along the tangent of another is `step`. Raises Lost."""
         ahead, lift = here.tangent
         d, up = step * ahead, step * lift
@@ -149,7 +149,7 @@ class Follower:
         for number in range(CORRECTIONS + 1):
             g = self.assembly.gradient(x, load)
             if not np.all(np.isfinite(g)) or not np.isfinite(self.newton.strain(x)):
-                raise Lost("the law does not hold beyond it")
+                raise PathLost("the law does not hold beyond it")
             if number and self._balanced(x, load, g):
                 return self._point(here, x, load, number)
             if number == CORRECTIONS or (number > 2 and np.hypot(*self._parts((d, up))) > 10 * step):
@@ -157,7 +157,7 @@ class Follower:
             missing = step - self._dot(here.tangent, (d, up))
             more, rise = self._correction(x, load, g, here.tangent, missing)
             x, load, d, up = self._moved(x, more), load + rise, d + more, up + rise
-        raise Lost("Newton's method finds no further point")
+        raise PathLost("Newton's method finds no further point")
 
     def _correction(
         self, x: Floats, load: float, g: Floats, tangent: tuple[Floats, float], missing: float
@@ -169,10 +169,10 @@ class Follower:
             balance = np.zeros_like(rate)
             balance[self.assembly.free] = -factor.solve(g[self.assembly.free])
         except Singular as error:
-            raise Lost(str(error)) from error
+            raise PathLost(str(error)) from error
         along = self._dot(tangent, (rate, 1.0))
         if along == 0.0 or not np.isfinite(along):
-            raise Lost("the tangent is singular")
+            raise PathLost("the tangent is singular")
         rise = (missing - self._dot(tangent, (balance, 0.0))) / along
         self._record(load, g)
         return balance + rise * rate, rise
@@ -184,7 +184,7 @@ class Follower:
         self.newton.moved = self.newton._farther(d, 1.0)
         return self.problem.space.move(x, d)
 
-    def _point(self, here: Point, x: Floats, load: float, iterations: int) -> Point:
+    def _point(self, here: PathPoint, x: Floats, load: float, iterations: int) -> PathPoint:
         self.newton._promised = None
         factor = self._factor(x, load)
         try:
@@ -193,7 +193,7 @@ class Follower:
             tangent = here.tangent
         if self._dot(tangent, here.tangent) < 0.0:
             tangent = -tangent[0], -tangent[1]
-        return Point(x, load, tangent, self._negative(factor), self._displaced(x), iterations)
+        return PathPoint(x, load, tangent, self._negative(factor), self._displaced(x), iterations)
 
     def _displaced(self, x: Floats) -> float:
         """The largest displacement of a node, m: rods have a position and a rotation for each, solids no more."""
@@ -220,7 +220,7 @@ class Follower:
             else:
                 newton.last = newton.systems.factor(K, False, TIGHTEST)
         except Singular as error:
-            raise Lost(f"the tangent is singular ({error})") from error
+            raise PathLost(f"the tangent is singular ({error})") from error
         newton.matrix = K
         return newton.last
 
@@ -274,7 +274,7 @@ class Follower:
 
     # ------------------------------------------------------------------ where it is special
 
-    def _crossing(self, here: Point, there: Point, step: float) -> Point | None:
+    def _crossing(self, here: PathPoint, there: PathPoint, step: float) -> PathPoint | None:
         """The point under full load between two, to the tolerance of the problem; None where there is none."""
         top = there
         if there.load < 1.0 and here.tangent[1] > 0.0 > there.tangent[1]:  # it may have gone over and come back
@@ -290,7 +290,7 @@ class Follower:
             low, high = ((middle, near.load), high) if near.load < 1.0 else (low, (middle, near.load))
         raise self._stopped("and its point at full load could not be settled")
 
-    def _settled(self, here: Point, near: Point) -> Point | None:
+    def _settled(self, here: PathPoint, near: PathPoint) -> PathPoint | None:
         """The point at full load beside one that is nearly there; None where Newton's method leads elsewhere."""
         newton = self.newton
         newton._promised = None
@@ -303,27 +303,27 @@ class Follower:
         if not done or strayed:
             return None
         newton._promised = None
-        return Point(x, 1.0, near.tangent, near.negative, self._displaced(x), near.iterations)
+        return PathPoint(x, 1.0, near.tangent, near.negative, self._displaced(x), near.iterations)
 
     def _imposed(self, x: Floats, part: float) -> Floats:
         d = np.zeros(self.problem.space.dofs)
         d[self.problem.fixed] = part * self.problem.target
         return d
 
-    def _note(self, here: Point, there: Point, step: float) -> None:
+    def _note(self, here: PathPoint, there: PathPoint, step: float) -> None:
         """Find what is special between two points, and keep it."""
         turns = here.tangent[1] * there.tangent[1] < 0.0
         known = here.negative is not None and there.negative is not None
         change = (there.negative or 0) - (here.negative or 0) if known else 0
         try:
             if turns:
-                self.path.limits.append(Limit(self._turning(here, there, step)[0].load, "limit point"))
+                self.path.limits.append(PathLimit(self._turning(here, there, step)[0].load, "limit point"))
             if change and abs(change) != int(turns):
-                self.path.limits.append(Limit(self._meeting(here, there, step), "bifurcation"))
-        except Lost:
+                self.path.limits.append(PathLimit(self._meeting(here, there, step), "bifurcation"))
+        except PathLost:
             pass  # the two points say themselves that something lies between them
 
-    def _turning(self, here: Point, there: Point, step: float) -> tuple[Point, float]:
+    def _turning(self, here: PathPoint, there: PathPoint, step: float) -> tuple[PathPoint, float]:
         """Where the load turns, by false position on the load's part of the tangent (Illinois). Raises Lost."""
         a, fa, b, fb = 0.0, here.tangent[1], step, there.tangent[1]
         best, at = there, step
@@ -340,7 +340,7 @@ class Follower:
             b, fb = at, f
         return best, at
 
-    def _meeting(self, here: Point, there: Point, step: float) -> float:
+    def _meeting(self, here: PathPoint, there: PathPoint, step: float) -> float:
         """The load at which the count of negative eigenvalues changes first, by halving. Raises Lost."""
         low, high = (0.0, here), (step, there)
         while abs(high[1].load - low[1].load) > SHARP * abs(high[1].load) and high[0] - low[0] > 1e-6 * step:
@@ -351,7 +351,7 @@ class Follower:
 
     # ------------------------------------------------------------------ where it is given up
 
-    def _given_up(self, there: Point) -> None:
+    def _given_up(self, there: PathPoint) -> None:
         """Raises NotConverged where there is no use in going on."""
         checks: tuple[tuple[bool, Callable[[], str]], ...] = (
             (not self.problem.sound(there.x), lambda: "where cells turn inside out"),

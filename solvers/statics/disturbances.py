@@ -16,7 +16,7 @@ TURNS = 3.0  # of the whole when it is spun
 
 
 @dataclass(frozen=True)
-class Body:
+class DisturbedNodes:
     """Nodes at rest `points` (n, 3) in m, `cells` (m, a) whose nodes belong together, and how far to disturb them."""
 
     points: Floats
@@ -44,7 +44,7 @@ class Body:
 Random = np.random.Generator
 
 
-def scrambled(body: Body, random: Random) -> Floats:
+def scrambled(body: DisturbedNodes, random: Random) -> Floats:
     """Every node anywhere in the bounding box, times the amount in each direction (n, 3)."""
     # a straight line of nodes has no box: it is given one as thick as a tenth of its length
     size = np.maximum(body.size, 0.1 * body.size.max())
@@ -52,7 +52,7 @@ def scrambled(body: Body, random: Random) -> Floats:
     return places
 
 
-def flattened(body: Body, random: Random) -> Floats:
+def flattened(body: DisturbedNodes, random: Random) -> Floats:
     """Projected onto a plane through the middle with a random normal, and there times the amount (n, 3)."""
     n = _direction(random)
     away = body.points - body.middle
@@ -60,7 +60,7 @@ def flattened(body: Body, random: Random) -> Floats:
     return places
 
 
-def collapsed(body: Body, random: Random) -> Floats:
+def collapsed(body: DisturbedNodes, random: Random) -> Floats:
     """All nodes in one random point of the box or, as often, on a random line through it, there times the amount."""
     n, line = _direction(random), random.random() < 0.5
     point = body.low + random.random(3) * body.size
@@ -69,7 +69,7 @@ def collapsed(body: Body, random: Random) -> Floats:
     return places
 
 
-def inverted(body: Body, random: Random) -> Floats:
+def inverted(body: DisturbedNodes, random: Random) -> Floats:
     """Reflected by a random plane through the middle, and times the amount: every cell is inside out (n, 3)."""
     n = _direction(random)
     away = body.points - body.middle
@@ -77,7 +77,7 @@ def inverted(body: Body, random: Random) -> Floats:
     return places
 
 
-def spun(body: Body, random: Random) -> Floats:
+def spun(body: DisturbedNodes, random: Random) -> Floats:
     """Every cell turned at random about its middle, nodes where cells put them on average, and the whole twisted.
 
     (n, 3). The twist is TURNS times the amount, in either sense, from one end of the longest direction to the other.
@@ -91,7 +91,7 @@ def spun(body: Body, random: Random) -> Floats:
     return _twisted(body, places / np.maximum(count, 1)[:, None], random)
 
 
-def _twisted(body: Body, places: Floats, random: Random) -> Floats:
+def _twisted(body: DisturbedNodes, places: Floats, random: Random) -> Floats:
     axis = int(np.argmax(body.size))
     b, c = (axis + 1) % 3, (axis + 2) % 3
     sense = TURNS * body.amount * random.choice([-1.0, 1.0])
@@ -120,7 +120,7 @@ def _direction(random: Random) -> Floats:
     return unit
 
 
-DISTURBANCES: dict[str, Callable[[Body, Random], Floats]] = {
+DISTURBANCES: dict[str, Callable[[DisturbedNodes, Random], Floats]] = {
     "scrambled": scrambled,
     "flattened": flattened,
     "collapsed": collapsed,
@@ -129,6 +129,6 @@ DISTURBANCES: dict[str, Callable[[Body, Random], Floats]] = {
 }
 
 
-def disturbed(kind: str, body: Body, seed: int) -> Floats:
+def disturbed(kind: str, body: DisturbedNodes, seed: int) -> Floats:
     """Where the nodes are then (n, 3), m: the same for the same seed. Raises KeyError for an unknown kind."""
     return DISTURBANCES[kind](body, np.random.default_rng(seed))

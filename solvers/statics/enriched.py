@@ -32,7 +32,7 @@ MOST = 400  # iterations of conjugate gradients in a step
 Solve = Callable[[Floats], Floats]
 
 
-class Lost(Exception):
+class StateLost(Exception):
     """The finer space has no equilibrium near the state of the coarse one, or it was not found."""
 
 
@@ -64,11 +64,11 @@ def settled(
             size = float(np.linalg.norm(d))
             first = first or size
             if not size <= AWAY * first:
-                raise Lost("Newton's steps on the finer space lead away from its state")
+                raise StateLost("Newton's steps on the finer space lead away from its state")
             x = _inside(assembly, x, d)
             if size <= SETTLED * first or (number == 0 and _enough(assembly, x, solve, size)):
                 return x
-    raise Lost(f"{STEPS} Newton steps on the finer space do not lead to its equilibrium")
+    raise StateLost(f"{STEPS} Newton steps on the finer space do not lead to its equilibrium")
 
 
 def _enough(assembly: Assembly, x: Floats, solve: Solve, size: float) -> bool:
@@ -88,7 +88,7 @@ def _inside(assembly: Assembly, x: Floats, d: Floats) -> Floats:
         if np.isfinite(sum(e.value(y) for e in assembly.internal)):
             return y
         length *= 0.5
-    raise Lost("the law of the material does not hold in the state of the finer space")
+    raise StateLost("the law of the material does not hold in the state of the finer space")
 
 
 def _step(
@@ -96,12 +96,12 @@ def _step(
 ) -> tuple[Floats, Solve]:
     """Of the free unknowns by the tangent, or by one made definite, and what solves with it, or nearly. Raises Lost."""
     if not np.all(np.isfinite(g)):
-        raise Lost("the forces of the finer space are not finite")
+        raise StateLost("the forces of the finer space are not finite")
     direct = len(g) <= SMALL or not assembly.conservative or assembly.saddle
     for definite in (False,) if direct else (False, True):
         K = assembly.tangent(x, 1.0, definite)
         if not np.all(np.isfinite(K.data)):
-            raise Lost("the stiffness of the finer space is not finite")
+            raise StateLost("the stiffness of the finer space is not finite")
         watch()
         if direct:
             known = factor(K, symmetric=assembly.conservative)
@@ -109,7 +109,7 @@ def _step(
         nearly = _preconditioner(K, below(), watch)
         if (d := _gradients(K, -g, nearly)) is not None:
             return d, nearly
-    raise Lost("conjugate gradients do not solve the systems of the finer space")
+    raise StateLost("conjugate gradients do not solve the systems of the finer space")
 
 
 def _gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve) -> Floats | None:

@@ -26,7 +26,7 @@ from softmark.solvers.energies.energy import Floats, VectorSpace
 from softmark.solvers.linear import factorisations
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.linear.systems import Linear, Systems
-from softmark.solvers.statics.arc_length import Follower
+from softmark.solvers.statics.arc_length import PathFollower
 from softmark.solvers.statics.newton import MEMORY, RIGID, TINY, Newton
 from softmark.solvers.statics.problem import Criterion, Equilibrium, Iteration, NotConverged, Statics, Watch
 from softmark.solvers.statics.stability import critical_load, direct, loose_motion, rounding_error, softness
@@ -214,7 +214,7 @@ def _followed(problem: Statics, history: list[Iteration], systems: Systems) -> E
     """The first equilibrium under full load along the path from rest. Raises NotConverged."""
     newton = direct(problem, history, "path")
     newton.systems = systems
-    follower = Follower(newton)
+    follower = PathFollower(newton)
     x = follower.to_full_load()
     stable: bool | None = newton.definite(x) or None
     if problem.assembly.conservative:

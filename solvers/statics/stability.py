@@ -13,7 +13,7 @@ from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Factor, Singular
 from softmark.solvers.linear.systems import Systems
-from softmark.solvers.statics.arc_length import Follower, Lost
+from softmark.solvers.statics.arc_length import PathFollower, PathLost
 from softmark.solvers.statics.newton import Newton
 from softmark.solvers.statics.problem import Iteration, NotConverged, Statics
 
@@ -150,7 +150,7 @@ def softness(problem: Statics, history: list[Iteration], x: Floats, load: float)
     newton = direct(problem, history, PHASE)
     try:
         work = [_compliance(newton, y, part) for y, part in ((problem.rest, 0.0), (x, load))]
-    except (Singular, NotConverged, Lost):
+    except (Singular, NotConverged, PathLost):
         return None
     (rest, _), (now, negative) = work
     if negative is None or rest == 0.0 or now == 0.0:
@@ -160,7 +160,7 @@ def softness(problem: Statics, history: list[Iteration], x: Floats, load: float)
 
 def _compliance(newton: Newton, x: Floats, load: float) -> tuple[float, int | None]:
     """Work that more load does per load squared, J, and the count of negative eigenvalues."""
-    follower = Follower(newton)
+    follower = PathFollower(newton)
     here = np.asarray(x, dtype=np.float64)
     factor = follower._factor(here, load)
     rate = follower._rate(here, load, factor)

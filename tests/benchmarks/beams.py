@@ -58,7 +58,7 @@ def main() -> None:
             *case,
             f"error {rod.metrics['error'].value:.4f}",
             f"strains {strains}",
-            rod.stated["error"],
+            rod.stated["error"].to_json(),
             flush=True,
         )
 

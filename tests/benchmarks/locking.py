@@ -24,7 +24,7 @@ from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.energy import Floats, VectorSpace
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
-from softmark.solvers.energies.pressures import MeanDilatation, OfDisplacements
+from softmark.solvers.energies.pressures import DisplacementEnergy, MeanDilatation
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for, parts_for
 from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
@@ -62,7 +62,7 @@ def solved(mesh: Mesh, form: str, what: Any, f: Floats, fixed: Any) -> Floats:
     """Displacements (n, 3), m."""
     energy, n = energy_of(mesh, form, what), mesh.points.size
     dofs = int(getattr(energy, "dofs", n))
-    assembly = Assembly(dofs, fixed, [energy], [OfDisplacements(DeadForces(f), n)])
+    assembly = Assembly(dofs, fixed, [energy], [DisplacementEnergy(DeadForces(f), n)])
     spare = energy.spare[assembly.free] if form == "mixed" else None
     problem = Statics(assembly, VectorSpace(dofs), np.zeros(dofs), fixed, np.zeros(len(fixed)), convex=True,
                       linear=Linear(spare=spare))  # fmt: skip

@@ -36,8 +36,8 @@ from softmark.solvers.materials import MATERIALS, law_for, parts_for
 from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.network import network
-from softmark.solvers.mesh.structured import Section, solid
-from softmark.solvers.statics.disturbances import DISTURBANCES, Body, disturbed
+from softmark.solvers.mesh.structured import PlaneMesh, solid
+from softmark.solvers.statics.disturbances import DISTURBANCES, DisturbedNodes, disturbed
 from softmark.solvers.statics.equilibrium import NotConverged, Statics
 from softmark.solvers.statics.recovery import Tangled, inside_out, recovered
 
@@ -64,7 +64,7 @@ def lattice(across: int, along: int, kind: str) -> Mesh:
     index = np.arange((across + 1) ** 2).reshape(across + 1, across + 1)
     corners = [index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]]
     quads = np.stack(corners, axis=-1).reshape(-1, 4)
-    section = Section(np.stack([i, j], axis=1), quads, (i + j).astype(np.int64) % 2)
+    section = PlaneMesh(np.stack([i, j], axis=1), quads, (i + j).astype(np.int64) % 2)
     return solid(section, float(along), 1.0, kind)
 
 
@@ -113,7 +113,7 @@ def springs(mesh: Mesh) -> Springs:
 def one(law: str, element: str, kind: str, amount: float, seed: int) -> dict[str, Any]:
     """What comes of one disturbed block."""
     b = block(law, element)
-    x = (disturbed(kind, Body(b.mesh.points, b.mesh.cells, amount), seed) - b.mesh.points).ravel()
+    x = (disturbed(kind, DisturbedNodes(b.mesh.points, b.mesh.cells, amount), seed) - b.mesh.points).ravel()
     x[b.problem.fixed] = 0.0
     cells = b.cells if b.oriented else None
     tangled = Tangled(x, cells, lambda y: inside_out(b.cells, y), len(b.mesh.cells), seed)

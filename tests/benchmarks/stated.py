@@ -92,10 +92,10 @@ def outcomes(case: Case, small: bool) -> Iterator[dict[str, Any]]:
     for name in names:
         model = report.models[name]
         kind = SOLIDS[int(name[1])] + " " + name.split("_")[1] if name[0] == "s" and name[1].isdigit() else name
-        error = model.metrics["error"].value
+        error, said = model.metrics["error"].value, model.stated.get("error")
         yield {
             "case": f"{case.body} nu {case.poisson:g} load {case.factor:g}", "model": name, "kind": kind.rstrip("0248"),
-            "status": model.status, "error": error, **dict(model.stated.get("error", {})),
+            "status": model.status, "error": error, **(said.to_json() if said else {}),
             "truth": report.models["truth"].status,
         }  # fmt: skip
 

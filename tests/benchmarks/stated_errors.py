@@ -115,7 +115,7 @@ def outcomes(problem: Problem, small: bool) -> Iterator[dict[str, Any]]:
         solve = sum(float(plain.time[n].to_json()["median"]) for n in ("setup_cpu_s", "solve_cpu_s") if plain.time[n])
         for metric, size in (("error", 1.0), ("tip", tip)):
             error = whole.models[name].metrics[metric].value
-            said = dict(asked.models[name].stated.get(metric, {}))
+            said = known.to_json() if (known := asked.models[name].stated.get(metric)) else {}
             yield {
                 "problem": problem.name, "model": made, "kind": kind, "metric": metric, "unknowns": plain.size["dofs"],
                 "error": None if error is None else error / size,

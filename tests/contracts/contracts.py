@@ -41,7 +41,7 @@ from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.problem.case import Case, case_for, case_of
 from softmark.interpreter.problem.points import place_of
 from softmark.interpreter.results.reactions import AtRest, Reaction
-from softmark.interpreter.results.report import Kind, ModelResult
+from softmark.interpreter.results.report import ModelKind, ModelResult
 from softmark.interpreter.run.pipeline import Options, run
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, Load, PerArea, PerMass
@@ -371,7 +371,7 @@ def _says(declared: Declared, case: Case) -> None:
     assert len(outline) > 5
     assert "\n" not in outline
     if kind is not None:
-        assert isinstance(kind, Kind)
+        assert isinstance(kind, ModelKind)
         assert kind.size.split(" ")[0] in outline
         assert all(part.strip() in outline for part in kind.words.split(", "))
     fields = {f.name for f in dataclasses.fields(declared.constructor.cls)}

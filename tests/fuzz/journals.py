@@ -26,7 +26,7 @@ GUIDED = __name__ == "__main__" and not any(os.path.isfile(a) for a in sys.argv[
 with guard.instrumented() if GUIDED else nullcontext():
     from softmark.interpreter.report.compare.changes import changes_table
     from softmark.interpreter.study.analysis import changes, quality
-    from softmark.interpreter.study.workers.journal import Journal, Refused
+    from softmark.interpreter.study.workers.journal import Journal, JournalRefused
 
 SPREAD = {"median": 1.0, "q1": 0.9, "q3": 1.2, "min": 0.8, "max": 2.0, "runs": 5}
 MODEL = {
@@ -128,26 +128,27 @@ def compare(data: bytes, folder: Path) -> str:
 
 def resume(data: bytes, folder: Path) -> str:
     """What a journal tells, and that it can be gone on with."""
-    from softmark.interpreter.study.compare import ACCURACY, TIMING, Request, _accuracy, _Done, _sound
+    from softmark.interpreter.study.compare import ACCURACY, TIMING, ComparisonRequest, _accuracy, _Done, _sound
+    from softmark.interpreter.study.expansion.outcome import PointTask
 
     path = folder / "journal.jsonl"
     path.write_bytes(data)
     (folder / "journal.lock").unlink(missing_ok=True)
     try:
         with Journal.open(folder) as journal:
-            outcomes = _accuracy({}, Request(folder), _Done(journal, frozenset()))
+            outcomes = _accuracy({}, ComparisonRequest(folder), _Done(journal, frozenset()))
             for key, entry in journal.of_kind(ACCURACY).items():
                 if _sound(entry):  # what is not is computed anew, which takes too long here
                     _accuracy(
-                        {key: {"scene": "s", "model": "a"}},
-                        Request(folder, resume=True),
+                        {key: PointTask(key, "s", "a")},
+                        ComparisonRequest(folder, resume=True),
                         _Done(journal, frozenset([key])),
                     )
             records = [e["record"] for (kind, _, _), e in journal.entries.items() if kind == TIMING and _sound(e)]
             quality.cost(records)
             journal.append("accuracy", "new", outcome={})
             journal.on_disk(ACCURACY)
-    except Refused as refused:
+    except JournalRefused as refused:
         if not str(refused):
             raise ValueError("a reason says something") from refused
         return "journal refused"

@@ -57,7 +57,7 @@ def examine(path: Path) -> str:
             try:
                 read(str(path))
                 words.append("read")
-            except reading.Unreadable as reason:
+            except reading.UnreadableMesh as reason:
                 if not str(reason):
                     raise Broken("a reason says something") from reason
                 words.append("refused")

@@ -28,7 +28,7 @@ with guard.instrumented() if GUIDED else nullcontext():
     from softmark.interpreter.face.api import loads
     from softmark.interpreter.front.load import checked
     from softmark.interpreter.language.scene import SceneError
-    from softmark.interpreter.study.compare import Asked
+    from softmark.interpreter.study.compare import Additions
     from softmark.interpreter.study.expansion.variations import TooMany, expand, read_vary, subject_of
     from softmark.scenes import ROOT
 
@@ -93,7 +93,7 @@ def _varied(vary: list[str], base: Source) -> str:
     try:
         read, models = read_vary(vary)
         if sum(len(v.values) for v in read) <= 6:  # each value compiles the scene
-            expand([subject_of(loads(base.text).scene)], Asked(read, models))
+            expand([subject_of(loads(base.text).scene)], Additions(read, models))
     except SceneError as refused:
         said = refused.diagnostics
         scene.promise(said, "an error says what is wrong")

@@ -91,7 +91,7 @@ def test_report_follows_the_contract(report: softmark.Report) -> None:
         assert model["solve"]["residual"] <= 1e-8
     for reference in data["references"].values():
         assert {"kind", "source", "probes", "estimated_error"} <= set(reference)
-    assert all({"text", "line", "passed", "value"} <= set(e) for e in data["expectations"])
+    assert all({"text", "line", "passed", "value", "verdict"} <= set(e) for e in data["expectations"])
     assert all({"code", "message", "line"} <= set(w) for w in data["warnings"])
 
 

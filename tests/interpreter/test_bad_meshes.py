@@ -18,7 +18,7 @@ import pytest
 
 from softmark.solvers.elements.tet10 import Tet10
 from softmark.solvers.mesh.files.flaws import overlap
-from softmark.solvers.mesh.files.reading import Unreadable
+from softmark.solvers.mesh.files.reading import UnreadableMesh
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
 from softmark.solvers.mesh.splits import five, with_nodes
@@ -50,8 +50,8 @@ def saved(path: Path, points: np.ndarray, cells: np.ndarray, kind: str = "tet4")
     return path
 
 
-def refused(path: Path, kind: str = "tet4", **options: Any) -> Unreadable:
-    with pytest.raises(Unreadable) as caught:
+def refused(path: Path, kind: str = "tet4", **options: Any) -> UnreadableMesh:
+    with pytest.raises(UnreadableMesh) as caught:
         MeshFile(str(path), 1e-3, **options).mesh(kind)
     return caught.value
 

@@ -148,7 +148,7 @@ def test_the_report_says_it(tmp_path: Path) -> None:
     keys = {"force", "moment", "area", "exact_force", "share", "remainder", "leaning"}
     assert {n: set(entry) for n, entry in loads.items()} == {"push": keys, "weight": keys}
     assert loads["weight"]["area"] is None
-    assert report.models["m"].stated["tip"]["parts"]["loads"] < 1e-9
+    assert report.models["m"].stated["tip"].parts["loads"] < 1e-9
     assert of_selections({}) == {}
     page = render(report)
     assert '<h2 id="loads-heading">Loads</h2>' in page

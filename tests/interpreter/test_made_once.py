@@ -39,7 +39,7 @@ COUNTED: dict[CodeType, str] = {
     case._made.__code__: "cases",
     structured.solid.__code__: "meshes",
     gripping._found.__code__: "grips",
-    beam_forces.Line.rod.__code__: "rods",
+    beam_forces.BeamLine.rod.__code__: "rods",
 }
 BEAM = """
 material silicone = neo_hookean(young = 60 kPa, poisson = 0.4, density = 1070 kg/m^3)

@@ -149,6 +149,7 @@ def test_without_its_data_a_reference_fails_and_the_models_do_not(
     assert rod["metrics"]["away"]["value"] is None
     assert "`ct`" in rod["metrics"]["away"]["reason"]
     assert [e["passed"] for e in data["expectations"]] == [None, True]
+    assert [e["verdict"] for e in data["expectations"]] == ["cannot_tell", "met"]
     shown = capsys.readouterr()
     assert "truthCylinder-Deformed.obj" in shown.out + shown.err
     assert "Traceback" not in shown.out + shown.err

@@ -15,7 +15,7 @@ from octant import octant
 
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.parse import parse_expression
-from softmark.interpreter.evidence.load_check import Sweep
+from softmark.interpreter.evidence.load_check import FacetSweep
 from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language.condition_syntax import selection
 from softmark.interpreter.language.conditions import Condition
@@ -23,7 +23,7 @@ from softmark.interpreter.language.expressions import Evaluator, Place, Quantity
 from softmark.interpreter.language.units import LENGTH
 from softmark.interpreter.problem.parts.bounds import Bounds
 from softmark.interpreter.problem.parts.deviation import deviations
-from softmark.interpreter.problem.parts.patches import Asked, Patches
+from softmark.interpreter.problem.parts.patches import ConditionOnPatches, Patches
 from softmark.interpreter.problem.parts.surface import loaded, settled_of
 from softmark.interpreter.problem.parts.true import selected
 from softmark.solvers.checks import solids
@@ -56,7 +56,7 @@ def swept(where: Condition, shape: Any, mesh: Mesh) -> float:
     settled, settling = settled_of(shape, mesh, where)
     for which in (np.flatnonzero(~side), np.flatnonzero(side)):
         out = shape.onto_side if len(which) and side[which[0]] else None
-        sweep = Sweep(where, corners[which], mesh.extent, out, settled[which], settling[which])
+        sweep = FacetSweep(where, corners[which], mesh.extent, out, settled[which], settling[which])
         whole, (f, xi, w), _ = sweep.whole_and_parts()
         total += forces(mesh, mesh.facets[which[whole]], mesh.facets[which[f]], xi, w)
     return total
@@ -307,5 +307,5 @@ def test_nothing_extra_is_asked_of_whole_facets() -> None:
     mesh = BAR.mesh("tet10", 0.005)
     found = loaded(BAR, mesh, condition("x >= 100 mm"))
     assert (len(found.nodes), found.weighted[1]) == (0, None)
-    asked = Asked.of(condition("x >= 100 mm"), Patches(mesh.points[mesh.facets], mesh.extent))
+    asked = ConditionOnPatches.of(condition("x >= 100 mm"), Patches(mesh.points[mesh.facets], mesh.extent))
     assert not len(asked.crossed_facets())

@@ -20,7 +20,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.report.run.html import render
-from softmark.interpreter.results.report import Report, Shape
+from softmark.interpreter.results.report import Report, SeenSurface
 
 
 @pytest.fixture(scope="module")
@@ -183,10 +183,10 @@ def shaped(usual: Report) -> Report:
         times = np.linspace(0.0, 1.0, 30) if i < 2 else None
         frames = None if times is None else np.array([tube(axis.points + t * u)[0] for t in times])
         error = np.linalg.norm(X - tube(axis.points)[0], axis=1)
-        shape = Shape(X, triangles, times, frames, error, "theory")
+        shape = SeenSurface(X, triangles, times, frames, error, "theory")
         models[f"m{i}"] = replace(model, name=f"m{i}", shape=shape)
     references = {n: replace(r, shape=None) for n, r in usual.references.items()}
-    references["theory"] = replace(references["theory"], shape=Shape(*tube(axis.position)))
+    references["theory"] = replace(references["theory"], shape=SeenSurface(*tube(axis.position)))
     return replace(usual, models=models, references=references)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scene_names import names_in
 
 import softmark
 from softmark.interpreter.language.amounts import negligible, own_error
@@ -22,13 +23,13 @@ from softmark.interpreter.report.run.terminal import WIDE, table
 from softmark.interpreter.report.view3d.camera import letters, upward, view_of
 from softmark.interpreter.report.view3d.still import axes_of, frame_of
 from softmark.interpreter.results.report import (
-    Kind,
     MetricResult,
+    ModelKind,
     ModelResult,
     ProbeResult,
     ReferenceResult,
     Report,
-    Shape,
+    SeenSurface,
     Timing,
 )
 
@@ -49,13 +50,13 @@ SEGMENTS = re.compile(r"^(?P<size>\d+) (?P<element>beam segments)(?=,|$)")
 POISSON = re.compile(r",? *\bnu = (?P<nu>[\d.eE+-]+)")
 
 
-def read(outline: str) -> Kind | None:
+def read(outline: str) -> ModelKind | None:
     """The kind that an outline tells of, as a person reads it."""
     found, rest = POISSON.search(outline), POISSON.sub("", outline)
     sized = SIZE.match(rest) or SEGMENTS.match(rest)
     if sized is None:
         return None
-    return Kind(sized["element"] + rest[sized.end() :], sized["size"], float(found["nu"]) if found else None)
+    return ModelKind(sized["element"] + rest[sized.end() :], sized["size"], float(found["nu"]) if found else None)
 
 
 def model(name: str, outline: str, dofs: int, eta: float | None, gap: float | None) -> ModelResult:
@@ -82,6 +83,7 @@ def report(*models: ModelResult, text: str = SCENE, **changes: Any) -> Report:
         references,
         (),
         (),
+        names=names_in(text),
     )
     return replace(own, **changes)
 
@@ -129,7 +131,7 @@ def test_models_say_of_what_kind_they_are(words: str, said: tuple[str, str, floa
                            "probe axis = point(beam, at = (0, 0, 0) m)\n").scene  # fmt: skip
     case = case_for(scene, scene.declared["m"])
     kind = scene.declared["m"].thing.kind(case)
-    assert kind == (None if said is None else Kind(*said))
+    assert kind == (None if said is None else ModelKind(*said))
     assert kind == read(scene.declared["m"].thing.outline(case))
 
 
@@ -160,8 +162,7 @@ def test_families_by_size_and_by_poisson() -> None:
 
 def test_a_parameter_gives_poissons_ratio() -> None:
     text = SCENE.replace("poisson = 0.49", "poisson = nu")
-    scene = {**REFINED.scene, "text": text, "parameters": {"nu": {"value": 0.45, "unit": "1"}}}
-    ratios = by_poisson(Findings(replace(REFINED, scene=scene)))
+    ratios = by_poisson(Findings(replace(REFINED, names=names_in(text, {"nu": 0.45}))))
     assert ratios["tet4, corotational strain, 7 mm"]["t7"] == 0.45
 
 
@@ -224,7 +225,7 @@ def test_gravity_points_down(direction: str, up: tuple[int, int, int]) -> None:
 def test_the_longer_level_direction_runs_from_left_to_right() -> None:
     # along z with y upwards, as on the authors' scan
     X = np.array([[0, 0, 0], [0.02, 0, 0], [0, 0.02, 0], [0, 0, 0.2]], float)
-    view = view_of(Findings(report()), [Shape(X, np.array([[0, 1, 2], [0, 2, 3]]))])
+    view = view_of(Findings(report()), [SeenSurface(X, np.array([[0, 1, 2], [0, 2, 3]]))])
     right, above, _ = axes_of(view)
     assert letters(view) == "zxy"
     assert right @ [0, 0, 1] > 0.8
@@ -263,18 +264,18 @@ def two() -> Report:
             model(name, "4 beam segments, no mesh", 24, 0.1, 0.1),
             probes={f"axis_{end}": LINE},
             metrics=metrics,
-            shape=Shape(*box()),
+            shape=SeenSurface(*box()),
         )
 
     lost = ModelResult("lost", "failed", "no equilibrium", "4 beam segments, no mesh")
     references = {
         "theory": ReferenceResult(
-            "theory", "converged", None, "closed form", "us", None, {"axis_l": LINE}, {}, Shape(*box())
+            "theory", "converged", None, "closed form", "us", None, {"axis_l": LINE}, {}, SeenSurface(*box())
         ),
         "scan": ReferenceResult("scan", "converged", None, "experimental", "us", None),
     }
     models = {"a": one("a", "l", 0.1, 0.54), "b": one("b", "r", 0.2, 3.77), "lost": lost}
-    return Report({"title": "Two", "file": "t.scene", "text": TWO}, {}, models, references, (), ())
+    return Report({"title": "Two", "file": "t.scene", "text": TWO}, {}, models, references, (), (), names=names_in(TWO))
 
 
 def box() -> tuple[Any, Any]:

@@ -13,6 +13,7 @@ from urllib.parse import unquote
 
 import numpy as np
 import pytest
+from scene_names import names_in
 
 from softmark.interpreter.report.page.document import POLICY
 from softmark.interpreter.report.run.findings import Findings
@@ -86,7 +87,8 @@ def report(*models: ModelResult, references: tuple[ReferenceResult, ...] = (refe
     environment = {"softmark": "0", "cpu": "a cpu", "threads": 2, "started": "2026-11-21T08:33:30+00:00"}
     met = ExpectationResult("a.eta < 5 %", 8, True, 0.05, "1")
     own = Report(
-        scene, environment, {m.name: m for m in models}, {r.name: r for r in references}, (met,), ()
+        scene, environment, {m.name: m for m in models}, {r.name: r for r in references}, (met,), (),
+        names=names_in(SCENE),
     )  # fmt: skip
     return replace(own, **changes)
 
@@ -408,7 +410,7 @@ def test_command_repeats_the_run() -> None:
     changed = {**report().scene, "file": "my beam.scene", "overridden": ["h"]}
     assert command(Findings(report(once, scene=changed))) == "dsl run 'my beam.scene' -p 'h=5 mm'"
     text = SCENE + "model b = beam6dof(segments = 8)\n"
-    some = report(model("a"), scene={**report().scene, "text": text})
+    some = report(model("a"), scene={**report().scene, "text": text}, names=names_in(text))
     assert command(Findings(some)) == "dsl run odd.scene --model a --repeat 3"
     given = {**report().scene, "file": "<text>", "overrides": ["silicone.young=30kPa"]}
     assert command(Findings(report(once, scene=given))) == "dsl run - -p silicone.young=30kPa"

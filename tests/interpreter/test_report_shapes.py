@@ -17,6 +17,7 @@ from xml.etree import ElementTree
 import meshio
 import numpy as np
 import pytest
+from scene_names import names_in
 
 from softmark.interpreter.report.charts.colours import VIRIDIS, viridis
 from softmark.interpreter.report.files import files as disk
@@ -34,8 +35,9 @@ from softmark.interpreter.results.report import (
     ProbeResult,
     ReferenceResult,
     Report,
-    Shape,
+    SeenSurface,
 )
+from softmark.interpreter.results.stated import StatedError
 from softmark.solvers.elements import ELEMENTS
 
 SCENE = """softmark 1
@@ -92,15 +94,15 @@ def model(name: str, bend: float, frames: int = 0, along: int = 40) -> ModelResu
         }
         events = [{"time": 0.25, "what": "step halved to 5 ms"}]
         solve |= {"times": moments.tolist(), "energies": energies, "events": events}
-    shape = Shape(X, triangles, times, course, error, "scan")
+    shape = SeenSurface(X, triangles, times, course, error, "scan")
     return ModelResult(name, "converged", None, "a tube", {"dofs": 9}, solve, {}, {"tip": tip}, metrics, shape)
 
 
 def report(*models: ModelResult) -> Report:
-    scan = ReferenceResult("scan", "converged", None, "measured surface", "us", 5e-4, shape=Shape(*tube(0.02)))
+    scan = ReferenceResult("scan", "converged", None, "measured surface", "us", 5e-4, shape=SeenSurface(*tube(0.02)))
     source = {"metric": "gap", "source": "A. Author (2008), Table 1", "note": "Mean (mm)."}
     scene = {"title": "Shapes", "file": "s.scene", "text": SCENE, "published": [source]}
-    return Report(scene, {}, {m.name: m for m in models}, {"scan": scan}, (), ())
+    return Report(scene, {}, {m.name: m for m in models}, {"scan": scan}, (), (), names=names_in(SCENE))
 
 
 RICH = report(model("good", 0.0205), model("near", 0.0207), model("poor", 0.03), model("moving", 0.028, 12))
@@ -161,7 +163,7 @@ def test_every_figure_has_words_numbers_and_csv(page: str) -> None:
 
 
 def test_large_surfaces_are_thinned_and_the_page_says_so() -> None:
-    fine = Shape(*tube(0.02, along=600))  # 12 000 points
+    fine = SeenSurface(*tube(0.02, along=600))  # 12 000 points
     small = surfaces.fit({"fine": fine})
     own = small.shapes["fine"]
     assert 0.4 * surfaces.POINTS < len(own.position) <= surfaces.POINTS
@@ -176,7 +178,7 @@ def test_large_surfaces_are_thinned_and_the_page_says_so() -> None:
 def test_frames_go_before_points() -> None:
     X, triangles = tube(0.02, along=200)
     frames = np.repeat(X[None], 300, axis=0)
-    moving = {f"m{i}": Shape(X, triangles, np.arange(300.0), frames) for i in range(3)}
+    moving = {f"m{i}": SeenSurface(X, triangles, np.arange(300.0), frames) for i in range(3)}
     small = surfaces.fit(moving)
     kept = [s.times for s in small.shapes.values() if s.times is not None]
     assert all(len(t) <= surfaces.FRAMES and t[0] == 0.0 and t[-1] == 299.0 for t in kept)
@@ -207,9 +209,9 @@ def test_of_many_shapes_a_few_are_shown_at_first_and_the_caption_says_how_many(c
 
 
 def test_what_many_models_state_alike_is_one_line() -> None:
-    said = {"gap": {"value": None, "reason": "model: too thick", "unit": "m"}}
+    said = {"gap": StatedError(reason="model: too thick", unit="m")}
     models = [replace(model(f"m{i}", 0.02, along=8), stated=said) for i in range(7)]
-    own = {"gap": {"value": 1e-3, "unit": "m"}}
+    own = {"gap": StatedError(1e-3, "m")}
     lines = table(report(*models, replace(model("own", 0.02, along=8), stated=own)), False).splitlines()
     assert [line for line in lines if "stat" in line] == [
         "7 models state no error of `gap`: model: too thick",

@@ -13,8 +13,9 @@ from softmark.interpreter.report.run.html import render
 from softmark.interpreter.report.run.tables.provenance import command
 from softmark.interpreter.report.stability.page import again
 from softmark.interpreter.run.environment import describe
+from softmark.interpreter.study.stability.record import Classified, StressPoint
 
-POINT = {"texts": {"L": "1 m"}, "model": "rod"}
+POINT = StressPoint("rod", {"L": 1.0}, Classified("right"), {"L": "1 m"})
 
 
 def test_a_scene_of_the_library_is_repeated_by_its_name() -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ import softmark
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.evidence.error_estimate import DOUBTS, is_doubt
 from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.study.expansion.outcome import PointTask
 from softmark.interpreter.study.expansion.tasks import perform
 
 BENCHMARK = Path(__file__).parents[1] / "benchmarks" / "stated.py"
@@ -69,11 +71,11 @@ model turn = fem(hex8, strain = small, integration = selective, size = 4 mm)"""
     for name in ("rod", "hex"):
         said = report.models[name].stated["eta"]
         # the theory and solids differ by (d/L)^2 = 1 % at most
-        assert report.models[name].metrics["eta"].value <= said["value"] + 0.01
-        assert said["value"] < 0.5
-        assert set(said["parts"]) == {"discretisation", "model", "rounding", "solver"}
+        assert report.models[name].metrics["eta"].value <= said.value + 0.01
+        assert said.value < 0.5
+        assert set(said.parts) == {"discretisation", "model", "rounding", "solver"}
     # under such a load the tip turns by 0.2 rad, which small strain does not follow
-    assert report.models["turn"].stated["eta"]["parts"]["model"] > 0.05
+    assert report.models["turn"].stated["eta"].parts["model"] > 0.05
 
 
 def test_what_cannot_be_told_is_not_stated() -> None:
@@ -81,18 +83,18 @@ def test_what_cannot_be_told_is_not_stated() -> None:
 model locked = fem(hex8, strain = finite, size = 5 mm)"""
     report = asked(models, poisson=0.499)
     springs, locked = report.models["springs"].stated["eta"], report.models["locked"].stated["eta"]
-    assert springs["value"] is None
-    assert "springs are no solid" in springs["reason"]
-    assert "W321" in springs["doubts"]
-    assert locked["value"] is None
-    assert "locks" in locked["reason"]
-    assert "W301" in locked["doubts"]
+    assert springs.value is None
+    assert "springs are no solid" in springs.reason
+    assert "W321" in springs.doubts
+    assert locked.value is None
+    assert "locks" in locked.reason
+    assert "W301" in locked.doubts
 
 
 def test_a_capped_state_states_what_its_cap_left() -> None:
     report = asked("model fast = fem(hex8, strain = corotational, size = 5 mm, cap = 1)", g=3.0)
     said = report.models["fast"].stated["eta"]
-    assert said["value"] is None or said["parts"]["solver"] > 1e-3
+    assert said.value is None or said.parts["solver"] > 1e-3
 
 
 def test_motion_states_the_error_of_its_step() -> None:
@@ -106,7 +108,7 @@ model hex = fem(hex8, strain = corotational, size = 5 mm)
 probe tip = point(b, at = (40, 5, 5) mm)
 """)
     report = run(scene.scene, list(scene.warnings), Options(draw=False, stated=()))
-    parts = report.models["hex"].stated["tip"]["parts"]
+    parts = report.models["hex"].stated["tip"].parts
     assert 0.0 < parts["time"] < 0.1
 
 
@@ -139,15 +141,15 @@ metric eta    = energy_norm(all, against = fine)
 """)
     coarse, fine, rod = (report.models[n] for n in ("coarse", "fine", "rod"))
     # that of the model taken as right is stated as well, in the terms of the metric that does so
-    assert fine.stated["energy"]["value"] > 5 * fine.stated["eta"]["value"]
-    assert coarse.metrics["energy"].value > coarse.stated["eta"]["value"]
+    assert fine.stated["energy"].value > 5 * fine.stated["eta"].value
+    assert coarse.metrics["energy"].value > coarse.stated["eta"].value
     for name in ("energy", "points", "eta"):
-        stated = coarse.stated[name]["value"]
+        stated = coarse.stated[name].value
         assert stated is None or stated >= coarse.metrics[name].value
-    assert coarse.stated["spread"]["value"] is None
-    assert "no error of this metric can be stated" in coarse.stated["spread"]["reason"]
-    assert rod.stated["energy"]["value"] is None
-    assert "model: no error of this metric can be stated" in rod.stated["energy"]["reason"]
+    assert coarse.stated["spread"].value is None
+    assert "no error of this metric can be stated" in coarse.stated["spread"].reason
+    assert rod.stated["energy"].value is None
+    assert "model: no error of this metric can be stated" in rod.stated["energy"].reason
 
 
 def test_cells_inside_out_vouch_for_nothing() -> None:
@@ -157,9 +159,9 @@ model  tet   = fem(tet4, strain = small, size = 5 mm)
 probe  tip   = point(b, at = (20, 5, 5) mm)
 """)
     said = report.models["tet"].stated["tip"]
-    assert "W351" in said["doubts"]
-    assert said["value"] is None
-    assert "inside out" in said["reason"]
+    assert "W351" in said.doubts
+    assert said.value is None
+    assert "inside out" in said.reason
 
 
 def test_digits_that_coordinates_lose_are_stated() -> None:
@@ -171,11 +173,11 @@ model    hex  = fem(hex8, strain = corotational, size = 5 mm)
 probe    tip  = point(b, at = (x0 + 20 mm, 5 mm, 5 mm))
 """
     parts = {x0: block(more, x0=x0).models["hex"].stated["tip"] for x0 in ("0 m", "10 km", "100000 km")}
-    near, far, lost = (said["parts"]["rounding"] for said in parts.values())
+    near, far, lost = (said.parts["rounding"] for said in parts.values())
     assert 2e-9 < near < 1e-6
     assert far > 100 * near
     assert lost is None
-    assert "rounding takes" in parts["100000 km"]["reason"]
+    assert "rounding takes" in parts["100000 km"].reason
 
 
 def test_it_is_in_every_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -193,14 +195,11 @@ def test_it_is_in_every_report(tmp_path: Path, capsys: pytest.CaptureFixture[str
 
 def test_a_task_asks_for_one_model() -> None:
     text = BEAM.format(models="model rod = beam6dof(segments = 8)", poisson=0.3, g=1.0)
-    task = {
-        "key": "k", "model": "rod", "models": ["rod"], "text": text, "shown": "a", "file": None, "folder": ".",
-        "overrides": [], "stated": True,
-    }  # fmt: skip
-    point = perform(task)["point"]
+    task = PointTask("k", model="rod", models=("rod",), text=text, shown="a", stated=True)
+    point = perform(task).point
     assert point["stated"]["metric"] == "eta"
     assert point["stated"]["value"] > 0.0
-    assert "stated" not in perform({**task, "stated": False})["point"]
+    assert "stated" not in perform(replace(task, stated=False)).point
 
 
 def test_every_doubt_has_a_page() -> None:

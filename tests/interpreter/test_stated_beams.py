@@ -101,7 +101,7 @@ probe tip = point(b, at = (200 mm, {width} mm / 2, 0.125 mm))
     report = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=()))
     assert [w.code for w in report.warnings] == ["W382"]
     assert "80 times as wide as thick" in report.warnings[0].message
-    assert report.models["rod"].stated["tip"]["value"] > 0.16
-    assert report.models["rod"].stated["tip"]["doubts"] == ["W382"]
+    assert report.models["rod"].stated["tip"].value > 0.16
+    assert report.models["rod"].stated["tip"].doubts == ("W382",)
     assert not softmark.loads(text.format(nu=0.1, width=20)).warnings
     assert not softmark.loads(text.format(nu=0.49, width=0.5)).warnings

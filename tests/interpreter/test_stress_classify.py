@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from softmark.interpreter.study.expansion.outcome import PointOutcome, Truth
 from softmark.interpreter.study.stability.classify import classify
-from softmark.interpreter.study.stability.truth import lean, uncertainty_of
+from softmark.interpreter.study.stability.truth import LeanOutcome, lean, uncertainty_of
 
 WITHIN = 0.05
 
 
-def outcome(error: float | None = 0.01, status: str = "converged", **more: Any) -> dict[str, Any]:
+def outcome(error: float | None = 0.01, status: str = "converged", **more: Any) -> LeanOutcome:
     point = {
         "status": status, "message": more.get("message"),
         "warnings": [{"code": c, "message": c} for c in more.get("codes", ())],
@@ -21,7 +23,7 @@ def outcome(error: float | None = 0.01, status: str = "converged", **more: Any) 
     if "stated" in more:
         point["stated"] = more["stated"]
     reference = {"status": more.get("truth", "converged"), "message": "it says so", "estimated_error": 0.0}
-    return {"key": "k", "point": point, "references": {"theory": reference}}
+    return LeanOutcome.from_json({"key": "k", "point": point, "references": {"theory": reference}})
 
 
 def stated(value: float | None, *doubts: str) -> dict[str, Any]:
@@ -58,7 +60,7 @@ def stated(value: float | None, *doubts: str) -> dict[str, Any]:
         (outcome(None, reason="the reference does not move"), "unjudged"),
     ],
 )
-def test_classes(found: dict[str, Any], expected: str) -> None:
+def test_classes(found: LeanOutcome, expected: str) -> None:
     assert classify(found, "eta", WITHIN, 0.01).word == expected
 
 
@@ -68,11 +70,11 @@ def test_a_truth_that_is_uncertain_judges_nothing() -> None:
     assert (doubted.word, doubted.message) == ("unjudged", "strains are too large for the theory")
 
 
-def by_model(status: str = "converged", said: dict[str, Any] | None = None, error: float = 0.1) -> dict[str, Any]:
+def by_model(status: str = "converged", said: dict[str, Any] | None = None, error: float = 0.1) -> LeanOutcome:
     """An outcome that is measured from a model."""
     found = outcome(error, stated=stated(0.0))
-    truth = {"status": status, "message": "a cap", "stated": said}
-    return {**found, "references": {}, "truths": {"theory": truth}}
+    truth = Truth.from_json({"status": status, "message": "a cap", "stated": said})
+    return replace(found, references={}, truths={"theory": truth})
 
 
 @pytest.mark.parametrize(
@@ -82,10 +84,10 @@ def by_model(status: str = "converged", said: dict[str, Any] | None = None, erro
         (by_model("converged", stated(0.0, "W301")), "doubts its answer (W301, its element locks)"),
         (by_model("converged", stated(None)), "vouches for nothing: no coarser mesh"),
         (by_model("converged", stated(0.06)), "uncertain by 0.06"),
-        ({**by_model(), "truths": {}}, "nothing is known of how far `theory` can be trusted"),
+        (replace(by_model(), truths={}), "nothing is known of how far `theory` can be trusted"),
     ],
 )
-def test_a_model_that_is_no_truth_judges_nothing(found: dict[str, Any], message: str) -> None:
+def test_a_model_that_is_no_truth_judges_nothing(found: LeanOutcome, message: str) -> None:
     known = classify(found, "eta", WITHIN, uncertainty_of(found, "theory", "axis"))
     assert known.word == "unjudged"
     assert message in str(known.message)
@@ -93,14 +95,14 @@ def test_a_model_that_is_no_truth_judges_nothing(found: dict[str, Any], message:
 
 def test_what_a_model_states_is_the_uncertainty_of_a_truth() -> None:
     near, far = (by_model(said=stated(0.04), error=error) for error in (0.085, 0.095))
-    assert uncertainty_of(lean(near), "theory", "axis") == 0.04
-    assert [classify(lean(o), "eta", WITHIN, 0.04).word for o in (near, far)] == ["right", "silent"]
+    assert uncertainty_of(near, "theory", "axis") == 0.04
+    assert [classify(o, "eta", WITHIN, 0.04).word for o in (near, far)] == ["right", "silent"]
 
 
 def test_a_truth_that_cannot_be_built_refuses_nobody() -> None:
     found = outcome(None, status="failed", message="E304: too fine")
     assert classify(found, "eta", WITHIN, None).word == "refused"
-    refused = {**found, "truths": {"fine": {"status": "failed", "message": "E304: too fine", "stated": None}}}
+    refused = replace(found, truths={"fine": Truth("failed", "E304: too fine", None)})
     known = classify(refused, "eta", WITHIN, None)
     assert (known.word, known.code) == ("unjudged", "E304")
 
@@ -110,7 +112,7 @@ def test_a_locking_truth_judges_nothing(tmp_path: Any) -> None:
     import softmark
     from softmark.interpreter.plan.stability import asked_of
     from softmark.interpreter.study.expansion.tasks import perform
-    from softmark.interpreter.study.expansion.variations import Subject
+    from softmark.interpreter.study.expansion.variations import SceneSubject
     from softmark.interpreter.study.stability.points import Ground
 
     text = """
@@ -125,7 +127,7 @@ probe    axis = line(beam, from = (0, 10, 10) mm, to = (40, 10, 10) mm, points =
 metric   eta  = energy_norm(axis, against = fine)
 """
     scene = softmark.loads(text).scene
-    ground = Ground(Subject("a", scene, tmp_path), asked_of(scene, None))
+    ground = Ground(SceneSubject("a", scene, tmp_path), asked_of(scene, None))
     found = lean(perform(ground.task((), "same")))
     known = classify(found, "eta", WITHIN, uncertainty_of(found, "fine", "axis"))
     assert known.error is not None
@@ -146,8 +148,8 @@ def test_uncertainty_is_relative_to_what_the_truth_moves() -> None:
     probe = {"points": [[0, 0, 0], [1, 0, 0]], "displacement": [[0, 0, 3e-3], [0, 4e-3, 0]]}
     reference = {"status": "converged", "message": None, "estimated_error": 1e-4, "probes": {"axis": probe}}
     point = {"status": "converged", "probes": {"axis": probe}}
-    small = lean({"key": "k", "point": point, "references": {"theory": reference}})
-    assert "probes" not in small["point"]
+    small = lean(PointOutcome.from_json({"key": "k", "point": point, "references": {"theory": reference}}))
+    assert "probes" not in small.to_json()["point"]
     assert uncertainty_of(small, "theory", "axis") == pytest.approx(1e-4 / 12.5e-6**0.5, rel=1e-12)
     assert uncertainty_of(small, "theory", "other") is None
     assert uncertainty_of(small, "scan", "axis") is None

@@ -13,11 +13,13 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
+from softmark.interpreter.study.expansion.outcome import PointTask
 from softmark.interpreter.study.expansion.variations import subject_of
 from softmark.interpreter.study.stability import queue, waiting_points
-from softmark.interpreter.study.stability.queue import Request, Stress, stress
+from softmark.interpreter.study.stability.queue import StabilityRequest, stress
+from softmark.interpreter.study.stability.record import Stress
 from softmark.interpreter.study.workers import pool
-from softmark.interpreter.study.workers.journal import Refused
+from softmark.interpreter.study.workers.journal import JournalRefused
 
 BEAM = """
 scene "Two rods"
@@ -66,11 +68,11 @@ def made_up(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def found_in(folder: Path, study: str, **more: Any) -> Stress:
     subject = subject_of(softmark.loads(BEAM + study).scene)
-    return stress(subject, Request(folder, **more))
+    return stress(subject, StabilityRequest(folder, **more))
 
 
 def edges(found: Stress) -> dict[tuple[str, str, str], dict[str, Any]]:
-    return {(e["model"], e["quantity"], e["direction"]): e for s in found.studies for e in s["edges"]}
+    return {(e.model, e.quantity, e.direction): e.to_json() for s in found.studies for e in s.edges}
 
 
 # ------------------------------------------------------------------ made up
@@ -90,16 +92,16 @@ def test_walks_edges_and_classes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert (up["class"], up["silence"]) == ("inaccurate", "not_converged")
     assert own["rod", "weight.magnitude", "down"]["class"] is None
     assert ("stiff", "n", "down") not in own, "its segments are its own"
-    dead = next(p for p in found.points if p["texts"] == {"n": "1"})
-    assert (dead["class"], dead["message"].split(" (")[0]) == ("failed", "the process was killed")
-    slow = next(p for p in found.points if p["texts"] == {"n": "1024"})
-    assert slow["class"] == "timed_out"
+    dead = next(p for p in found.points if p.texts == {"n": "1"})
+    assert (dead.found.word, str(dead.found.message).split(" (")[0]) == ("failed", "the process was killed")
+    slow = next(p for p in found.points if p.texts == {"n": "1024"})
+    assert slow.found.word == "timed_out"
     assert own["rod", "n", "up"]["last_right"] == 512.0
-    assert {p["class"] for p in found.silent} == {"silent"}
+    assert {p.found.word for p in found.silent} == {"silent"}
     assert found.exit_status == 1
     summary = found.to_json()["summary"]
     assert summary["points"] == len(found.points) == sum(summary["classes"].values())
-    keys = [(p["key"], p["model"]) for p in found.points]
+    keys = [(p.key, p.model) for p in found.points]
     assert len(keys) == len(set(keys)), "no point twice"
     json.loads(found.dumps())
 
@@ -107,14 +109,14 @@ def test_walks_edges_and_classes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 @pytest.mark.usefixtures("made_up")
 def test_maps_of_pairs(tmp_path: Path) -> None:
     found = found_in(tmp_path, "study s = stability(over = [soft, weight.magnitude], models = [rod])")
-    (only,) = found.studies[0]["maps"]
-    assert (only["model"], only["x"], only["y"]) == ("rod", "soft", "weight.magnitude")
-    assert (only["xs"][0], only["xs"][-1], len(only["xs"])) == (0.1, 1.0, 3)
-    assert len(only["classes"]) == len(only["ys"]) == 6
-    assert all(len(row) == len(only["xs"]) and None not in row for row in only["classes"])
-    assert only["classes"][only["ys"].index(9.81)][-1] == "right"
+    (only,) = found.studies[0].maps
+    assert (only.model, only.x, only.y) == ("rod", "soft", "weight.magnitude")
+    assert (only.xs[0], only.xs[-1], len(only.xs)) == (0.1, 1.0, 3)
+    assert len(only.classes) == len(only.ys) == 6
+    assert all(len(row) == len(only.xs) and None not in row for row in only.classes)
+    assert only.classes[only.ys.index(9.81)][-1] == "right"
     none = found_in(tmp_path / "b", "study s = stability(over = [soft], models = [rod], maps = none)")
-    assert none.studies[0]["maps"] == []
+    assert none.studies[0].maps == ()
 
 
 @pytest.mark.usefixtures("made_up")
@@ -122,7 +124,7 @@ def test_resumed_nothing_is_computed_again(tmp_path: Path) -> None:
     study = "study s = stability(over = [weight.magnitude], until = inaccuracy)"
     first = found_in(tmp_path, study)
     lines = (tmp_path / "journal.jsonl").read_text(encoding="utf-8")
-    with pytest.raises(Refused, match="--resume"):
+    with pytest.raises(JournalRefused, match="--resume"):
         found_in(tmp_path, study)
     again = found_in(tmp_path, study, resume=True)
     assert (tmp_path / "journal.jsonl").read_text(encoding="utf-8") == lines
@@ -158,26 +160,36 @@ def test_choices_and_remedies_from_other_models(tmp_path: Path) -> None:
 
 def test_without_a_study_every_number_is_walked(tmp_path: Path, made_up: None) -> None:
     found = found_in(tmp_path, "", models=("rod",))
-    assert [s["name"] for s in found.studies] == ["everything"]
-    names = [q["name"] for q in found.studies[0]["quantities"]]
+    assert [s.name for s in found.studies] == ["everything"]
+    names = [q.name for q in found.studies[0].quantities]
     assert names == ["soft", "gel.young", "gel.poisson", "gel.density", "weight.magnitude", "rod.segments",
                      "stiff.segments"]  # fmt: skip
-    assert {e["model"] for e in found.studies[0]["edges"]} == {"rod"}
+    assert {e.model for e in found.studies[0].edges} == {"rod"}
 
 
 def test_outcomes_that_had_too_little_time_are_tried_again(tmp_path: Path) -> None:
     from softmark.interpreter.study.workers.journal import Journal
 
-    task = {"key": "a"}
+    task, other = PointTask("a"), PointTask("b")
     with Journal.open(tmp_path) as journal:
-        journal.append(waiting_points.KIND, "a", outcome=pool.timed_out(task, 5.0))
-        journal.append(waiting_points.KIND, "b", outcome=pool.unfinished({"key": "b"}, "it was killed"))
+        journal.append(waiting_points.KIND, "a", outcome=pool.timed_out(task, 5.0).to_json())
+        journal.append(waiting_points.KIND, "b", outcome=pool.unfinished(other, "it was killed").to_json())
 
         def known(timeout: float) -> set[str]:
             return set(waiting_points.Desk(journal, 1, timeout, 4.0, lambda n, key: None).outcomes)
 
         assert known(5.0) == {"a"}
         assert known(6.0) == set()
+
+
+@pytest.mark.parametrize("damaged", [{}, {"point": []}, {"point": {"status": 1}}, {"point": {"status": "converged"},
+    "references": {"theory": {"sizes": [1]}}}, {"point": {"status": "converged", "warnings": [None]}}])  # fmt: skip
+def test_a_damaged_outcome_is_computed_anew(tmp_path: Path, damaged: dict[str, Any]) -> None:
+    from softmark.interpreter.study.workers.journal import Journal
+
+    with Journal.open(tmp_path) as journal:
+        journal.append(waiting_points.KIND, "a", outcome=damaged)
+        assert waiting_points.Desk(journal, 1, 5.0, 4.0, lambda n, key: None).outcomes == {}
 
 
 # ------------------------------------------------------------------ workers
@@ -222,7 +234,9 @@ def test_the_command_from_end_to_end(file: Path, capsys: pytest.CaptureFixture[s
     status = main(["stress", "beam.scene", "--model", "rod", "-p", "m=6", "--json", "found.json"])
     shown = capsys.readouterr()
     found = json.loads(Path("found.json").read_text(encoding="utf-8"))
-    assert found == json.loads(Path("beam-stress/stress.json").read_text(encoding="utf-8"))
+    written = Path("beam-stress/stress.json").read_text(encoding="utf-8")
+    assert found == json.loads(written)
+    assert Stress.from_json(found).dumps() == written, "read and written again it is the same to the letter"
     assert set(found) == {"schema", "created", "environment", "command", "scene", "studies", "summary"}
     assert (found["schema"], found["scene"]["title"]) == ("softmark-stress/1", "Two rods")
     assert status == (1 if found["summary"]["silent"] else 0)
@@ -289,5 +303,5 @@ def test_from_python(tmp_path: Path, made_up: None) -> None:
     file.write_text(BEAM + "study s = stability(over = [soft], maps = none)\n", encoding="utf-8")
     found = softmark.stress(file, models=["rod"])
     assert isinstance(found, softmark.Stress)
-    assert [p["class"] for p in found.points] == ["right"] * 4
+    assert [p.found.word for p in found.points] == ["right"] * 4
     assert found.silent == []

@@ -6,13 +6,16 @@ import html
 import re
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from softmark.interpreter.plan.quantities import WalkedQuantity
 from softmark.interpreter.report.page.document import POLICY
 from softmark.interpreter.report.stability.page import again, page
 from softmark.interpreter.report.stability.view import ruler, shown, told
+from softmark.interpreter.study.stability.record import Stress, StressPoint
 
 Json = dict[str, Any]
 Parsed = Callable[[str], Any]  # reads a page: conftest.py
@@ -24,17 +27,17 @@ RATIOS = (0.3, 0.4, 0.49, 0.499, 0.4999, 0.5)
 LOADS = (1.0, 10.0, 100.0, 1000.0)
 
 
-def point(model: str, name: str, error: float | None, **values: Any) -> Json:
+def point(model: str, name: str, error: float | None, **values: Any) -> StressPoint:
     said = {n.replace("_", ".", 1): v for n, v in values.items()}
     stated = {"value": 0.02, "parts": {}, "doubts": [], "reason": None} if error is not None else None
-    return {
+    return StressPoint.from_json({
         "key": f"{model}{values}", "model": model, "values": said, "texts": {n: str(v) for n, v in said.items()},
         "class": name, "error": error, "stated": stated, "uncertainty": 1e-4, "code": None, "warnings": [],
         "message": "no equilibrium" if error is None else None, "cpu_s": 0.1,
-    }  # fmt: skip
+    })  # fmt: skip
 
 
-def made_of(silent: bool = False, hostile: str = "") -> Json:
+def made_of(silent: bool = False, hostile: str = "") -> Stress:
     """Tetrahedra lock above 0.499, both fail at 1000 N, and the pair fails sooner."""
     points = []
     for model in ("tets", "mixed"):
@@ -59,20 +62,21 @@ def made_of(silent: bool = False, hostile: str = "") -> Json:
          "class": None, "last_answer": None, "reason": None, "remedy": None, "reached": None,
          "right": ["double", "single"], "wrong": []},
     ]  # fmt: skip
-    counts = Counter(p["class"] for p in points)
+    counts = Counter(p.found.word for p in points)
     study = {
         "name": "edges", "metric": "sag_error", "against": "theory", "within": 0.05, "until": "failure",
-        "models": ["tets", "mixed"], "outlines": {}, "quantities": [POISSON, LOAD, CHOICE], "points": points,
+        "models": ["tets", "mixed"], "outlines": {}, "quantities": [POISSON, LOAD, CHOICE],
+        "points": [p.to_json() for p in points],
         "edges": edges,
         "maps": [{"model": "tets", "x": "rubber.poisson", "y": "tip.total", "xs": list(RATIOS), "ys": list(LOADS),
                   "classes": classes, "errors": [[0.01 if c == "right" else None for c in row] for row in classes]}],
     }  # fmt: skip
-    return {
+    return Stress.from_json({
         "schema": "softmark-stress/1", "created": "2026-01-02T03:04:05+00:00", "environment": {"softmark": "1"},
-        "command": ["dsl", "stress", "beam.scene"], "studies": [study],
+        "command": "dsl stress beam.scene", "studies": [study],
         "scene": {"title": "A beam" + hostile, "file": "beam.scene", "sha256": "0", "text": "scene 'x'" + hostile},
         "summary": {"points": len(points), "classes": dict(counts), "silent": counts["silent"]},
-    }  # fmt: skip
+    })  # fmt: skip
 
 
 def test_the_page_says_how_many_points_were_what(parsed: Parsed) -> None:
@@ -104,7 +108,7 @@ def test_figures_have_a_mark_for_every_point_of_a_walk_and_a_cell_for_every_pair
     marks = [attrs for attrs in found.all("g") if attrs.get("class", "").startswith("stress-mark")]
     cells = [attrs for attrs in found.all("rect") if attrs.get("class", "").startswith("cell")]
     nominal = 2  # the nominal point of each model stands on both strips
-    assert len(marks) == 18 + nominal + len({p["class"] for p in made_of()["studies"][0]["points"]})
+    assert len(marks) == 18 + nominal + len({p.found.word for p in made_of().points})
     assert len(cells) == len(RATIOS) * len(LOADS)
 
 
@@ -128,7 +132,7 @@ def test_the_page_runs_nothing_that_a_scene_holds(parsed: Parsed) -> None:
     ],
 )
 def test_values_stand_in_order_on_the_scale_that_parts_them(asked: Json, values: tuple[Any, ...], kind: str) -> None:
-    scale = ruler(asked, values)
+    scale = ruler(WalkedQuantity.from_json(asked), values)
     places = [scale.at(v) for v in scale.marks]
     assert scale.kind == kind
     assert places == sorted(places)
@@ -145,5 +149,5 @@ def test_a_point_says_its_error_and_what_the_model_states() -> None:
 
 
 def test_a_command_is_quoted_for_a_shell() -> None:
-    own = point("tets", "silent", 0.4, rubber_poisson=0.4999) | {"texts": {"tip.total": "(0, 0, -1) N"}}
+    own = replace(point("tets", "silent", 0.4, rubber_poisson=0.4999), texts={"tip.total": "(0, 0, -1) N"})
     assert again("my beam.scene", own) == "dsl run 'my beam.scene' -p 'tip.total=(0, 0, -1) N' --model tets"

@@ -8,7 +8,7 @@ import softmark
 from softmark.interpreter.front.check import varied
 from softmark.interpreter.language.overrides import read_one
 from softmark.interpreter.language.scene import Scene
-from softmark.interpreter.plan.quantities import Quantity, Unwalkable, quantity_of, usual
+from softmark.interpreter.plan.quantities import Unwalkable, WalkedQuantity, quantity_of, usual
 from softmark.interpreter.plan.stability import asked_of
 from softmark.interpreter.plan.sweeps import value_in
 from softmark.interpreter.study.expansion.tasks import perform
@@ -41,7 +41,7 @@ def scene() -> Scene:
     return softmark.loads(BEAM.replace("reference theory = small_deflection(beam)\n", "")).scene
 
 
-def ends(quantity: Quantity) -> list[float]:
+def ends(quantity: WalkedQuantity) -> list[float]:
     return [way.at(way.rungs[-1]) for way in quantity.ladders]
 
 
@@ -128,7 +128,7 @@ def test_a_model_is_refused_for_its_own_errors_alone() -> None:
     assert refused is not None
     assert (refused.word, refused.code) == ("refused", "E304")
     assert ground.refusal(fine, "rod") is None
-    assert perform(ground.task(fine, "rod"))["point"]["status"] == "converged"
+    assert perform(ground.task(fine, "rod")).point["status"] == "converged"
     assert ground.refusal((), "tet") is None
-    assert ground.task((), "tet")["key"] == ground.task(ground.values({"loose": 1.0}), "tet")["key"]
-    assert ground.task((), "tet")["stated"] is True
+    assert ground.task((), "tet").key == ground.task(ground.values({"loose": 1.0}), "tet").key
+    assert ground.task((), "tet").stated is True

@@ -8,19 +8,19 @@ import pytest
 
 from softmark.interpreter.plan import ladder
 from softmark.interpreter.plan.ladder import Ladder
-from softmark.interpreter.plan.walks import Edge, Seen, Until, Walk
+from softmark.interpreter.plan.walks import Edge, PointClass, Until, Walk
 
 Model = Callable[[float], str]  # a value -> the class of the point there
 
 
 def walked(way: Ladder, model: Model, until: Until = "failure") -> tuple[Walk, list[float]]:
     """The walk of a fake model to its end, and the values that were looked at in order."""
-    walk = Walk(way, until, {0.0: Seen.of(model(way.at(0.0)))})
+    walk = Walk(way, until, {0.0: PointClass.of(model(way.at(0.0)))})
     looked = []
     while (t := walk.wanted()) is not None:
         assert t not in walk.seen, "no point is computed twice"
         looked.append(way.at(t))
-        walk.tell(t, Seen.of(model(way.at(t))))
+        walk.tell(t, PointClass.of(model(way.at(t))))
         assert len(looked) < 100
     return walk, looked
 

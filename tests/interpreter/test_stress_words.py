@@ -9,16 +9,16 @@ import pytest
 
 from softmark.interpreter.cli import ranges
 from softmark.interpreter.plan import ladder
-from softmark.interpreter.plan.quantities import Quantity
-from softmark.interpreter.plan.walks import Seen, Walk
+from softmark.interpreter.plan.quantities import WalkedQuantity
+from softmark.interpreter.plan.walks import PointClass, Walk
 from softmark.interpreter.report.stability.page import page
 from softmark.interpreter.report.stability.terminal import table
-from softmark.interpreter.study.stability.classify import Classified
 from softmark.interpreter.study.stability.edges import choice_of, edge_of
+from softmark.interpreter.study.stability.record import Classified, Stress, StressEdge
 
 Json = dict[str, Any]
-POISSON = Quantity("gel.poisson", "gap", 0.4, "0.4")
-PRECISION = Quantity("tets.precision", "choice", "double", "double", options=("double", "single"))
+POISSON = WalkedQuantity("gel.poisson", "gap", 0.4, "0.4")
+PRECISION = WalkedQuantity("tets.precision", "choice", "double", "double", options=("double", "single"))
 NO_TRUTH = "the reference is uncertain by 0.12, more than the 0.05 that counts as right"
 
 
@@ -26,31 +26,32 @@ def classified(word: str) -> Classified:
     return Classified(word, message=NO_TRUTH if word == "unjudged" else "no equilibrium", status="converged")
 
 
-def walked(rule: Callable[[float], str]) -> list[Json]:
+def walked(rule: Callable[[float], str]) -> list[StressEdge]:
     """The edges of a walk of Poisson's ratio from 0.4 down to 0 and up to 0.499, by the class that each value has."""
     ways, found = (ladder.stretched(0.4, 0.0, "down"), ladder.closing(0.4, 0.499)), []
     for way in ways:
         assert way is not None
-        walk = Walk(way, "failure", {0.0: Seen.of(rule(0.4), "converged")})
+        walk = Walk(way, "failure", {0.0: PointClass.of(rule(0.4), "converged")})
         while (t := walk.wanted()) is not None:
-            walk.tell(t, Seen.of(rule(way.at(t)), "converged"))
+            walk.tell(t, PointClass.of(rule(way.at(t)), "converged"))
         at = lambda model, name, value: classified(rule(float(value)))  # noqa: E731
         found.append(edge_of("rod", POISSON, walk, at, {}, {}))
     return found
 
 
-def study(edges: list[Json], quantity: Quantity, classes: dict[str, int]) -> Json:
+def study(edges: list[StressEdge], quantity: WalkedQuantity, classes: dict[str, int]) -> Json:
     """A study of one quantity with nothing but its edges."""
     one = {
         "name": "everything", "metric": "eta", "against": "theory", "within": 0.05, "until": "failure",
-        "models": ["rod"], "outlines": {}, "quantities": [quantity.to_json()], "points": [], "edges": edges, "maps": [],
+        "models": ["rod"], "outlines": {}, "quantities": [quantity.to_json()], "points": [],
+        "edges": [e.to_json() for e in edges], "maps": [],
     }  # fmt: skip
     counts = {"points": sum(classes.values()), "classes": classes, "silent": 0}
     return {"scene": {"title": "A beam", "file": "beam.scene", "text": ""}, "studies": [one], "summary": counts}
 
 
 def said(found: Json) -> str:
-    return table(found, "beam.scene", [], False, None)
+    return table(Stress.from_json(found), "beam.scene", [], False, None)
 
 
 NOWHERE: dict[str, int] = {"unjudged": 9}
@@ -58,13 +59,13 @@ NOWHERE: dict[str, int] = {"unjudged": 9}
 
 def test_what_was_not_judged_anywhere_is_neither_right_nor_wrong() -> None:
     found = study(walked(lambda nu: "unjudged"), POISSON, NOWHERE)
-    for shown in (said(found), page(found)):
+    for shown in (said(found), page(Stress.from_json(found))):
         assert "not judged" in shown
         for claim in ("not right", "even here", "right as far as", "right 0", "nowhere"):
             assert claim not in shown, claim
     assert said(found).count(NO_TRUTH[:40]) == 1, "both ways have the same reason"
     assert "nothing was judged" in said(found)
-    assert "None was wrong without a word" not in page(found)
+    assert "None was wrong without a word" not in page(Stress.from_json(found))
 
 
 def test_one_point_that_is_right_is_one_point(parsed: Callable[[str], Any]) -> None:
@@ -72,8 +73,8 @@ def test_one_point_that_is_right_is_one_point(parsed: Callable[[str], Any]) -> N
     found = study(walked(lambda nu: "right" if nu == 0 else "unjudged"), POISSON, {"right": 1, "unjudged": 8})
     assert "rod  right at 0; not judged here" in said(found)
     assert "0 .. 0.4" not in said(found)
-    assert "0 … 0.4" not in parsed(page(found)).text
-    assert "not judged here" in parsed(page(found)).text
+    assert "0 … 0.4" not in parsed(page(Stress.from_json(found))).text
+    assert "not judged here" in parsed(page(Stress.from_json(found))).text
 
 
 def test_what_is_wrong_here_is_said_to_be() -> None:
@@ -100,9 +101,9 @@ def test_choices_are_listed_under_what_each_came_to(here: str, other: str, expec
     edge = choice_of("rod", PRECISION, seen, lambda m, n, v: seen[str(v)], {}, ["rod"])
     found = study([edge], PRECISION, {here: 1, other: 1})
     assert f"rod  {expected}\n" in said(found)
-    assert edge["remedy"] is None or other == "inaccurate", "a finer mesh does not mend the truth"
+    assert edge.remedy is None or other == "inaccurate", "a finer mesh does not mend the truth"
     assert "right: none" not in said(found)
-    page(found)
+    page(Stress.from_json(found))
 
 
 def test_the_measured_range_of_a_model_does_not_take_the_scene_for_judged() -> None:

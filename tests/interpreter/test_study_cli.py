@@ -13,7 +13,7 @@ import softmark
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.study.expansion import tasks
 from softmark.interpreter.study.workers import pool
-from softmark.interpreter.study.workers.journal import Refused
+from softmark.interpreter.study.workers.journal import JournalRefused
 
 BEAM = """
 scene "A rod and its segments"
@@ -150,7 +150,7 @@ def test_a_configuration_that_takes_too_long_is_tried_again_only_with_more_time(
 
     def staged(given: list[dict[str, Any]], jobs: int, timeout: float, started: object) -> Iterator[dict[str, Any]]:
         for task in given:
-            late = task["overrides"] == ["n=9"] and timeout < 5
+            late = task.overrides == ("n=9",) and timeout < 5
             yield pool.timed_out(task, timeout) if late else tasks.perform(task)
 
     monkeypatch.setattr(pool, "outcomes", staged)
@@ -230,7 +230,7 @@ def test_a_cluster_that_does_not_answer(
     file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def nobody(address: str, wait: float) -> None:
-        raise pool.Unavailable(f"no dask scheduler answers at {address}")
+        raise pool.NoWorkers(f"no dask scheduler answers at {address}")
 
     monkeypatch.setattr(pool, "_client", nobody)
     assert main(["compare", "beam.scene", "--cluster", "tcp://127.0.0.1:9"]) == 2
@@ -253,7 +253,7 @@ def test_the_same_from_python(file: Path) -> None:
 def test_python_keeps_a_folder_that_is_named(file: Path) -> None:
     softmark.compare(file, vary={"n": "4"}, models=["rod"], repeats=0, folder="kept")
     assert len(journal("kept")) == 1
-    with pytest.raises(Refused, match="--resume"):
+    with pytest.raises(JournalRefused, match="--resume"):
         softmark.compare(file, vary={"n": "4"}, models=["rod"], repeats=0, folder="kept")
     found = softmark.compare(file, vary={"n": "4"}, models=["rod"], repeats=0, folder="kept", resume=True)
     assert len(found.points) == 1

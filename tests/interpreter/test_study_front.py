@@ -26,20 +26,20 @@ from softmark.interpreter.study.analysis.front import (
     near_round,
     pareto,
 )
-from softmark.interpreter.study.analysis.lines import Line
+from softmark.interpreter.study.analysis.lines import RefinementLine
 
 Point = dict[str, Any]
 
 
-def read(points: list[Point]) -> list[values.Point]:
-    return [values.Point.from_json(p) for p in points]
+def read(points: list[Point]) -> list[values.ComparedPoint]:
+    return [values.ComparedPoint.from_json(p) for p in points]
 
 
 def judge(points: list[Point], metric: str, clock: str, allow_contaminated: bool = False) -> Judged:
     return fronts.judge(read(points), metric, clock, allow_contaminated)
 
 
-def lines_of(points: list[Point]) -> list[Line]:
+def lines_of(points: list[Point]) -> list[RefinementLine]:
     return lines.lines_of(read(points))
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.study.workers.journal import LOCK, NAME, Journal, Refused
+from softmark.interpreter.study.workers.journal import LOCK, NAME, Journal, JournalRefused
 
 
 def entry(key: str, **more: object) -> dict[str, object]:
@@ -101,7 +101,7 @@ def test_any_cut_and_any_bytes_behind_it_leave_a_journal_that_goes_on(tmp_path: 
 @pytest.mark.parametrize("content", ["some notes\n", '{"schema": "softmark-journal/9"}\n', '{"a": 1}\n'])
 def test_what_is_no_journal_of_ours_is_not_touched(content: str, tmp_path: Path) -> None:
     (tmp_path / NAME).write_text(content, encoding="utf-8")
-    with pytest.raises(Refused, match="--fresh"):
+    with pytest.raises(JournalRefused, match="--fresh"):
         Journal.open(tmp_path)
     assert (tmp_path / NAME).read_text(encoding="utf-8") == content
     with Journal.open(tmp_path, fresh=True) as journal:
@@ -109,10 +109,10 @@ def test_what_is_no_journal_of_ours_is_not_touched(content: str, tmp_path: Path)
 
 
 def test_one_process_at_a_time(tmp_path: Path) -> None:
-    with Journal.open(tmp_path), pytest.raises(Refused, match="another comparison is running"):
+    with Journal.open(tmp_path), pytest.raises(JournalRefused, match="another comparison is running"):
         Journal.open(tmp_path)
     code = "import sys; from softmark.interpreter.study.workers.journal import *; from pathlib import Path\n"
-    code += "try: Journal.open(Path(sys.argv[1]))\nexcept Refused: sys.exit(5)"
+    code += "try: Journal.open(Path(sys.argv[1]))\nexcept JournalRefused: sys.exit(5)"
     command = [sys.executable, "-c", code, str(tmp_path)]
     with Journal.open(tmp_path):
         assert subprocess.run(command, check=False).returncode == 5
@@ -128,7 +128,7 @@ def test_the_lock_of_a_killed_process_is_free(tmp_path: Path) -> None:
     process = subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], stdout=subprocess.PIPE)
     assert process.stdout is not None
     assert process.stdout.readline() == b"open\n"
-    with pytest.raises(Refused):
+    with pytest.raises(JournalRefused):
         Journal.open(tmp_path)
     process.kill()
     process.wait()

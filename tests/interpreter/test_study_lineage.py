@@ -14,39 +14,39 @@ import softmark
 from softmark.interpreter.language.overrides import read
 from softmark.interpreter.study.analysis import lineage
 from softmark.interpreter.study.analysis.lineage import Refinement, refinement_of
-from softmark.interpreter.study.analysis.lines import Line
-from softmark.interpreter.study.analysis.point import Point
+from softmark.interpreter.study.analysis.lines import RefinementLine
+from softmark.interpreter.study.analysis.point import ComparedPoint
 from softmark.interpreter.study.expansion.resolution import resolution_of
 from softmark.references.orders import refined, unlike
 
 SIZES = (0.04, 0.02, 0.01)
 
 
-def member(h: float, u: float, of: dict[str, float], formal: dict[str, int], **changes: Any) -> Point:
+def member(h: float, u: float, of: dict[str, float], formal: dict[str, int], **changes: Any) -> ComparedPoint:
     own = {"of": of, "formal": formal, "problem": "one", "meshed": False, "counts": None} | changes
-    return Point.from_json({
+    return ComparedPoint.from_json({
         "key": f"{h:g}", "model": "m", "variation": {"h": f"{h:g}"}, "numbers": {"h": h}, "status": "converged",
         "size": {"dofs": 3}, "probes": {"tip": {"points": [[1.0, 0, 0]], "displacement": [[0.0, 0.0, u]]}},
         "resolution": own, "errors": {},
     })  # fmt: skip
 
 
-def refined_as(point: Point, **changes: Any) -> Point:
+def refined_as(point: ComparedPoint, **changes: Any) -> ComparedPoint:
     """The same, but for what decides how finely it is solved."""
     assert point.fineness is not None
     return replace(point, fineness=replace(point.fineness, **changes))
 
 
-def orders_of(line: Line) -> dict[str, Any] | None:
+def orders_of(line: RefinementLine) -> dict[str, Any] | None:
     found = lineage.orders_of(line, [], [])
     return None if found is None else found.to_json()
 
 
-def line(p: float, formal: int | None, target: str = "size", **changes: Any) -> Line:
+def line(p: float, formal: int | None, target: str = "size", **changes: Any) -> RefinementLine:
     """u = 1 - h^p, three members."""
     known = {} if formal is None else {target: formal}
     made = [member(h, 1 - h**p, {target: 1 / h if target == "segments" else h}, known, **changes) for h in SIZES]
-    return Line("s", "m", "refine", "h", (), tuple(made))
+    return RefinementLine("s", "m", "refine", "h", (), tuple(made))
 
 
 # ------------------------------------------------------------------ what is far from theory
@@ -92,25 +92,25 @@ def test_what_changes_the_problem_does_not_refine() -> None:
     """A length that cell sizes follow: members differ in size, and in what is solved."""
     made = line(2.0, 2)
     other = [refined_as(p, problem=p.key) for p in made.members]
-    own = Line("s", "m", "refine", "h", (), tuple(other))
+    own = RefinementLine("s", "m", "refine", "h", (), tuple(other))
     assert refinement_of(own) == "`h` changes what is solved, not how finely"
     assert orders_of(own) is None
 
 
 def test_a_tolerance_and_two_at_once_have_no_order() -> None:
     still = [member(h, 1 - h, {"size": 1.0}, {"size": 2}) for h in SIZES]
-    assert refinement_of(Line("s", "m", None, "h", (), tuple(still))) == (
+    assert refinement_of(RefinementLine("s", "m", None, "h", (), tuple(still))) == (
         "`h` decides no size, no segments and no step"
     )
     both = [member(h, 1 - h, {"size": h, "step": h}, {"size": 2, "step": 1}) for h in SIZES]
-    assert refinement_of(Line("s", "m", None, "h", (), tuple(both))) == "`h` decides size and step at once"
+    assert refinement_of(RefinementLine("s", "m", None, "h", (), tuple(both))) == "`h` decides size and step at once"
 
 
 def test_cells_count_by_the_size_that_they_have() -> None:
     """h = N^(-1/3): meshes of 8, 27 and 125 cells, asked for at 0.04, 0.02 and 0.01."""
     counted = zip(line(2.0, 2, meshed=True).members, (8, 27, 125), strict=True)
     made = [replace(p, elements=n) for p, n in counted]
-    found = refinement_of(Line("s", "m", None, "h", (), tuple(made)))
+    found = refinement_of(RefinementLine("s", "m", None, "h", (), tuple(made)))
     assert isinstance(found, Refinement)
     assert [h for h, _ in found.members] == pytest.approx([1 / 2, 1 / 3, 1 / 5])
 
@@ -119,7 +119,7 @@ def test_meshes_that_are_not_similar_put_an_order_in_doubt() -> None:
     made = [
         refined_as(p, counts=c) for p, c in zip(line(2.0, 2).members, ([2, 2, 6], [4, 4, 10], [4, 4, 15]), strict=True)
     ]
-    found = orders_of(Line("s", "m", None, "h", (), tuple(made)))
+    found = orders_of(RefinementLine("s", "m", None, "h", (), tuple(made)))
     assert found is not None
     assert found["asymptotic"] is False
     assert "cells shrink 1.67 times in one direction and 2 times in another" in found["doubt"]

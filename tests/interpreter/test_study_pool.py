@@ -10,6 +10,7 @@ import os
 import signal
 import sys
 import time
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,10 @@ import pytest
 
 import softmark
 from softmark.interpreter.study.expansion import tasks
-from softmark.interpreter.study.expansion.variations import Asked, expand, read_vary, subject_of
+from softmark.interpreter.study.expansion.outcome import PointOutcome, PointTask
+from softmark.interpreter.study.expansion.variations import Additions, expand, read_vary, subject_of
 from softmark.interpreter.study.workers import pool
+from softmark.records import dataclass
 
 BEAM = """
 param    n      = 4
@@ -42,20 +45,35 @@ for line in sys.stdin:
         os.kill(os.getpid(), task["die"])
     if "leave" in task:
         os._exit(task["leave"])
-    print(json.dumps({"key": task["key"], "point": {"status": "converged"}, "by": os.getpid()}), flush=True)
+    point = {"status": "converged", "by": os.getpid()}
+    print(json.dumps({"key": task["key"], "point": point, "references": {}}), flush=True)
 """
 
 
-def done(given: list[dict[str, Any]], jobs: int = 1, timeout: float | None = None) -> dict[str, dict[str, Any]]:
+@dataclass(frozen=True)
+class Told(PointTask):
+    """A task that tells the worker above what to do."""
+
+    to_do: dict[str, float] = field(default_factory=dict)
+
+    def to_json(self) -> dict[str, Any]:
+        return {"key": self.key, **self.to_do}
+
+
+def told(key: str, **to_do: float) -> Told:
+    return Told(key, to_do=to_do)
+
+
+def done(given: list[Told], jobs: int = 1, timeout: float | None = None) -> dict[str, PointOutcome]:
     """Outcomes by key, of a worker that obeys."""
     found = list(pool.outcomes(given, jobs, timeout, command=(sys.executable, "-c", WORKER)))
-    assert sorted(o["key"] for o in found) == sorted(t["key"] for t in given), "each once"
-    return {o["key"]: o for o in found}
+    assert sorted(o.key for o in found) == sorted(t.key for t in given), "each once"
+    return {o.key: o for o in found}
 
 
-def beam_tasks(over: str, text: str = BEAM) -> list[dict[str, Any]]:
-    configurations = expand([subject_of(softmark.loads(text).scene)], Asked(*read_vary([over])))
-    return [dict(c.task) for c in configurations]
+def beam_tasks(over: str, text: str = BEAM) -> list[PointTask]:
+    configurations = expand([subject_of(softmark.loads(text).scene)], Additions(*read_vary([over])))
+    return [c.task for c in configurations]
 
 
 # ------------------------------------------------------------------ what happens to processes
@@ -63,8 +81,8 @@ def beam_tasks(over: str, text: str = BEAM) -> list[dict[str, Any]]:
 
 @pytest.mark.parametrize("jobs", [1, 3])
 def test_every_task_once(jobs: int) -> None:
-    found = done([{"key": str(i)} for i in range(10)], jobs)
-    assert 1 <= len({o["by"] for o in found.values()}) <= jobs
+    found = done([told(str(i)) for i in range(10)], jobs)
+    assert 1 <= len({o.point["by"] for o in found.values()}) <= jobs
 
 
 def test_tasks_that_come_to_nothing() -> None:
@@ -81,39 +99,39 @@ def test_tasks_that_come_to_nothing() -> None:
     ],
 )
 def test_a_process_that_dies_takes_one_task_with_it(how: dict[str, int], message: str) -> None:
-    found = done([{"key": "a"}, {"key": "b", **how}, {"key": "c"}])
-    assert [o["point"]["status"] for o in found.values()] == ["converged", "failed", "converged"]
-    assert found["b"]["point"]["message"] == message
-    assert found["b"]["unfinished"]
-    assert found["a"]["by"] != found["c"]["by"], "a new process"
+    found = done([told("a"), told("b", **how), told("c")])
+    assert [o.point["status"] for o in found.values()] == ["converged", "failed", "converged"]
+    assert found["b"].point["message"] == message
+    assert found["b"].unfinished
+    assert found["a"].point["by"] != found["c"].point["by"], "a new process"
 
 
 def test_all_processes_may_die() -> None:
-    found = done([{"key": str(i), "die": signal.SIGKILL} for i in range(5)], 2)
-    assert {o["point"]["status"] for o in found.values()} == {"failed"}
+    found = done([told(str(i), die=signal.SIGKILL) for i in range(5)], 2)
+    assert {o.point["status"] for o in found.values()} == {"failed"}
 
 
 def test_a_task_that_takes_too_long_is_stopped() -> None:
     begin = time.monotonic()
-    found = done([{"key": "a"}, {"key": "b", "sleep": 60}, {"key": "c"}], timeout=0.5)
+    found = done([told("a"), told("b", sleep=60), told("c")], timeout=0.5)
     assert time.monotonic() - begin < 30  # of 60 that it would take
-    assert [o["point"]["status"] for o in found.values()] == ["converged", "timed_out", "converged"]
-    assert found["b"]["point"]["message"] == "it was stopped after 0.5 s; `--timeout` gives more"
+    assert [o.point["status"] for o in found.values()] == ["converged", "timed_out", "converged"]
+    assert found["b"].point["message"] == "it was stopped after 0.5 s; `--timeout` gives more"
 
 
 def test_closing_the_outcomes_ends_all_workers() -> None:
     outcomes = pool.outcomes(
-        [{"key": "a"}, *({"key": str(i), "sleep": 60} for i in range(3))], 2, command=(sys.executable, "-c", WORKER)
+        [told("a"), *(told(str(i), sleep=60) for i in range(3))], 2, command=(sys.executable, "-c", WORKER)
     )
     first = next(outcomes)
     outcomes.close()  # type: ignore[attr-defined]
     with pytest.raises(ProcessLookupError):
-        os.kill(first["by"], 0)
+        os.kill(first.point["by"], 0)
 
 
 def test_workers_that_do_not_start() -> None:
-    with pytest.raises(pool.Unavailable, match="do not start"):
-        list(pool.outcomes([{"key": "a"}], command=(sys.executable, "-c", "raise SystemExit(3)")))
+    with pytest.raises(pool.NoWorkers, match="do not start"):
+        list(pool.outcomes([told("a")], command=(sys.executable, "-c", "raise SystemExit(3)")))
 
 
 # ------------------------------------------------------------------ real workers
@@ -122,20 +140,20 @@ def test_workers_that_do_not_start() -> None:
 def test_one_worker_and_two_find_the_same_as_this_process() -> None:
     """Bit for bit: the same code, one thread each."""
     given = beam_tasks("n=4,5,6,7,8")
-    here = {t["key"]: tasks.perform(t) for t in given}
+    here = {t.key: tasks.perform(t) for t in given}
     for jobs in (1, 2):
-        there = {o["key"]: o for o in pool.outcomes(given, jobs)}
+        there = {o.key: o for o in pool.outcomes(given, jobs)}
         assert len(there) == 5
         for key, outcome in here.items():
-            assert there[key]["point"] == outcome["point"]
-            assert there[key]["references"] == outcome["references"]
-    assert [here[t["key"]]["point"]["status"] for t in given] == ["converged"] * 5
+            assert there[key].point == outcome.point
+            assert there[key].references == outcome.references
+    assert [here[t.key].point["status"] for t in given] == ["converged"] * 5
 
 
 def test_a_killed_worker_of_ours(monkeypatch: pytest.MonkeyPatch) -> None:
     """Kill it when it has the second task, which is far too long to finish."""
     given = beam_tasks("n=4,100000,5")
-    names = {t["key"]: t["overrides"][-1] for t in given}
+    names = {t.key: t.overrides[-1] for t in given}
     children: list[int] = []
 
     def started(key: str) -> None:
@@ -146,7 +164,7 @@ def test_a_killed_worker_of_ours(monkeypatch: pytest.MonkeyPatch) -> None:
 
     if not Path("/proc/self/task").exists():
         pytest.skip("no /proc to find the worker in")
-    found = {names[o["key"]]: o["point"] for o in pool.outcomes(given, started=started)}
+    found = {names[o.key]: o.point for o in pool.outcomes(given, started=started)}
     assert {n: p["status"] for n, p in found.items()} == {"n=4": "converged", "n=100000": "failed", "n=5": "converged"}
     assert "SIGKILL" in found["n=100000"]["message"]
 
@@ -160,39 +178,39 @@ def test_workers_have_one_thread_each() -> None:
 
 def test_an_outcome_is_json_and_has_what_a_point_needs() -> None:
     outcome = tasks.perform(beam_tasks("n=4")[0])
-    json.dumps(outcome, allow_nan=False)
-    point, theory = outcome["point"], outcome["references"]["theory"]
+    json.dumps(outcome.to_json(), allow_nan=False)
+    point, theory = outcome.point, outcome.references["theory"]
     assert set(point) == {
         "status", "message", "outline", "size", "solve", "errors", "measured_from", "probes", "warnings", "resolution",
     }  # fmt: skip
     assert point["size"] == {"nodes": 5, "elements": 4, "dofs": 24}
     assert set(point["errors"]["eta"]) == {"value", "unit", "against"}
     assert point["errors"]["eta"]["against"] == "theory"
-    assert len(point["probes"]["axis"]["displacement"]) == len(theory["probes"]["axis"]["displacement"]) == 5
-    assert theory["status"] == "converged"
-    assert outcome["cpu_s"] > 0 < outcome["wall_s"]
+    assert len(point["probes"]["axis"]["displacement"]) == len(theory.probes["axis"].displacement) == 5
+    assert theory.status == "converged"
+    assert (outcome.cpu_s or 0.0) > 0 < (outcome.wall_s or 0.0)
 
 
 def test_without_metrics_that_compare_every_probe_is_held_against_every_theory() -> None:
     """The same number as `energy_norm` gives, under a name of its own."""
     without = BEAM.replace("metric   eta    = energy_norm(axis, against = theory)", "")
-    asked, automatic = (tasks.perform(beam_tasks("n=4", text)[0])["point"]["errors"] for text in (BEAM, without))
+    asked, automatic = (tasks.perform(beam_tasks("n=4", text)[0]).point["errors"] for text in (BEAM, without))
     assert list(automatic) == ["axis against theory"]
     assert automatic["axis against theory"] == asked["eta"]
 
 
 def test_a_long_probe_is_thinned() -> None:
     outcome = tasks.perform(beam_tasks("n=4", BEAM.replace("points = 5", "points = 1001"))[0])
-    points = outcome["point"]["probes"]["axis"]["points"]
+    points = outcome.point["probes"]["axis"]["points"]
     assert len(points) == tasks.POINTS
     assert (points[0][0], points[-1][0]) == (0.0, pytest.approx(0.178, rel=1e-12))
 
 
 def test_a_scene_that_has_become_wrong_is_a_failed_point() -> None:
     task = beam_tasks("n=4")[0]
-    outcome = tasks.perform({**task, "overrides": ["n=-4"]})
-    assert outcome["point"]["status"] == "failed"
-    assert outcome["point"]["message"].startswith("E301: `segments` must be")
+    outcome = tasks.perform(replace(task, overrides=("n=-4",)))
+    assert outcome.point["status"] == "failed"
+    assert outcome.point["message"].startswith("E301: `segments` must be")
 
 
 def test_a_defect_is_a_failed_point(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -202,7 +220,7 @@ def test_a_defect_is_a_failed_point(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("SOFTMARK_DEBUG", raising=False)
     monkeypatch.setattr("softmark.interpreter.run.pipeline.run", broken)
     outcome = tasks.perform(beam_tasks("n=4")[0])
-    assert (outcome["point"]["status"], outcome["point"]["message"]) == (
+    assert (outcome.point["status"], outcome.point["message"]) == (
         "failed", "it stopped with an error (out of memory)",
     )  # fmt: skip
 
@@ -230,13 +248,13 @@ def test_a_reference_is_solved_once_in_a_process(monkeypatch: pytest.MonkeyPatch
 
 
 def test_nobody_answers() -> None:
-    with pytest.raises(pool.Unavailable, match=r"no dask scheduler answers at tcp://127\.0\.0\.1:9"):
+    with pytest.raises(pool.NoWorkers, match=r"no dask scheduler answers at tcp://127\.0\.0\.1:9"):
         list(pool.outcomes_of_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9", wait=0.5))
 
 
 def test_without_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(pool.Unavailable, match=r"pip install 'softmark\[cluster\]'"):
+    with pytest.raises(pool.NoWorkers, match=r"pip install 'softmark\[cluster\]'"):
         list(pool.outcomes_of_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9"))
 
 
@@ -247,13 +265,13 @@ def test_a_cluster_finds_the_same() -> None:
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=True, dashboard_address=":0", host="127.0.0.1"
     ) as cluster:
-        there = {o["key"]: o for o in pool.outcomes_of_cluster(given, cluster.scheduler_address)}
-    here = {t["key"]: tasks.perform(t) for t in given}
-    assert {k: o["point"] for k, o in there.items()} == {k: o["point"] for k, o in here.items()}
-    assert sorted(o["point"]["status"] for o in there.values()) == ["converged", "converged", "failed"]
+        there = {o.key: o for o in pool.outcomes_of_cluster(given, cluster.scheduler_address)}
+    here = {t.key: tasks.perform(t) for t in given}
+    assert {k: o.point for k, o in there.items()} == {k: o.point for k, o in here.items()}
+    assert sorted(o.point["status"] for o in there.values()) == ["converged", "converged", "failed"]
 
 
 def test_a_worker_with_other_sources_is_not_believed() -> None:
     outcome = pool.perform_there(beam_tasks("n=4")[0], "0" * 64)
-    assert outcome["point"]["status"] == "failed"
-    assert "another version" in outcome["point"]["message"]
+    assert outcome.point["status"] == "failed"
+    assert "another version" in outcome.point["message"]

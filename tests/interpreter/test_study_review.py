@@ -17,7 +17,7 @@ from softmark.interpreter.report.compare.terminal import table
 from softmark.interpreter.study.analysis.advice import remarks_of
 from softmark.interpreter.study.analysis.compared import Compared
 from softmark.interpreter.study.analysis.pairs import distances
-from softmark.interpreter.study.analysis.point import Point
+from softmark.interpreter.study.analysis.point import ComparedPoint
 from softmark.interpreter.study.expansion.truths import marked
 
 BEAM = """
@@ -61,7 +61,7 @@ def test_values_that_change_the_truth_are_problems_of_their_own(file: Path, caps
     assert list(found["analysis"]["scenes"]) == ["beam, E = 30 kPa", "beam, E = 120 kPa"]
     for value, (name, own) in zip(("30 kPa", "120 kPa"), found["analysis"]["scenes"].items(), strict=True):
         assert own["metrics"]["eta"]["front"], "each has its own"
-        mine = [p for p in found["points"] if Point.from_json(p).part == name]
+        mine = [p for p in found["points"] if ComparedPoint.from_json(p).part == name]
         assert {p["variation"]["E"] for p in mine} == {value}
         keys = {p["key"] for p in mine}
         assert set(own["metrics"]["eta"]["front"]) <= keys
@@ -120,10 +120,10 @@ def test_no_distance_between_shapes_that_were_computed_at_different_values() -> 
     """Without a reference nothing says what a problem is; but E refines nothing, so the shapes differ by it."""
     probe = {"axis": {"points": [[0.0, 0.0, 0.0]], "displacement": [[0.0, 0.0, 1.0]]}}
 
-    def point(model: str, value: str, status: str) -> Point:
+    def point(model: str, value: str, status: str) -> ComparedPoint:
         label = f"{model}, E = {value}"
-        return Point.from_json({"key": label, "label": label, "model": model, "scene": "s", "variation": {"E": value},
-                "status": status, "size": {"dofs": 9}, "probes": probe})  # fmt: skip
+        entries = {"key": label, "label": label, "model": model, "scene": "s", "variation": {"E": value}}
+        return ComparedPoint.from_json(entries | {"status": status, "size": {"dofs": 9}, "probes": probe})
 
     found = distances([point("a", "1", "converged"), point("b", "1", "failed"), point("b", "2", "converged")], {})
     assert found.matrix == [[0.0, None], [None, 0.0]]
@@ -148,17 +148,17 @@ def test_what_must_be_said_of_a_reduced_model() -> None:
     """Trained on the state that it is judged by; made in 2 s that its time leaves out."""
     spread = {"median": 2.0, "q1": 2.0, "q3": 2.0}
     reduced = {"of": "full", "repeats": True, "extrapolates": []}
-    said = remarks_of(Point.from_json({"solve": {"reduced": reduced}, "cost": {"setup_s": spread}}))
+    said = remarks_of(ComparedPoint.from_json({"solve": {"reduced": reduced}, "cost": {"setup_s": spread}}))
     assert said == [
         "It was trained on `full` in this very state: its error says how well it repeats that, and nothing of other "
         "loads.",
         "Its time leaves out 2\u00a0s in which it is made from `full`.",
     ]
     beyond = {"of": "full", "repeats": False, "extrapolates": ["load"]}
-    assert remarks_of(Point.from_json({"solve": {"reduced": beyond}})) == [
+    assert remarks_of(ComparedPoint.from_json({"solve": {"reduced": beyond}})) == [
         "It extrapolates: `load` is outside its training."
     ]
-    assert remarks_of(Point.from_json({"solve": {}})) == []
+    assert remarks_of(ComparedPoint.from_json({"solve": {}})) == []
 
 
 def test_remarks_stand_with_the_advice() -> None:

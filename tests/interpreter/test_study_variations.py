@@ -10,7 +10,7 @@ import softmark
 from softmark.interpreter.language.sources import standard_scenes
 from softmark.interpreter.study.expansion import keys
 from softmark.interpreter.study.expansion.variations import (
-    Asked,
+    Additions,
     Configuration,
     expand,
     read_vary,
@@ -39,7 +39,7 @@ def expanded(
     text: str = BEAM, vary: tuple[str, ...] = (), study: str | None = None, models: tuple[str, ...] = ()
 ) -> list[Configuration]:
     values, more = read_vary(vary)
-    return expand([subject_of(softmark.loads(text).scene)], Asked(values, models + more, study))
+    return expand([subject_of(softmark.loads(text).scene)], Additions(values, models + more, study))
 
 
 def labels(found: list[Configuration]) -> list[tuple[str | None, str]]:
@@ -149,7 +149,7 @@ def test_two_scenes_of_one_name_are_told_apart() -> None:
     first = subject_of(scene)
     second = subject_of(scene, [first.name])
     assert (first.name, second.name) == ("scene", "scene-2")
-    found = expand([first, second], Asked())
+    found = expand([first, second], Additions())
     assert [c.scene for c in found] == ["scene"] * 3 + ["scene-2"] * 3
     assert len({c.key for c in found}) == 3, "the same computation"
 

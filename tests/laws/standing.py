@@ -50,7 +50,7 @@ def judged(case: Case) -> Iterator[dict[str, Any]]:
             right = truth.in_motion(case, np.asarray(probe.times)) if case.course else truth.at_rest(case)
         u = np.asarray(probe.displacement if probe.course is None else probe.course)
         error = float(np.linalg.norm(u - right.u) / np.linalg.norm(right.u))
-        stated = dict((model.stated or {}).get("axis", {}))
+        stated = model.stated["axis"].to_json() if "axis" in model.stated else {}
         row |= {"error": error, "uncertainty": right.uncertainty, **stated}
         yield row | {"word": _word(error, right.uncertainty, stated)}
 

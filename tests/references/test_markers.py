@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softmark.references.markers import Markers
+from softmark.references.markers import TrackedPoints
 from softmark.references.measured import Unreadable
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
@@ -36,7 +36,7 @@ def measured_data(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_positions_become_displacements_in_the_scene(tmp_path: Path) -> None:
-    found = Markers(table(tmp_path), 1e-3, 1e-4, x=(0, 1, 0), z=(0, 0, 1), origin=(1.0, 0, 0)).load()
+    found = TrackedPoints(table(tmp_path), 1e-3, 1e-4, x=(0, 1, 0), z=(0, 0, 1), origin=(1.0, 0, 0)).load()
     # The scene's x is the file's y, its z the file's z, so its y is the file's -x.
     assert pytest.approx(np.array([[1.0, 0, 0], [1.02, 0, 0]])) == found.X
     assert found.u == pytest.approx(np.array([[0, -1e-3, 0], [1e-3, 0, 2e-3]]))
@@ -49,13 +49,13 @@ def test_positions_become_displacements_in_the_scene(tmp_path: Path) -> None:
 
 def test_states_are_chosen_by_number(tmp_path: Path) -> None:
     text = "z2,x0,y0,z0,x2,y2\n3,0,0,1,1,2\n"  # columns in any order
-    found = Markers(table(tmp_path, text), 1.0, 0.0, state=2).load()
+    found = TrackedPoints(table(tmp_path, text), 1.0, 0.0, state=2).load()
     assert found.u == pytest.approx(np.array([[1.0, 2.0, 2.0]]))
     assert found.names == ("1",)
-    back = Markers(table(tmp_path, text), 1.0, 0.0, state=0, rest=2).load()
+    back = TrackedPoints(table(tmp_path, text), 1.0, 0.0, state=0, rest=2).load()
     assert back.u == pytest.approx(-found.u)
     with pytest.raises(Unreadable, match="the table has no state 1; its states are 0, 2"):
-        Markers(table(tmp_path, text), 1.0, 0.0).load()
+        TrackedPoints(table(tmp_path, text), 1.0, 0.0).load()
 
 
 @pytest.mark.parametrize(
@@ -71,13 +71,13 @@ def test_states_are_chosen_by_number(tmp_path: Path) -> None:
 )
 def test_tables_that_cannot_be_used(tmp_path: Path, text: str, reason: str) -> None:
     with pytest.raises(Unreadable, match=reason):
-        Markers(table(tmp_path, text), 1.0, 0.0).load()
+        TrackedPoints(table(tmp_path, text), 1.0, 0.0).load()
 
 
 def test_a_table_that_is_no_text(tmp_path: Path) -> None:
     (tmp_path / "beads.csv").write_bytes(b"\xff\xfe\x00x0,y0,z0")
     with pytest.raises(Unreadable, match="it cannot be read"):
-        Markers("beads.csv", 1.0, 0.0).load(beside=tmp_path)
+        TrackedPoints("beads.csv", 1.0, 0.0).load(beside=tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_a_table_that_is_no_text(tmp_path: Path) -> None:
 def test_the_layers_of_the_truth_cube(measured_data: None, state: int, layers: list[float]) -> None:
     # Mean vertical displacement of the seven layers of beads, from the bottom up, by an independent reading of
     # the table; given to 0.01 mm. -z is up in the file, so the scene's z is the file's -z.
-    found = Markers(CUBE, 1e-3, 0.3e-3, state=state, z=(0, 0, -1)).load()
+    found = TrackedPoints(CUBE, 1e-3, 0.3e-3, state=state, z=(0, 0, -1)).load()
     assert found.X.shape == (343, 3)
     assert found.grid is not None
     down = [-1e3 * found.u[found.grid[:, 2] == k, 2].mean() for k in range(1, 8)]
@@ -102,7 +102,7 @@ def test_the_layers_of_the_truth_cube(measured_data: None, state: int, layers: l
 
 def test_the_grid_of_the_truth_cube(measured_data: None) -> None:
     # Beads lie nominally 10 mm apart: 10.09 +- 0.42 mm, by an independent reading of the table.
-    found = Markers(CUBE, 1e-3, 0.3e-3, z=(0, 0, -1)).load()
+    found = TrackedPoints(CUBE, 1e-3, 0.3e-3, z=(0, 0, -1)).load()
     assert found.grid is not None
     order = np.lexsort(found.grid.T[::-1])
     X = found.X[order].reshape(7, 7, 7, 3)

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from softmark.references.registration import Rigid, face_to_face, icp, kabsch, shortest_turn, turn
-from softmark.references.surfaces import Target
+from softmark.references.surfaces import SearchedSurface
 
 
 def bracket() -> tuple[np.ndarray, np.ndarray]:
@@ -78,7 +78,7 @@ def test_points_of_a_surface_onto_it() -> None:
     points, triangles = bracket()
     weights = np.array([0.5, 0.3, 0.2])
     inside = np.einsum("i,tij->tj", weights, points[triangles])
-    found = icp(known()(inside), Target(points, triangles))
+    found = icp(known()(inside), SearchedSurface(points, triangles))
     assert found.converged
     assert undone(known(), found.motion) < 1e-9
     assert found.residual.max < 1e-9
@@ -90,7 +90,7 @@ def test_residual_onto_a_surface_is_the_noise_across_it() -> None:
     points, triangles = bracket()
     inside = np.einsum("i,tij->tj", np.array([0.5, 0.3, 0.2]), points[triangles])
     noisy = inside + np.random.default_rng(5).normal(scale=5e-5, size=inside.shape)
-    found = icp(known()(noisy), Target(points, triangles))
+    found = icp(known()(noisy), SearchedSurface(points, triangles))
     assert found.converged
     assert found.residual.rms == pytest.approx(5e-5, rel=0.07)
     assert undone(known(), found.motion) < 5e-5
@@ -100,7 +100,7 @@ def test_outliers_can_be_left_out_of_the_motion_but_not_of_the_residual() -> Non
     points, triangles = bracket()
     inside = np.einsum("i,tij->tj", np.array([0.5, 0.3, 0.2]), points[triangles])
     outliers = inside[:20] + np.array([0.0, 0.0, 0.02])
-    found = icp(known(0.02)(np.vstack([inside, outliers])), Target(points, triangles), keep=0.95)
+    found = icp(known(0.02)(np.vstack([inside, outliers])), SearchedSurface(points, triangles), keep=0.95)
     assert undone(known(0.02), found.motion) < 1e-6
     assert found.residual.max > 5e-3
 
@@ -109,7 +109,7 @@ def test_a_motion_that_the_surface_does_not_see_is_left_alone() -> None:
     # A sphere turns on itself unseen: the registration shifts it and turns it by nothing.
     ball = trimesh.creation.icosphere(4, 0.02)
     points, triangles = np.asarray(ball.vertices), np.asarray(ball.faces, dtype=np.int64)
-    found = icp(1.0 * points + [1e-3, 0, 0], Target(points, triangles))
+    found = icp(1.0 * points + [1e-3, 0, 0], SearchedSurface(points, triangles))
     assert found.motion.shift == pytest.approx([-1e-3, 0, 0], abs=1e-6)
     assert found.motion.angle < 1e-3
 

@@ -17,7 +17,7 @@ from softmark.references.data import Unavailable
 from softmark.references.measured import Frame, Unreadable
 from softmark.references.registration import Rigid, icp, turn
 from softmark.references.surface import SurfaceScan, read_surface
-from softmark.references.surfaces import Target, open_edges, signed_volume
+from softmark.references.surfaces import SearchedSurface, open_edges, signed_volume
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
 DEFORMED = "data:silicone-beam/truthCylinder-Deformed.obj"
@@ -178,7 +178,7 @@ def test_clamp_brings_the_glued_face_home_and_keeps_the_sag(tmp_path: Path) -> N
     assert found.residual is not None
     assert found.residual.max < 1e-7
     assert found.notes[-1].startswith("registered (clamp): moved by")
-    away = Target(points, triangles).closest(found.points).distances
+    away = SearchedSurface(points, triangles).closest(found.points).distances
     assert away.max() < 1e-6
 
 
@@ -254,7 +254,7 @@ def test_the_free_end_of_the_beam_is_where_its_authors_put_it(measured_data: Pat
     # middle of the last disc, but for its x. The file has 0.85 mm there.
     s, points, _ = centre_line(measured_data)
     end = np.array([0.126842, 0.000851, -0.119383])
-    assert Target(*_surface(beam())).closest(end[None]).distances[0] < 2e-6
+    assert SearchedSurface(*_surface(beam())).closest(end[None]).distances[0] < 2e-6
     assert points[-1] == pytest.approx(end, abs=1e-6)
     assert s[-1] == pytest.approx(0.17969, abs=5e-6)  # the arc length, 1 % more than that of the beam at rest
 
@@ -267,7 +267,7 @@ def _surface(scan: SurfaceScan) -> tuple[np.ndarray, np.ndarray]:
 def test_the_beam_is_as_thick_as_it_should_be(measured_data: Path) -> None:
     # Radii of the rings between the ends, by an independent reading of the file: 18.6 to 19.08 mm, to 0.01 mm.
     every = rings(measured_data)
-    assert Target(*_surface(beam())).closest(every.reshape(-1, 3)).distances.max() < 1e-12
+    assert SearchedSurface(*_surface(beam())).closest(every.reshape(-1, 3)).distances.max() < 1e-12
     radii = np.linalg.norm(every - every.mean(axis=1, keepdims=True), axis=2)
     assert radii.min() == pytest.approx(18.6e-3, abs=1e-5)
     assert radii.max() == pytest.approx(19.08e-3, abs=1e-5)
@@ -284,7 +284,7 @@ def test_two_reconstructions_of_one_scan_agree_to_half_a_millimetre(measured_dat
     loose = raw.load()
     assert loose.notes[0] == "2 smaller parts of 13 of 27046 triangles are left out"
     assert "206 edges" in loose.notes[1]
-    found = icp(loose.points[::4], Target(fitted.points, fitted.triangles), keep=0.9)
+    found = icp(loose.points[::4], SearchedSurface(fitted.points, fitted.triangles), keep=0.9)
     assert found.converged
     assert found.residual.mean < 0.6e-3
     placed = found.motion(loose.points)

@@ -13,7 +13,7 @@ from scipy.optimize import nnls
 
 from softmark.references import surfaces
 from softmark.references.smoothing import taubin
-from softmark.references.surfaces import Target, closest_in_triangles
+from softmark.references.surfaces import SearchedSurface, closest_in_triangles
 
 
 def sphere(radius: float, subdivisions: int = 3) -> tuple[np.ndarray, np.ndarray]:
@@ -60,7 +60,7 @@ def test_search_by_tree_finds_what_looking_at_every_triangle_finds() -> None:
     big = np.array([[0.05, -0.2, -0.2], [0.05, 0.2, -0.2], [0.05, 0.0, 0.3]])
     points, triangles = np.vstack([points, big]), np.vstack([triangles, [[len(points) + i for i in range(3)]]])
     queries = np.vstack([rng.normal(scale=s, size=(60, 3)) for s in (0.02, 0.3)] + [points[:20], np.zeros((1, 3))])
-    found = Target(points, triangles).closest(queries)
+    found = SearchedSurface(points, triangles).closest(queries)
     for q, close, distance in zip(queries, found.points, found.distances, strict=True):
         every = closest_in_triangles(np.repeat(q[None], len(triangles), axis=0), points[triangles])
         assert distance == pytest.approx(np.linalg.norm(every - q, axis=1).min(), abs=1e-15)
@@ -70,15 +70,15 @@ def test_search_by_tree_finds_what_looking_at_every_triangle_finds() -> None:
 def test_search_in_small_lots_finds_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     points, triangles = sphere(1.0, 2)
     queries = np.random.default_rng(2).normal(size=(200, 3))
-    at_once = Target(points, triangles).closest(queries)
+    at_once = SearchedSurface(points, triangles).closest(queries)
     monkeypatch.setattr(surfaces, "PAIRS", 50)
-    in_lots = Target(points, triangles).closest(queries)
+    in_lots = SearchedSurface(points, triangles).closest(queries)
     assert np.array_equal(at_once.distances, in_lots.distances)
     assert np.array_equal(at_once.triangles, in_lots.triangles)
 
 
 def test_no_queries_have_no_closest_points() -> None:
-    assert Target(*sphere(1.0, 1)).closest(np.zeros((0, 3))).distances.shape == (0,)
+    assert SearchedSurface(*sphere(1.0, 1)).closest(np.zeros((0, 3))).distances.shape == (0,)
 
 
 def test_volume_area_and_centre_of_a_box() -> None:
@@ -148,6 +148,6 @@ def test_taubin_moves_neither_a_point_without_neighbours_nor_anything_in_no_step
 
 
 def test_a_target_answers_many_times() -> None:
-    target = Target(*sphere(1.0, 2))
+    target = SearchedSurface(*sphere(1.0, 2))
     first, second = (target.closest(np.array([[2.0, 0.1, 0.0]])) for _ in range(2))
     assert first.distances == pytest.approx(second.distances)

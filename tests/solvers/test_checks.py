@@ -11,7 +11,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.pressured import with_pressures
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.pressures import Pressed, split_of
-from softmark.solvers.checks.rods import Rod, exponential, left_jacobian, rotation_vector
+from softmark.solvers.checks.rods import CheckedRod, exponential, left_jacobian, rotation_vector
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies import elementwise
 from softmark.solvers.energies.elastic import Elastic
@@ -74,7 +74,7 @@ def test_rotations_are_the_nearest_ones_flat_and_inverted_too() -> None:
 def test_forces_within_solids(mesh: Mesh, strain: str, selective: bool) -> None:
     u = bent(mesh)
     law = {"small": solids.small_stress, "corotational": solids.corotational_stress}.get(strain)
-    terms: Any = (solids.Term(GEL.P),) if law is None else (solids.Term(law(MU, LAM)),)
+    terms: Any = (solids.StressTerm(GEL.P),) if law is None else (solids.StressTerm(law(MU, LAM)),)
     parts = integration(mesh)
     energies = [Elastic(mesh.cells, parts.dNdX, parts.w, law_for(GEL, strain))]
     if selective:
@@ -84,9 +84,9 @@ def test_forces_within_solids(mesh: Mesh, strain: str, selective: bool) -> None:
         middle = integration(mesh, rule=centre_rule(mesh.element))
         energies = [Elastic(mesh.cells, parts.dNdX, parts.w, shear), Elastic(mesh.cells, middle.dNdX, middle.w, volume)]
         two = (shear.P, volume.P) if law is None else (law(MU, 0.0), law(0.0, LAM))
-        terms = (solids.Term(two[0]), solids.Term(two[1], centre=True))
+        terms = (solids.StressTerm(two[0]), solids.StressTerm(two[1], centre=True))
     g = Assembly(u.size, np.zeros(0, dtype=np.int64), energies, []).gradient(u.ravel(), 1.0)
-    found, noise = solids.Body(mesh.points, mesh.cells, mesh.kind, u, terms, 1.0).forces(mesh.cells)
+    found, noise = solids.CheckedBody(mesh.points, mesh.cells, mesh.kind, u, terms, 1.0).forces(mesh.cells)
     assert np.abs(found.ravel() - g).max() < SAME * np.abs(g).max()
     assert 0.0 < noise < 1e-12
 
@@ -98,8 +98,8 @@ def test_forces_with_one_rotation_for_each_cell(mesh: Mesh) -> None:
     energy = ElementRotation(mesh.points, mesh.cells, elementwise.mean(parts.dNdX, parts.w), K, rotations)
     g = np.zeros(u.size)
     energy.add_gradient(u.ravel(), g)
-    term = solids.Term(solids.small_stress(MU, LAM))
-    found, _ = solids.Body(mesh.points, mesh.cells, mesh.kind, u, (term,), 1.0, turned=True).forces(mesh.cells)
+    term = solids.StressTerm(solids.small_stress(MU, LAM))
+    found, _ = solids.CheckedBody(mesh.points, mesh.cells, mesh.kind, u, (term,), 1.0, turned=True).forces(mesh.cells)
     assert np.abs(found.ravel() - g).max() < SAME * np.abs(g).max()
 
 
@@ -233,15 +233,15 @@ def test_cells_inside_out_are_seen_at_their_nodes_too() -> None:
     mesh = Mesh(points, np.arange(8)[None], "hex8")
     parts = integration(mesh)
     inner = np.linalg.det(Elastic(mesh.cells, parts.dNdX, parts.w, law_for(GEL, "finite")).F(u.ravel()))
-    least, strain = solids.Body(points, mesh.cells, "hex8", u, (), 1.0).volumes()
+    least, strain = solids.CheckedBody(points, mesh.cells, "hex8", u, (), 1.0).volumes()
     assert inner.min() > 0.0 > least[0]
     assert strain[0] > 0.1
 
 
 def test_a_sample_of_a_large_mesh_has_whole_nodes() -> None:
     mesh = Cylinder(length=1.0, radius=0.4).mesh("tet4", 0.1)
-    u, term = bent(mesh), solids.Term(solids.small_stress(MU, LAM))
-    body = solids.Body(mesh.points, mesh.cells, "tet4", u, (term,), 1.0)
+    u, term = bent(mesh), solids.StressTerm(solids.small_stress(MU, LAM))
+    body = solids.CheckedBody(mesh.points, mesh.cells, "tet4", u, (term,), 1.0)
     chosen, cells = solids.sample(len(mesh.points), mesh.cells, solids.MANY)  # as if it were very large
     assert chosen is not None
     whole, part = body.forces(mesh.cells)[0], body.forces(cells)[0]
@@ -259,7 +259,7 @@ def test_forces_of_rods() -> None:
     R = rotation(x.reshape(-1, 7)[:, 3:])
     space = g.reshape(n, 6).copy()
     space[:, 3:] = np.einsum("nij,nj->ni", R, space[:, 3:])
-    found, _ = Rod(x.reshape(-1, 7)[:, :3], R, np.full(n - 1, 0.2), C.diagonal).forces()
+    found, _ = CheckedRod(x.reshape(-1, 7)[:, :3], R, np.full(n - 1, 0.2), C.diagonal).forces()
     assert np.abs(found - space).max() < SAME * np.abs(space).max()
 
 

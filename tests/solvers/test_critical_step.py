@@ -24,7 +24,7 @@ from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Rayleigh
 from softmark.solvers.dynamics.scheme import StepTooLong
 from softmark.solvers.dynamics.system import System
-from softmark.solvers.dynamics.trajectory import Diverged, NotConverged
+from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged
 
 BAR = 0.05
 
@@ -136,6 +136,6 @@ def test_without_the_check_a_gain_of_energy_ends_the_march() -> None:
     """Two nets: where the critical step is not followed, the balance of energy still says that the state is wrong."""
     problem, step = pulled(1.3)
     unchecked = replace(problem, integrator=CentralDifferences(safety=1e9), shortest=1.0)
-    with pytest.raises((Diverged, NotConverged)) as stopped:
+    with pytest.raises((Diverged, MotionNotConverged)) as stopped:
         march(unchecked, 200 * step, step)
     assert len(stopped.value.trajectory.times) < 100

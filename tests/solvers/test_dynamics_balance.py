@@ -24,7 +24,7 @@ from softmark.solvers.dynamics.newmark import Newmark
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.resolution import amplification, loaded_frequency, resolution, resolved
 from softmark.solvers.dynamics.scheme import Integrator, StepTooLong
-from softmark.solvers.dynamics.trajectory import Diverged, NotConverged, Trajectory
+from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged, Trajectory
 from softmark.solvers.dynamics.trapezoidal import Trapezoidal
 from softmark.solvers.energies.loads import DeadForces
 from softmark.solvers.mesh.shapes import Box
@@ -110,7 +110,7 @@ def test_a_stiff_body_that_spins_too_fast_for_the_step_never_comes_out_as_conver
     problem = dumbbell(spring, made(name), 2.0, 1000.0)
     try:
         path = march(problem, 100.0, 0.5)
-    except (NotConverged, StepTooLong):
+    except (MotionNotConverged, StepTooLong):
         return
     assert path.balance.gain <= GAIN
     assert np.all(np.isfinite(path.energies["drift"]))
@@ -179,7 +179,7 @@ def test_steps_over_six_decades_are_right_or_said_to_be_wrong(
         problem = oscillators(made(name), damping=Rayleigh())
         try:
             path = march(problem, duration, float(step))
-        except (NotConverged, StepTooLong):
+        except (MotionNotConverged, StepTooLong):
             assert step > 1.0
             continue
         x = states(path)
@@ -216,7 +216,7 @@ def test_a_cantilever_over_six_decades_of_steps(name: str, law: Any, elastic: An
     for step in 2 * np.pi / omega[0] * np.logspace(-4, 2, 13):
         try:
             path = march(problem, 60 * step if step < 1.0 else 5 * step, float(step))
-        except (NotConverged, StepTooLong):
+        except (MotionNotConverged, StepTooLong):
             continue
         end = path.times[-1]
         error = abs(path.observed[-1].x[free][tip] - exact(end)) / fall

@@ -19,7 +19,7 @@ from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
 from softmark.solvers.dynamics.loading import Constant
 from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics
-from softmark.solvers.dynamics.trajectory import NotConverged, Trajectory, timing
+from softmark.solvers.dynamics.trajectory import MotionNotConverged, Trajectory, timing
 from softmark.solvers.dynamics.trapezoidal import Trapezoidal
 from softmark.solvers.energies.loads import DeadForces
 from softmark.solvers.statics import equilibrium
@@ -51,7 +51,7 @@ def test_a_step_that_fails_is_halved_and_grows_back(oscillators: Oscillators, st
 
 def test_a_march_that_cannot_go_on_keeps_what_it_has(oscillators: Oscillators, states: States) -> None:
     problem = oscillators(ImplicitEuler(), sound=lambda x: bool(x[1] < 0.45))
-    with pytest.raises(NotConverged, match=r"no step from 0\.\d+ s, down to 0\.0015\d* s") as stopped:
+    with pytest.raises(MotionNotConverged, match=r"no step from 0\.\d+ s, down to 0\.0015\d* s") as stopped:
         march(oscillators(ImplicitEuler(), sound=problem.sound, shortest=2.0**-6), 2.0, 0.1)
     path = stopped.value.trajectory
     assert not path.complete
@@ -72,7 +72,7 @@ def test_nothing_that_is_not_finite_comes_out(states: States, quadratic: type[An
         problem = Dynamics(
             assembly, np.ones(1), np.zeros(1), np.ones(1), integrator=INTEGRATORS[name](), shortest=2.0**-3
         )
-        with pytest.raises(NotConverged) as stopped:
+        with pytest.raises(MotionNotConverged) as stopped:
             march(problem, 2.0, 0.05)
         path = stopped.value.trajectory
         assert len(path.times) > 5

@@ -128,6 +128,6 @@ def test_another_class_and_a_line_make_an_element(monkeypatch: pytest.MonkeyPatc
     np.testing.assert_array_equal(mesh.points, usual.points)
     assert finer(mesh).mesh.kind == "twin"
     u = 0.1 * np.random.default_rng(0).standard_normal(mesh.points.shape)
-    term = (solids.Term(solids.small_stress(1.0, 1.0)),)
-    forces = [solids.Body(m.points, m.cells, m.kind, u, term, 1.0).forces(m.cells)[0] for m in (mesh, usual)]
+    term = (solids.StressTerm(solids.small_stress(1.0, 1.0)),)
+    forces = [solids.CheckedBody(m.points, m.cells, m.kind, u, term, 1.0).forces(m.cells)[0] for m in (mesh, usual)]
     np.testing.assert_array_equal(*forces)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.mesh.files.flaws import Unreadable, checked
+from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked
 from softmark.solvers.mesh.folds import folded
 from softmark.solvers.mesh.mesh import Mesh, jacobians
 
@@ -60,7 +60,7 @@ def test_a_node_beyond_the_quarter_point(middle: float, sound: bool) -> None:
         assert checked(points, cells, "tet10").kind == "tet10"
         return
     said = r"1 of its 1 tetrahedra fold over themselves, .* cell 0 .* beside \(1?0+, 0, 0\) m"
-    with pytest.raises(Unreadable, match=said):
+    with pytest.raises(UnreadableMesh, match=said):
         checked(points, cells, "tet10")
 
 
@@ -71,5 +71,5 @@ def test_a_hexahedron_dented_at_a_corner() -> None:
     mesh = Mesh(points, np.arange(8)[None], "hex8")
     assert jacobians(mesh, mesh.element.quadrature()[0]).min() > 0.0
     assert jacobians(mesh, np.ones((1, 3)))[0, 0] < 0.0
-    with pytest.raises(Unreadable, match="1 of its 1 hexahedra fold over themselves"):
+    with pytest.raises(UnreadableMesh, match="1 of its 1 hexahedra fold over themselves"):
         checked(points, mesh.cells, "hex8")

@@ -12,7 +12,7 @@ import pytest
 
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.mesh.distort import qualities
-from softmark.solvers.mesh.files.reading import Unreadable
+from softmark.solvers.mesh.files.reading import UnreadableMesh
 from softmark.solvers.mesh.mesh import Mesh, jacobians
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile, transverse
 from softmark.solvers.mesh.splits import NotTwoColourable, five
@@ -277,7 +277,7 @@ def test_cells_of_other_kinds_are_left_out(tmp_path: Path, beam: Mesh) -> None:
 
 
 def refusal(path: str) -> str:
-    with pytest.raises(Unreadable) as caught:
+    with pytest.raises(UnreadableMesh) as caught:
         MeshFile(path, 1.0).mesh("tet4", 0.1)
     return str(caught.value)
 
@@ -432,7 +432,7 @@ def test_quadratic_tetrahedra_of_a_file_are_read_and_simplified(tmp_path: Path) 
     path = written(tmp_path / "curved.vtu", mesh.points, mesh.cells, "tetra10")
     np.testing.assert_allclose(MeshFile(path, 1.0).mesh("tet10").volumes, mesh.volumes, rtol=1e-12)
     assert len(MeshFile(path, 1.0).mesh("tet4").points) == len(np.unique(mesh.cells[:, :4]))
-    with pytest.raises(Unreadable, match="it has ten-node tetrahedra, and the model wants hexahedra"):
+    with pytest.raises(UnreadableMesh, match="it has ten-node tetrahedra, and the model wants hexahedra"):
         MeshFile(path, 1.0).mesh("hex8")
 
 

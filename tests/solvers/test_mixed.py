@@ -18,7 +18,7 @@ from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
-from softmark.solvers.energies.pressures import MeanDilatation, Mixed, OfDisplacements
+from softmark.solvers.energies.pressures import DisplacementEnergy, MeanDilatation, MixedSolid
 from softmark.solvers.linear.factorisations import factor
 from softmark.solvers.linear.saddle import factor as saddle_factor
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for
@@ -57,8 +57,8 @@ def solved(
     energy, n = formed(mesh, form, what, strain), mesh.points.size
     dofs = getattr(energy, "dofs", n)
     load: Any = DeadForces(f.ravel())
-    assembly = Assembly(dofs, fixed, [energy], [load if dofs == n else OfDisplacements(load, n)])
-    spare = energy.spare[assembly.free] if isinstance(energy, Mixed) else None
+    assembly = Assembly(dofs, fixed, [energy], [load if dofs == n else DisplacementEnergy(load, n)])
+    spare = energy.spare[assembly.free] if isinstance(energy, MixedSolid) else None
     twin = assembly.with_internal([formed(mesh, form, what, "corotational")]) if strain == "finite" else None
     goal = np.zeros(len(fixed)) if target is None else target
     problem = Statics(
@@ -160,7 +160,7 @@ def test_patch_of_an_incompressible_bar(kind: str, strain: str, across: float) -
     u, found, energy = solved(mesh, "mixed", what, strain, np.zeros_like(mesh.points), fixed, target)
     exact = (mesh.points - low) * np.array([0.1, across, across])
     assert np.abs(u - exact).max() <= 1e-9
-    assert isinstance(energy, Mixed)
+    assert isinstance(energy, MixedSolid)
     p = energy.pressure(found.x)
     assert np.ptp(p) <= 1e-7 * np.abs(p).max()
 
@@ -244,7 +244,7 @@ def test_saddles_are_solved_to_rounding_and_know_their_signs() -> None:
     """As many negative pivots as pressures mean stable; refinement reaches 1e-12 where 1/K = 0."""
     mesh = distorted("tet10")
     energy = formed(mesh, "mixed", material("linear_elastic", 0.5), "small")
-    assert isinstance(energy, Mixed)
+    assert isinstance(energy, MixedSolid)
     fixed = all_of(np.argsort(mesh.points[:, 0])[:12])
     assembly = Assembly(energy.dofs, fixed, [energy], [])
     K, spare = assembly.tangent(np.zeros(energy.dofs), 1.0), energy.spare[assembly.free]
@@ -297,7 +297,7 @@ def test_bending_takes_few_steps_at_the_limit() -> None:
         assert found.stable
         assert found.iterations <= 12
         assert u[:, 2].min() < -0.03
-        assert isinstance(energy, Mixed)
+        assert isinstance(energy, MixedSolid)
         J = np.linalg.det(energy.F(found.x)).reshape(energy.w.shape)
         assert float(np.sum(energy.w * J)) == pytest.approx(float(energy.w.sum()), rel=1e-4)  # ln J, weakly
 

@@ -25,7 +25,7 @@ from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.network import network
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.statics.disturbances import DISTURBANCES, Body, disturbed, turns
+from softmark.solvers.statics.disturbances import DISTURBANCES, DisturbedNodes, disturbed, turns
 from softmark.solvers.statics.equilibrium import NotConverged, Statics, equilibrium
 from softmark.solvers.statics.problem import Equilibrium
 from softmark.solvers.statics.recovery import Tangled, inside_out, recovered
@@ -80,7 +80,7 @@ def clamped(mesh: Mesh, energy: Energy, pull: tuple[float, float, float] = (0.0,
 
 
 def tangle(problem: Statics, mesh: Mesh, elastic: Elastic, kind: str, seed: int, amount: float = 1.0) -> Tangled:
-    x = (disturbed(kind, Body(mesh.points, mesh.cells, amount), seed) - mesh.points).ravel()
+    x = (disturbed(kind, DisturbedNodes(mesh.points, mesh.cells, amount), seed) - mesh.points).ravel()
     x[problem.fixed] = 0.0
     return Tangled(x, elastic, lambda y: inside_out(elastic, y), len(mesh.cells), seed)
 
@@ -190,7 +190,7 @@ def test_the_way_is_the_disturbed_state_s_own() -> None:
 def test_disturbances(kind: str) -> None:
     """What each does to the cells, and that a seed repeats it."""
     mesh, elastic = block("tet4"), cells("tet4", "neo_hookean")
-    body = Body(mesh.points, mesh.cells)
+    body = DisturbedNodes(mesh.points, mesh.cells)
     places = disturbed(kind, body, 3)
     assert np.array_equal(places, disturbed(kind, body, 3))
     assert not np.array_equal(places, disturbed(kind, body, 4))

@@ -23,8 +23,8 @@ from softmark.interpreter.cli.commands.study_options import (
 
 if TYPE_CHECKING:
     from softmark.interpreter.cli.commands.progress import Progress
-    from softmark.interpreter.study.compare import Comparison, Request
-    from softmark.interpreter.study.expansion.variations import Subject
+    from softmark.interpreter.study.compare import Comparison, ComparisonRequest
+    from softmark.interpreter.study.expansion.variations import SceneSubject
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -114,19 +114,19 @@ def _compare(parsed: argparse.Namespace, progress: Progress) -> int:
     return found if isinstance(found, int) else _shelve(found, folder, parsed)
 
 
-def _compared(subjects: list[Subject], request: Request) -> Comparison:
+def _compared(subjects: list[SceneSubject], request: ComparisonRequest) -> Comparison:
     from softmark.interpreter.study.compare import compare
 
     return compare(subjects, request)
 
 
-def _subjects(parsed: argparse.Namespace, progress: Progress) -> list[Subject] | None:
+def _subjects(parsed: argparse.Namespace, progress: Progress) -> list[SceneSubject] | None:
     """The scenes, each with a short name of its own; None, and what is wrong is shown, where one is in error."""
     from softmark.interpreter.cli.commands.scenes import load, show
     from softmark.interpreter.front.requests import concerning
     from softmark.interpreter.study.expansion.variations import subject_of
 
-    found: list[Subject] = []
+    found: list[SceneSubject] = []
     sound = True
     for name in parsed.files:
         scene, diagnostics = load(name, parsed.overrides, parsed.model)
@@ -140,15 +140,15 @@ def _subjects(parsed: argparse.Namespace, progress: Progress) -> list[Subject] |
     return found if sound else None
 
 
-def _default(subjects: list[Subject]) -> str:
+def _default(subjects: list[SceneSubject]) -> str:
     return f"{subjects[0].name}-comparison" if len(subjects) == 1 else "comparison"
 
 
-def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> Request:
+def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> ComparisonRequest:
     from softmark.interpreter.cli import signals
-    from softmark.interpreter.study.compare import Request
+    from softmark.interpreter.study.compare import ComparisonRequest
 
-    return Request(
+    return ComparisonRequest(
         folder=folder, vary=tuple(parsed.vary), models=tuple(parsed.model), study=parsed.study, jobs=parsed.jobs,
         cluster=parsed.cluster, timeout=parsed.timeout, repeats=parsed.repeats, resume=parsed.resume,
         fresh=parsed.fresh, allow_contaminated=parsed.allow_contaminated, command=shlex.join(["dsl", *sys.argv[1:]]),

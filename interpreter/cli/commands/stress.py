@@ -21,8 +21,9 @@ from softmark.interpreter.cli.commands.study_options import (
 
 if TYPE_CHECKING:
     from softmark.interpreter.cli.commands.progress import Progress
-    from softmark.interpreter.study.expansion.variations import Subject
-    from softmark.interpreter.study.stability.queue import Request, Stress
+    from softmark.interpreter.study.expansion.variations import SceneSubject
+    from softmark.interpreter.study.stability.queue import StabilityRequest
+    from softmark.interpreter.study.stability.record import Stress
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -75,16 +76,16 @@ def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
     return found if isinstance(found, int) else _shelve(found, folder, parsed)
 
 
-def _stressed(subject: Subject, request: Request) -> Stress:
+def _stressed(subject: SceneSubject, request: StabilityRequest) -> Stress:
     from softmark.interpreter.study.stability.queue import stress
 
     return stress(subject, request)
 
 
-def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> Request:
-    from softmark.interpreter.study.stability.queue import Request
+def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> StabilityRequest:
+    from softmark.interpreter.study.stability.queue import StabilityRequest
 
-    return Request(
+    return StabilityRequest(
         folder=folder, models=tuple(parsed.model), study=parsed.study, jobs=parsed.jobs, timeout=parsed.timeout,
         memory=parsed.memory, resume=parsed.resume, fresh=parsed.fresh, command=shlex.join(["dsl", *sys.argv[1:]]),
         say=progress.say,
@@ -98,9 +99,9 @@ def _shelve(found: Stress, folder: Path, parsed: argparse.Namespace) -> int:
     from softmark.interpreter.report.stability.terminal import table
 
     text = found.dumps()
-    files = {"stress.json": lambda: text, "stress.html": lambda: page(found.to_json())}
+    files = {"stress.json": lambda: text, "stress.html": lambda: page(found)}
     sound = shelved(files, text, folder, parsed)
     if parsed.json != "-":
         colour, shown = sys.stdout.isatty() and coloured(), str(folder / "stress.html")
-        print(table(found.to_json(), parsed.file, parsed.overrides, colour, shown if sound else None))
+        print(table(found, parsed.file, parsed.overrides, colour, shown if sound else None))
     return found.exit_status if sound else 3

@@ -82,7 +82,7 @@ def carried_out(
         progress.clear()
         show(error.diagnostics)
         return 2
-    except (journal.Refused, pool.Unavailable, TooMany) as refused:
+    except (journal.JournalRefused, pool.NoWorkers, TooMany) as refused:
         return _refused(progress, f"error: {refused}")
     except OSError as error:
         return _refused(progress, message(str(folder), error, "--out"), 3)

@@ -19,12 +19,12 @@ from softmark.interpreter.problem.stretches import coverage
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
-from softmark.solvers.checks.rods import Rod, frames
-from softmark.solvers.checks.solids import Balance, Floats
+from softmark.solvers.checks.rods import CheckedRod, frames
+from softmark.solvers.checks.solids import Floats, ForceBalance
 
 
 @dataclass(frozen=True)
-class Line:
+class BeamLine:
     """What of a beam model is known without its solver."""
 
     model: Beam6Dof
@@ -46,7 +46,7 @@ class Line:
         shear = section.shear_factor(material.poisson) * G * section.area
         return np.array([E * section.area, shear, shear, G * section.torsion, *(E * I for I in section.moments)])
 
-    def rod(self, displacement: Any) -> tuple[Rod, float]:
+    def rod(self, displacement: Any) -> tuple[CheckedRod, float]:
         """The deformed rod, from displacements of points on and beside its axis, and how far beside."""
         shape = self.case.prism
         arm = max(max(abs(u), abs(v)) for u, v in shape.section.samples())
@@ -55,7 +55,7 @@ class Line:
         x = X + displacement(X)
         tips = (beside + displacement(beside.reshape(-1, 3)).reshape(beside.shape)) - x[:, None]
         rigid = (() if self.model.axial else (0,)) + (() if self.model.shear else (1, 2))
-        return Rod(x, frames(tips, arm * self.axes[1:]), np.diff(self.s), self.stiffness, rigid), arm
+        return CheckedRod(x, frames(tips, arm * self.axes[1:]), np.diff(self.s), self.stiffness, rigid), arm
 
     def loads(self) -> Floats:
         """Forces at the nodes (n, 3), N. Raises Unchecked."""
@@ -87,20 +87,20 @@ class Line:
         return found
 
 
-def line_of(found: Found) -> Line:
+def line_of(found: Found) -> BeamLine:
     """The beam of a solution."""
-    return Line(found.declared.thing, found.case, np.array(found.declared.thing.stations(found.case)))
+    return BeamLine(found.declared.thing, found.case, np.array(found.declared.thing.stations(found.case)))
 
 
-def rod_of(found: Found) -> tuple[Rod, float]:
+def rod_of(found: Found) -> tuple[CheckedRod, float]:
     """Its rod, deformed as the solution says, and how far beside the axis it was looked at; found once."""
     if rod_of not in found.known:
         found.known[rod_of] = line_of(found).rod(found.solution.displacement)
-    rod: tuple[Rod, float] = found.known[rod_of]
+    rod: tuple[CheckedRod, float] = found.known[rod_of]
     return rod
 
 
-def balance_of(found: Found) -> Balance:
+def balance_of(found: Found) -> ForceBalance:
     """The forces of a beam found again. Raises Unchecked."""
     inside, outside, fixed, noise = _forces(found)
     result = solids.balance(inside[:, :3], outside[:, :3], fixed[:, :3], noise, None)

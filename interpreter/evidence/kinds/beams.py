@@ -11,14 +11,14 @@ from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.kinds.beam_forces import balance_of, reactions_of, rod_of
 from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
 from softmark.interpreter.evidence.orders import COARSE
-from softmark.interpreter.evidence.probe_answers import NO_ERROR, Seen, Unknown
+from softmark.interpreter.evidence.probe_answers import NO_ERROR, ProbeAnswer, Unknown
 from softmark.interpreter.models.beam import ribbon
 from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.shared.carried import Wrench
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.report import ModelResult
-from softmark.solvers.checks.solids import Balance
+from softmark.solvers.checks.solids import ForceBalance
 
 BENT, STRETCHED = 0.5, 1.2  # times the square of its strain of bending, and times that of stretch
 
@@ -39,7 +39,7 @@ class Beams(Voucher):
             "flat_curvature_per_m": float(np.abs(flat).max()),
         }  # fmt: skip
 
-    def balance(self, found: Found) -> tuple[Balance, float | None]:
+    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
         """By the formulas of solvers/checks/rods.py. Raises Unchecked."""
         return balance_of(found), found.solution.facts.get("residual")
 
@@ -68,7 +68,7 @@ class Beams(Voucher):
             raise Unknown("a beam of one segment has no coarser one")
         return found
 
-    def model(self, answer: Answer, seen: Seen) -> float:
+    def model(self, answer: Answer, seen: ProbeAnswer) -> float:
         """What the theory of beams leaves out. Raises Unknown."""
         if seen.in_forces:  # an energy goes with the square of what bends
             return 2.0 * left_out(answer.declared.thing, answer.case, answer.result) * seen.size

@@ -8,7 +8,7 @@ from softmark.interpreter.evidence.kinds.solid_forces import balance_of
 from softmark.interpreter.evidence.kinds.solids import Solids
 from softmark.interpreter.evidence.kinds.voucher import Found
 from softmark.interpreter.problem.case import case_for
-from softmark.solvers.checks.solids import Balance
+from softmark.solvers.checks.solids import ForceBalance
 
 
 class Reductions(Solids):
@@ -18,7 +18,7 @@ class Reductions(Solids):
         """None of its own."""
         return {}
 
-    def balance(self, found: Found) -> tuple[Balance, float | None]:
+    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
         """That of all the elements in its state, beside what it says of their residual. Raises Unchecked."""
         full, solution = found.scene.declared[found.declared.thing.reduces], found.solution
         reduced = solution.facts.get("reduced") or {}

@@ -16,14 +16,14 @@ from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.pressures import Pressed, split_of
-from softmark.solvers.checks.solids import Balance, Body, Term
+from softmark.solvers.checks.solids import CheckedBody, ForceBalance, StressTerm
 from softmark.solvers.elements import ELEMENTS
 
 LEFT = 50.0  # times the estimate of what rounding leaves
 INWARD = 1e-6  # of the way to its centroid: where a cell is looked at, so that its border is not
 
 
-def balance_of(model: Fem, case: Case, mesh: Moved | None) -> Balance:
+def balance_of(model: Fem, case: Case, mesh: Moved | None) -> ForceBalance:
     """The forces of finite elements found again. Raises Unchecked."""
     if mesh is None or mesh.kind not in ELEMENTS:
         raise Unchecked(f"there is no other formula for {model.element}")
@@ -33,7 +33,7 @@ def balance_of(model: Fem, case: Case, mesh: Moved | None) -> Balance:
         outside, unsure = loads_on(case, mesh, u, model.strain == "small", model.mass)
         return solids.balance(inside, outside, held(case, mesh), noise + unsure / LEFT, lacking=lacking)
     terms, stiff = terms_of(model, case)
-    body = Body(mesh.points, mesh.cells, mesh.kind, u, terms, stiff, turned=model.rotation == "element")
+    body = CheckedBody(mesh.points, mesh.cells, mesh.kind, u, terms, stiff, turned=model.rotation == "element")
     chosen, cells = solids.sample(len(mesh.points), mesh.cells, len(solids.rule(mesh.kind)[1]))
     inside, noise = body.forces(cells)
     outside, unsure = loads_on(case, mesh, u, model.strain == "small", model.mass)
@@ -47,7 +47,7 @@ def reactions_of(model: Fem, case: Case, mesh: Moved) -> tuple[dict[str, Wrench]
         inside, _, noise = pressed(model, case, mesh).forces()
     else:
         terms, stiff = terms_of(model, case)
-        body = Body(mesh.points, mesh.cells, mesh.kind, u, terms, stiff, turned=model.rotation == "element")
+        body = CheckedBody(mesh.points, mesh.cells, mesh.kind, u, terms, stiff, turned=model.rotation == "element")
         near = np.isin(mesh.cells, np.flatnonzero(held(case, mesh).any(axis=1))).any(axis=1)
         inside, noise = body.forces(mesh.cells[near])
     small = model.strain == "small"
@@ -80,7 +80,7 @@ def pressed(model: Fem, case: Case, mesh: Moved) -> Pressed:
     return Pressed(mesh.points, mesh.cells, mesh.kind, u, split, E / (2.0 * (1.0 + nu)), own)
 
 
-def terms_of(model: Fem, case: Case) -> tuple[tuple[Term, ...], float]:
+def terms_of(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
     """The parts of the stress of a model, and its stiffest modulus, Pa. Raises Unchecked."""
     E, nu = case.material.young, case.material.poisson
     mu, lam = E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
@@ -92,15 +92,15 @@ def terms_of(model: Fem, case: Case) -> tuple[tuple[Term, ...], float]:
         return _finite_terms(case.material, selective), stiff
     law = solids.small_stress if strain == "small" else solids.corotational_stress
     if selective:
-        return (Term(law(mu, 0.0)), Term(law(0.0, lam), centre=True)), stiff
-    return (Term(law(mu, lam)),), stiff
+        return (StressTerm(law(mu, 0.0)), StressTerm(law(0.0, lam), centre=True)), stiff
+    return (StressTerm(law(mu, lam)),), stiff
 
 
-def _finite_terms(material: Any, selective: bool) -> tuple[Term, ...]:
+def _finite_terms(material: Any, selective: bool) -> tuple[StressTerm, ...]:
     parts = material.finite_parts() if selective else None
     if parts is not None:
-        return Term(parts[0].P), Term(parts[1].P, centre=True)
-    return (Term(material.finite_law().P),)
+        return StressTerm(parts[0].P), StressTerm(parts[1].P, centre=True)
+    return (StressTerm(material.finite_law().P),)
 
 
 def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:

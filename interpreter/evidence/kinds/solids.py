@@ -14,12 +14,12 @@ from softmark.interpreter.evidence.budget import NOT_ASKED
 from softmark.interpreter.evidence.kinds.solid_forces import balance_of, pressed, reactions_of
 from softmark.interpreter.evidence.kinds.voucher import FINER, HOPELESS, Found, Sized, from_coarser
 from softmark.interpreter.evidence.load_check import Unchecked
-from softmark.interpreter.evidence.probe_answers import Field, Seen, Unknown
+from softmark.interpreter.evidence.probe_answers import Field, ProbeAnswer, Unknown
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.carried import Wrench
 from softmark.interpreter.problem.case import case_for
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.solvers.checks.solids import Balance
+from softmark.solvers.checks.solids import ForceBalance
 from softmark.solvers.elements import element_of
 
 THEORY = 2.0  # times the distance of two strain measures on another mesh
@@ -39,7 +39,7 @@ class Solids(Sized):
             return {}
         return {"volume": most, "body_volume": whole}
 
-    def balance(self, found: Found) -> tuple[Balance, float | None]:
+    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
         """By the formulas of solvers/checks/solids.py. Raises Unchecked."""
         solution = found.solution
         return balance_of(found.declared.thing, found.case, solution.mesh), solution.facts.get("residual")
@@ -56,7 +56,7 @@ class Solids(Sized):
 
     # ------------------------------------------------------------------ discretisation
 
-    def discretisation(self, answer: Answer, seen: Seen) -> float:
+    def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:
         """From a finer space over the same cells, or else from coarser meshes. Raises Unknown."""
         why = ""
         if not isinstance(answer.case.analysis, Dynamic):
@@ -71,7 +71,7 @@ class Solids(Sized):
         except Unknown as unknown:
             raise Unknown(f"{why}; {unknown}" if why and why != str(unknown) else str(unknown)) from unknown
 
-    def _from_finer(self, answer: Answer, seen: Seen) -> float:
+    def _from_finer(self, answer: Answer, seen: ProbeAnswer) -> float:
         if seen.in_forces:
             raise Unknown("a finer space over the same cells has no reactions of its own")
         thing: Fem = answer.solid.thing
@@ -87,7 +87,7 @@ class Solids(Sized):
         field: Field = answer.once("finer", lambda: finer.found(*own, answer.on_nodes(), answer.tangent, answer.budget))
         return field
 
-    def _from_coarser(self, answer: Answer, seen: Seen) -> float:
+    def _from_coarser(self, answer: Answer, seen: ProbeAnswer) -> float:
         """From one or two coarser meshes. Raises Unknown."""
         thing: Fem = answer.solid.thing
         if thing.locks_at(answer.own.material.poisson):
@@ -96,7 +96,7 @@ class Solids(Sized):
 
     # ------------------------------------------------------------------ the measure of strain
 
-    def model(self, answer: Answer, seen: Seen) -> float:
+    def model(self, answer: Answer, seen: ProbeAnswer) -> float:
         """How far the model is from the same with the best strain measure that its material has. Raises Unknown."""
         thing: Fem = answer.solid.thing
         best = self._best(answer, thing)
@@ -116,7 +116,7 @@ class Solids(Sized):
             best["integration"] = "full"
         return best if any(getattr(thing, n) != v for n, v in best.items()) else {}
 
-    def _best_apart(self, answer: Answer, seen: Seen, thing: Fem, best: Mapping[str, Any]) -> float:
+    def _best_apart(self, answer: Answer, seen: ProbeAnswer, thing: Fem, best: Mapping[str, Any]) -> float:
         """The distance between the model and the best, both on its own mesh and of one discretisation."""
         own, alike = seen, self._likened(answer, thing, best)
         right = self._another(answer, seen, "best", thing, **best, **alike)
@@ -134,7 +134,7 @@ class Solids(Sized):
             return {"formulation": "displacement", "integration": "selective"}
         return {}
 
-    def _another(self, answer: Answer, seen: Seen, key: str, thing: Fem, **changes: Any) -> Seen:
+    def _another(self, answer: Answer, seen: ProbeAnswer, key: str, thing: Fem, **changes: Any) -> ProbeAnswer:
         """What is seen of another model on the same mesh. Raises Unknown."""
         other = replace(answer.solid, thing=thing.plain(**changes))
         if seen.in_forces:
@@ -142,7 +142,7 @@ class Solids(Sized):
         own = (answer.scene, other, case_for(answer.scene, other))
         return seen.at(answer.once(key, lambda: finer.alike(*own, answer.on_nodes(), answer.budget)))
 
-    def _grown(self, answer: Answer, seen: Seen) -> float:
+    def _grown(self, answer: Answer, seen: ProbeAnswer) -> float:
         """What a mesh that is too stiff hides of the error of its strain, which grows with the square of the motion."""
         if seen.in_forces:
             return 1.0
@@ -153,7 +153,7 @@ class Solids(Sized):
         own = float(np.linalg.norm(seen.u))
         return max(1.0, (float(np.linalg.norm(fine.u)) / own) ** 2) if own > 0.0 else 1.0
 
-    def _measures_apart(self, answer: Answer, seen: Seen, best: Mapping[str, Any]) -> float:
+    def _measures_apart(self, answer: Answer, seen: ProbeAnswer, best: Mapping[str, Any]) -> float:
         """The distance between the model and the best, both on a coarser mesh."""
         (own, _), *_ = self.coarser(answer)
         better = answer.sized(FINER, **best)

@@ -10,11 +10,11 @@ from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT, by_support, held
 from softmark.interpreter.evidence.kinds.voucher import Found, Sized
 from softmark.interpreter.evidence.load_check import Unchecked, loads_on
-from softmark.interpreter.evidence.probe_answers import Seen, Unknown
+from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Unknown
 from softmark.interpreter.models.shared.carried import Wrench
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.solvers.checks import solids
-from softmark.solvers.checks.solids import Balance, Floats
+from softmark.solvers.checks.solids import Floats, ForceBalance
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.springs.build import PreparedSprings
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class Networks(Sized):
     """Of networks of springs: forces spring by spring, and coarser meshes."""
 
-    def balance(self, found: Found) -> tuple[Balance, float | None]:
+    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
         """Of each spring by itself. Raises Unchecked."""
         mesh, inside, outside, noise = self._forces(found)
         balance = solids.balance(inside, outside, held(found.case, mesh), noise, None)
@@ -48,7 +48,7 @@ class Networks(Sized):
         known: tuple[Moved, Floats, Floats, float] = found.known[Networks]
         return known
 
-    def model(self, answer: Answer, seen: Seen) -> float:
+    def model(self, answer: Answer, seen: ProbeAnswer) -> float:
         """Raises Unknown."""
         raise Unknown("springs are no solid: no estimate of what they cannot do is known")
 

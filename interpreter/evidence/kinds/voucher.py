@@ -8,13 +8,13 @@ from typing import Any
 from softmark.interpreter.evidence import orders
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.load_check import Unchecked
-from softmark.interpreter.evidence.probe_answers import Seen, Unknown
+from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.shared.carried import Wrench
 from softmark.interpreter.models.shared.prepared import Prepared, Solution
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
-from softmark.solvers.checks.solids import Balance
+from softmark.solvers.checks.solids import ForceBalance
 
 HOPELESS = 1.0  # relative: an error of all that moves is no statement
 FINER = 2.0  # how much coarser another mesh is
@@ -44,7 +44,7 @@ class Voucher:
         """What the report says of a solution beside its balance of forces."""
         return {}
 
-    def balance(self, found: Found) -> tuple[Balance, float | None]:
+    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
         """Its forces found again by other formulas, and what its solver claims of them. Raises Unchecked."""
         raise Unchecked("there is no other formula for this model")
 
@@ -54,7 +54,7 @@ class Voucher:
 
     # ------------------------------------------------------------------ the error that it states
 
-    def discretisation(self, answer: Answer, seen: Seen) -> float:
+    def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:
         """How far what is seen is from the limit of refinement. Raises Unknown."""
         return from_coarser(self.coarser(answer), seen, self.order)
 
@@ -62,7 +62,7 @@ class Voucher:
         """The same, coarser once or twice, with how many times coarser each is than the last. Raises Unknown."""
         raise Unknown("no coarser one of its kind is known")
 
-    def model(self, answer: Answer, seen: Seen) -> float:
+    def model(self, answer: Answer, seen: ProbeAnswer) -> float:
         """How far the limit of refinement is from the body. Raises Unknown."""
         raise Unknown("nothing is known of this kind of model")
 
@@ -71,7 +71,7 @@ class Voucher:
         return max(1, int(answer.result.size.get("elements", 1)))
 
 
-def from_coarser(coarser: list[tuple[Solution, float]], seen: Seen, order: float) -> float:
+def from_coarser(coarser: list[tuple[Solution, float]], seen: ProbeAnswer, order: float) -> float:
     """The error of what is seen, from one or two coarser solutions and the order in theory. Raises Unknown."""
     (first, ratio), *second = coarser
     near = seen.of(first)

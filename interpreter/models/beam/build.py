@@ -15,6 +15,7 @@ from softmark.interpreter.models.beam.words import Beam6Dof, station
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_rod
 from softmark.interpreter.models.shared.prepared import Meshless, Solution, Workshop
+from softmark.interpreter.models.shared.vibrations import about
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
@@ -22,8 +23,8 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.rod import RodElastic, RodLoad
-from softmark.solvers.energies.rod_section import RodStiffness, Section
-from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, rod_at_rest
+from softmark.solvers.energies.rod_section import RodSection, RodStiffness
+from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, lengths, rod_at_rest
 from softmark.solvers.linear import factorisations
 from softmark.solvers.mesh.shape import transverse
 from softmark.solvers.statics.equilibrium import Equilibrium, Statics, equilibrium
@@ -43,6 +44,7 @@ class PreparedBeam(Meshless):
     size: dict[str, int]
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, RodLoad], ...] = ()  # every load by itself
+    inertia: tuple[float, ...] = (0.0,) * 4  # of a metre: its mass, kg/m, and of turning about e1, e2 and e3, kg m
 
     @property
     def points(self) -> Floats:
@@ -85,15 +87,23 @@ class PreparedBeam(Meshless):
 
     def _finish(self, found: Equilibrium, assembly: Assembly) -> Solution:
         solution = outcome.found(found, lambda X: displacement_at(found.x, self.rest, X))
-        seen = replace(solution, notes=outcome.doubts(self.declared, found))
+        modes = about(self.problem.assembly, found.x, self._mass, self.problem.linear)
+        seen = replace(solution, notes=outcome.doubts(self.declared, found), vibrations=modes)
         return replace(seen, carried=cache(lambda: on_rod(assembly, self.rest, found.x, self.applied)))
+
+    def _mass(self) -> Floats:
+        """Of the nodes and of the sections that turn with them (6 n,): a half of each segment's at both its ends."""
+        line, axial, about_2, about_3 = self.inertia
+        half = 0.5 * lengths(self.rest, chain(len(self.points)))
+        share = np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half])
+        return np.outer(share, [line, line, line, axial, about_2, about_3]).ravel()
 
 
 @cache
 def _solve_one_segment() -> None:
     """One of a metre, held at its root, under a force that hardly bends it: once in a process."""
     rest, fixed = rod_at_rest(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])), np.arange(6)
-    elastic = RodElastic(rest, chain(2), Section(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0).stiffness)
+    elastic = RodElastic(rest, chain(2), RodSection(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0).stiffness)
     assembly = Assembly(12, fixed, [elastic], [RodLoad(rest, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1e-3]]))])
     space = RodChain(rest, np.array([[True] * 3, [False] * 3]))
     equilibrium(Statics(assembly, space, rest, fixed, np.zeros(6), bold=False))
@@ -131,7 +141,9 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop)
         path=case.analysis.path,
     )
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
-    return PreparedBeam(declared, rest, elastic, problem, size, disturbance=disturbance_of(case), applied=applied)
+    put, rho, section = disturbance_of(case), case.material.density, shape.section
+    inertia = tuple(rho * value for value in (section.area, sum(section.moments), *section.moments))
+    return PreparedBeam(declared, rest, elastic, problem, size, put, applied, inertia)
 
 
 def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
@@ -140,7 +152,7 @@ def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
     # `moments` are about the first and the second transverse axis: about e2 the distance is X3
     I2, I3 = section.moments
     kappa = section.shear_factor(material.poisson)
-    whole = Section(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
+    whole = RodSection(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
     return whole.stiffness.without(case.prism.length, shear=model.shear, axial=model.axial)
 
 

@@ -10,7 +10,7 @@ from softmark.interpreter.models.beam import ribbon
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.stretches import borders, coverage, coverages, inside
-from softmark.interpreter.results.report import Kind
+from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
 from softmark.records import dataclass
@@ -157,9 +157,9 @@ class Beam6Dof(Model):
         off = [name for name, on in (("shear", self.shear), ("stretch", self.axial)) if not on]
         return "beam segments, no mesh" + (f", without {' and '.join(off)}" if off else "")
 
-    def kind(self, case: Case) -> Kind:
+    def kind(self, case: Case) -> ModelKind:
         """What it is but for its segments."""
-        return Kind(self._words, str(self.segments), None)
+        return ModelKind(self._words, str(self.segments), None)
 
     def orders(self) -> dict[str, int]:
         """Two-node elements with one point are of second order (Simo and Vu-Quoc 1986)."""

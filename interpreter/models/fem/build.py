@@ -27,6 +27,7 @@ from softmark.interpreter.models.shared.loading import mass_matrix, single_loads
 from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note, with_quality
 from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.vibrations import about
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.problem.data import located
@@ -44,7 +45,7 @@ from softmark.solvers.linear import factorisations, systems
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.polar import least_stretch, rotations
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
-from softmark.solvers.mesh.files.reading import Unreadable
+from softmark.solvers.mesh.files.reading import UnreadableMesh
 from softmark.solvers.mesh.interpolation import Integration, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.reduced.cells import BY_CELL
@@ -78,6 +79,7 @@ class PreparedSolid(OnMesh):
     first: Start | None = None  # the model whose solution is started from
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
+    density: float = 0.0  # kg/m^3
 
     def warm(self) -> None:
         """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
@@ -138,8 +140,13 @@ class PreparedSolid(OnMesh):
         facts = solution.facts | mesh_facts(self.mesh)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
-        seen = replace(solution, message=message, facts=facts, notes=notes, mesh=self._deformed(u, found.x, left))
+        moved = self._deformed(u, found.x, left)
+        modes = about(self.assembly, found.x, self._mass, self.problem.linear)
+        seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
         return replace(seen, carried=cache(lambda: self._carried(found.x, x)))
+
+    def _mass(self) -> Any:
+        return mass_matrix(self.mesh, integration(self.mesh), self.density, self.model.mass)
 
     def _carried(self, state: Floats, u: Floats) -> carried.Carried:
         small, whole = self.model.strain == "small", self.model.rotation != "element"
@@ -263,7 +270,9 @@ def at_rest(
         *sliver_note(declared, shape, mesh),
         *held_notes(declared, case, mesh),
     )
-    return PreparedSolid(model, declared, shape, mesh, elastic, problem, size, notes, applied=(*applied,)), parts
+    density = case.material.density
+    known = (model, declared, shape, mesh, elastic, problem, size, notes)
+    return PreparedSolid(*known, applied=(*applied,), density=density), parts
 
 
 def levered(static: PreparedSolid, workshop: Workshop, disturbance: Disturbance | None = None) -> PreparedSolid:
@@ -330,7 +339,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
             workshop.meshes[key] = with_quality(made, model, declared)
         except UnknownElement as error:
             raise Fault(levers.unmeshed(declared, error)) from error
-        except Unreadable as error:
+        except UnreadableMesh as error:
             raise fault(
                 error.code,
                 at,

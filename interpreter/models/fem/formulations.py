@@ -140,9 +140,9 @@ class Unknowns:
     @classmethod
     def of(cls, energy: Energy, mesh: Mesh) -> Unknowns:
         """Those of an elastic energy over a mesh."""
-        from softmark.solvers.energies.pressures import Mixed
+        from softmark.solvers.energies.pressures import MixedSolid
 
-        return cls(mesh.points.size, energy.dofs if isinstance(energy, Mixed) else mesh.points.size)
+        return cls(mesh.points.size, energy.dofs if isinstance(energy, MixedSolid) else mesh.points.size)
 
     @property
     def pressures(self) -> int:
@@ -153,9 +153,9 @@ class Unknowns:
         """Loads on displacements, as energies of the whole state."""
         if not self.pressures:
             return loads
-        from softmark.solvers.energies.pressures import OfDisplacements
+        from softmark.solvers.energies.pressures import DisplacementEnergy
 
-        return [OfDisplacements(load, self.displacements) for load in loads]
+        return [DisplacementEnergy(load, self.displacements) for load in loads]
 
     def of_displacements(self, of: Callable[[Floats], bool]) -> Callable[[Floats], bool]:
         """A question about displacements, asked of the whole state."""

@@ -14,7 +14,7 @@ from softmark.interpreter.models.fem import levers as options
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.problem.small_deflection import bending_angle
-from softmark.interpreter.results.report import Kind
+from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.elements import UnknownElement, element_of
@@ -292,12 +292,12 @@ class Fem(Model):
         """One line for the plan and the report."""
         return f"{self.mesh_words(case)}, {self._words(case, self.material)}"
 
-    def kind(self, case: Case) -> Kind | None:
+    def kind(self, case: Case) -> ModelKind | None:
         """What it is but for its size and Poisson's ratio."""
         if self.size is None or self._own_mesh(case):
             return None
         nu = None if self.material is None else float(f"{self.material.poisson:g}")
-        return Kind(f"{self.element}, {self._words(case, None)}", units.show(self.size, units.LENGTH), nu)
+        return ModelKind(f"{self.element}, {self._words(case, None)}", units.show(self.size, units.LENGTH), nu)
 
     def _words(self, case: Case, material: Any) -> str:
         options = (

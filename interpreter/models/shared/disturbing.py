@@ -58,10 +58,10 @@ def solid_state(known: Disturbance, problem: Statics, points: Floats, cells: Int
     """Disturbed displacements (dofs,), m, with what supports impose; unknowns beyond displacements are zero."""
     import numpy as np
 
-    from softmark.solvers.statics.disturbances import Body, disturbed
+    from softmark.solvers.statics.disturbances import DisturbedNodes, disturbed
 
     x = np.zeros(len(problem.rest))
-    x[: points.size] = (disturbed(known.kind, Body(points, cells, known.amount), known.seed) - points).ravel()
+    x[: points.size] = (disturbed(known.kind, DisturbedNodes(points, cells, known.amount), known.seed) - points).ravel()
     x[problem.fixed] = problem.rest[problem.fixed] + problem.target
     return x
 
@@ -95,11 +95,11 @@ def of_rod(known: Disturbance, problem: Statics, rest: Floats) -> Equilibrium:
     import numpy as np
 
     from softmark.solvers.energies.rod_state import chain
-    from softmark.solvers.statics.disturbances import Body, disturbed
+    from softmark.solvers.statics.disturbances import DisturbedNodes, disturbed
     from softmark.solvers.statics.recovery import Tangled, recovered
 
     nodes = rest.reshape(-1, 7)
-    body = Body(nodes[:, :3], chain(len(nodes)), known.amount)
+    body = DisturbedNodes(nodes[:, :3], chain(len(nodes)), known.amount)
     x = nodes.copy()
     x[:, :3] = disturbed(known.kind, body, known.seed)
     if known.kind in ("scrambled", "spun"):

@@ -19,7 +19,7 @@ from softmark.interpreter.vocabulary.supports import Holding
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.problem.case import Case
-    from softmark.interpreter.results.report import Kind
+    from softmark.interpreter.results.report import ModelKind
     from softmark.solvers.mesh.shape import Shape
 
 MOST = "`fem(...)` takes all"
@@ -72,7 +72,7 @@ class Model:
         """What will be built, on one line."""
         raise NotImplementedError(f"{type(self).__name__} has no outline")
 
-    def kind(self, case: Case) -> Kind | None:
+    def kind(self, case: Case) -> ModelKind | None:
         """What it is but for its size and Poisson's ratio; None of one that is alone of its kind."""
         return None
 

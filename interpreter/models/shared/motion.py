@@ -28,7 +28,7 @@ from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.resolution import WRONG, Resolution, resolution, resolved
 from softmark.solvers.dynamics.scheme import Motion, StepTooLong
-from softmark.solvers.dynamics.trajectory import Diverged, NotConverged, Trajectory
+from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged, Trajectory
 from softmark.solvers.energies.energy import Energy, Floats, Lagging
 from softmark.solvers.mesh.interpolation import locate
 
@@ -81,7 +81,7 @@ class PreparedMotion:
     def warm(self) -> None:
         """Compile what the solution needs: two steps, outside the clock."""
         self.static.warm()
-        with suppress(NotConverged, StepTooLong):  # it is for the solution to say so
+        with suppress(MotionNotConverged, StepTooLong):  # it is for the solution to say so
             march(self.problem, 2 * self.analysis.step, self.analysis.step, lambda motion: None)
 
     def outside(self, X: Floats) -> float:
@@ -100,7 +100,7 @@ class PreparedMotion:
             return Solution("failed", message, {"critical_step_s": refused.critical})
         except Diverged as gained:
             return Solution("diverged", f"{gained.reason}; {REMEDY}", _facts(gained.trajectory))
-        except NotConverged as failure:
+        except MotionNotConverged as failure:
             return Solution("not_converged", f"{failure.reason}; {REMEDY}", _facts(failure.trajectory))
         return self._finish(track, every)
 

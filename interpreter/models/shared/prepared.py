@@ -84,6 +84,7 @@ class Solution:
     mesh: Moved | None = None  # of a model that has one
     carried: Callable[[], Carried] | None = None  # what acts at its nodes, of a state of rest; found when asked for
     at_rest: AtRest | None = None  # what that comes to: of solutions that an error is stated from
+    vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz, about a static equilibrium
 
 
 class Prepared(Protocol):

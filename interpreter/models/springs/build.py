@@ -23,7 +23,8 @@ from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note
 from softmark.interpreter.models.shared.motion import PreparedMotion, in_motion
 from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
-from softmark.interpreter.models.springs.calibration import Fit, NoFit, Target, least, target_of
+from softmark.interpreter.models.shared.vibrations import about
+from softmark.interpreter.models.springs.calibration import Fit, FitTarget, NoFit, least, target_of
 from softmark.interpreter.models.springs.words import Calibrated, MassSpring, Uniform
 from softmark.interpreter.problem.case import Case, fault
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -59,10 +60,11 @@ class PreparedSprings(OnMesh):
     problem: Statics
     size: dict[str, int]
     notes: tuple[Diagnostic, ...]
-    target: Target | None = None
+    target: FitTarget | None = None
     fit: Fit | NoFit | None = None
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
+    density: float = 0.0  # kg/m^3
 
     def warm(self) -> None:
         """Compile or load every kernel, outside the clock."""
@@ -96,8 +98,15 @@ class PreparedSprings(OnMesh):
     def _finish(self, found: Equilibrium) -> Solution:
         solution = outcome.found(found, displacement_of(self.mesh, found.x.reshape(-1, 3)))
         doubts = (*self._folded(found.x), *outcome.doubts(self.declared, found))
-        seen = replace(solution, notes=doubts, mesh=Deformed(self.mesh, found.x.reshape(-1, 3)))
+        modes = about(self.problem.assembly, found.x, self.mass, self.problem.linear)
+        moved = Deformed(self.mesh, found.x.reshape(-1, 3))
+        seen = replace(solution, notes=doubts, mesh=moved, vibrations=modes)
         return replace(seen, carried=cache(lambda: self._carried(found.x)))
+
+    def mass(self) -> Floats:
+        """Of the nodes (3 n,), kg."""
+        found: Floats = mass_matrix(self.mesh, self.parts, self.density, "lumped")
+        return found
 
     def _carried(self, x: Floats) -> carried.Carried:
         return carried.on_mesh(self.mesh, x, x, self.assembly, self.applied, small=False)
@@ -181,7 +190,8 @@ def prepare(model: MassSpring, declared: Declared, case: Case, workshop: Worksho
     shape = model.mesh or case.shape
     built = PreparedSprings(model, declared, shape, mesh, parts, springs, problem, size, notes)
     applied = single_loads(case, mesh, parts, small=False, mass="lumped")
-    built = replace(built, disturbance=disturbance_of(case), applied=(*applied,))
+    known = {"applied": (*applied,), "density": case.material.density}
+    built = replace(built, disturbance=disturbance_of(case), **known)
     if isinstance(model.stiffness, Calibrated):
         built = _fitted(built, case, workshop)
     return _moving(built, case) if isinstance(case.analysis, Dynamic) else built
@@ -190,8 +200,7 @@ def prepare(model: MassSpring, declared: Declared, case: Case, workshop: Worksho
 def _moving(built: PreparedSprings, case: Case) -> MovingSprings:
     """The same network with its mass at the nodes. Raises Fault."""
     mesh, declared = built.mesh, built.declared
-    mass = mass_matrix(mesh, built.parts, case.material.density, "lumped")
-    moving = in_motion(built, declared, case, mesh, mass, [built.springs], [*built.applied], built.problem)
+    moving = in_motion(built, declared, case, mesh, built.mass(), [built.springs], [*built.applied], built.problem)
     return MovingSprings(built, declared, moving.analysis, moving.problem, mesh)
 
 
@@ -239,7 +248,7 @@ def _fitted(built: PreparedSprings, case: Case, workshop: Workshop) -> PreparedS
     return replace(built, springs=springs, problem=problem, target=target, fit=fit)
 
 
-def _error(factor: float, built: PreparedSprings, trial: Statics, target: Target) -> float | None:
+def _error(factor: float, built: PreparedSprings, trial: Statics, target: FitTarget) -> float | None:
     """The metric with a factor on the stiffness, None where there is no equilibrium within PATIENCE iterations."""
     springs = replace(built.springs, k=factor * built.springs.k)
     assembly = trial.assembly.with_internal([springs])

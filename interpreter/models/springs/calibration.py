@@ -52,7 +52,7 @@ class NoFit:
 
 
 @dataclass(frozen=True)
-class Target:
+class FitTarget:
     """What a fit makes least: `metric` over a field of displacements of `case`, the case at the part of the load."""
 
     case: Case
@@ -141,7 +141,7 @@ def _scaled(declared: Declared, part: float) -> Declared:
     return replace(declared, thing=declared.thing.part(part))
 
 
-def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, Any]) -> Target:
+def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, Any]) -> FitTarget:
     """What the fit of a calibrated model makes least; `measured` is what has been read, by reference. Raises Fault."""
     from softmark.interpreter.metrics.measure import measured_by
     from softmark.interpreter.problem.points import place_of
@@ -159,7 +159,7 @@ def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, 
         seen = Seen(model.name, part, place.X, u, place.triangles, place.weights, known, displacement)
         return measured_by(metric.thing, seen).value
 
-    return Target(part, metric, measure)
+    return FitTarget(part, metric, measure)
 
 
 def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> Any:

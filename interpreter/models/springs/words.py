@@ -19,7 +19,7 @@ from softmark.solvers.elements import element_of
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.problem.case import Case
-    from softmark.interpreter.results.report import Kind
+    from softmark.interpreter.results.report import ModelKind
     from softmark.solvers.mesh.shape import Shape
 
 CAUCHY = 0.25  # Poisson's ratio of every isotropic network of springs
@@ -169,7 +169,7 @@ class MassSpring(Model):
         """One line for the plan."""
         return f"{self.mesh_words(case)}, {self._words}"
 
-    def kind(self, case: Case) -> Kind | None:
+    def kind(self, case: Case) -> ModelKind | None:
         """What it is but for its size."""
         solid = self.solid.kind(case)
         return None if solid is None else replace(solid, words=f"{self.network}, {self._words}")

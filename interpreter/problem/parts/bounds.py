@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.language.conditions import Range
+from softmark.interpreter.language.conditions import Enclosure
 
 Floats = NDArray[np.float64]
 Pair = tuple[Floats, Floats]  # low and high
 
 
-class Bounds(Range):
+class Bounds(Enclosure):
     """Values between `low` and `high` (n,), and slopes in d directions between `steep[0]` and `steep[1]` (d, n)."""
 
     low: Any
@@ -33,7 +33,7 @@ class Bounds(Range):
         """A number, or what is bounds already."""
         if isinstance(value, Bounds):
             return value
-        low, high = (value.low, value.high) if isinstance(value, Range) else (value, value)
+        low, high = (value.low, value.high) if isinstance(value, Enclosure) else (value, value)
         zero = np.zeros_like(like.steep[0])
         return Bounds((np.full_like(like.low, low), np.full_like(like.low, high)), (zero, zero))
 

@@ -15,7 +15,7 @@ from functools import cache
 import numpy as np
 
 from softmark.interpreter.problem.parts.flat import areas, first, odd
-from softmark.interpreter.problem.parts.patches import Asked, Floats, Ints, Looked, Mask
+from softmark.interpreter.problem.parts.patches import ConditionOnPatches, Floats, Ints, Looked, Mask
 
 DEPTH = 18  # halvings of a facet
 MOST = 60_000  # triangles at once: a border that needs more is followed no further
@@ -60,7 +60,7 @@ def _fan(along: int, across: int) -> tuple[Floats, Floats, Floats]:
     return np.tile(s, across), np.repeat(t, along), np.outer(v, u).ravel()
 
 
-def follow(asked: Asked, f: Ints, tri: Floats, points: Points) -> None:
+def follow(asked: ConditionOnPatches, f: Ints, tri: Floats, points: Points) -> None:
     """Add the selected part of triangles (n, 3, 2) of facets f to `points`."""
     for depth in range(DEPTH + 1):
         looked = asked.look(f, tri)
@@ -88,7 +88,7 @@ def follow(asked: Asked, f: Ints, tri: Floats, points: Points) -> None:
         points.left.append((f, tri.mean(axis=1), np.abs(areas(tri))))
 
 
-def _decided(asked: Asked, f: Ints, tri: Floats, points: Points, depth: int) -> None:
+def _decided(asked: ConditionOnPatches, f: Ints, tri: Floats, points: Points, depth: int) -> None:
     if len(f):
         inside = asked.holds(f, asked.patches.at(f, tri.mean(axis=1, keepdims=True))[:, 0])
         points.triangles(f[inside], tri[inside], depth)
@@ -119,7 +119,7 @@ def _simple(looked: Looked, b: int, some: Ints, slack: float) -> tuple[Ints, Mas
     return corner, both & falling & (one_way | (beyond <= slack))
 
 
-def _touching(asked: Asked, looked: Looked, b: int, some: Ints, f: Ints, tri: Floats) -> Mask:
+def _touching(asked: ConditionOnPatches, looked: Looked, b: int, some: Ints, f: Ints, tri: Floats) -> Mask:
     """Which of some triangles a border meets along a side and nowhere else."""
     v = looked.values[b][some]
     v = np.where(np.abs(v) <= asked.slack[b], 0.0, v)
@@ -139,7 +139,7 @@ def _touching(asked: Asked, looked: Looked, b: int, some: Ints, f: Ints, tri: Fl
     return found
 
 
-def _along_rays(asked: Asked, b: int, f: Ints, tri: Floats, points: Points, depth: int) -> Mask:
+def _along_rays(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats, points: Points, depth: int) -> Mask:
     """Add what a border cuts off at the first corner, or the rest, of triangles that it crosses once; where it did."""
     if not len(f):
         return np.zeros(0, dtype=np.bool_)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.interpreter.problem.parts.patches import Asked, Floats, Ints, Mask
+from softmark.interpreter.problem.parts.patches import ConditionOnPatches, Floats, Ints, Mask
 from softmark.solvers.elements import moments
 from softmark.solvers.elements.facets import FACETS
 
@@ -61,7 +61,7 @@ def _turns(mesh: Mesh) -> tuple[Ints, Ints, Floats]:
     return one // n, two // n, angle
 
 
-def settled(asked: Asked, f: Ints, deviation: Floats) -> Asked:
+def settled(asked: ConditionOnPatches, f: Ints, deviation: Floats) -> ConditionOnPatches:
     """The same, where borders that cut facets f within their deviation (f,) only are decided by the nodes."""
     some = f[deviation[f] > 0.0]
     mask, values = asked.settled.copy(), asked.settling.copy()
@@ -71,7 +71,7 @@ def settled(asked: Asked, f: Ints, deviation: Floats) -> Asked:
     return replace(asked, settled=mask, settling=values)
 
 
-def _along(asked: Asked, f: Ints, deviation: Floats) -> Iterator[tuple[int, Ints, Floats]]:
+def _along(asked: ConditionOnPatches, f: Ints, deviation: Floats) -> Iterator[tuple[int, Ints, Floats]]:
     """Borders that run along facets as far as these tell: the border, the facets, and the level at their nodes."""
     patches = asked.patches
     if not len(f):

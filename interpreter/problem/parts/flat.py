@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from softmark.interpreter.problem.parts.patches import Asked, Floats, Ints
+from softmark.interpreter.problem.parts.patches import ConditionOnPatches, Floats, Ints
 
 
-def cut(asked: Asked, f: Ints, tri: Floats) -> tuple[Ints, Floats]:
+def cut(asked: ConditionOnPatches, f: Ints, tri: Floats) -> tuple[Ints, Floats]:
     """Triangles (n, 3, 2) of affine facets f, cut into triangles that no plane among the borders crosses."""
     for b, border in enumerate(asked.condition.borders):
         if border.plane is not None:
@@ -15,7 +15,7 @@ def cut(asked: Asked, f: Ints, tri: Floats) -> tuple[Ints, Floats]:
     return f, tri
 
 
-def _along(asked: Asked, b: int, f: Ints, tri: Floats) -> tuple[Ints, Floats]:
+def _along(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats) -> tuple[Ints, Floats]:
     d = asked.level(b, asked.patches.at(f, tri))
     d = np.where(np.abs(d) <= asked.slack[b], 0.0, d)
     crossed = (d.min(axis=1) < 0.0) & (d.max(axis=1) > 0.0) & ~asked.settled[f, b]

@@ -116,7 +116,7 @@ def _raised(powers: tuple[int, ...], i: int) -> tuple[int, ...]:
 
 
 @dataclass(frozen=True)
-class Asked:
+class ConditionOnPatches:
     """A condition on patches. Borders that are `settled` (f, b) cut no facet: there their levels are `settling`."""
 
     condition: Condition
@@ -125,12 +125,12 @@ class Asked:
     settling: Floats
 
     @staticmethod
-    def of(condition: Condition, patches: Patches) -> Asked:
+    def of(condition: Condition, patches: Patches) -> ConditionOnPatches:
         """With nothing settled."""
         size = (len(patches.corners), len(condition.borders))
-        return Asked(condition, patches, np.zeros(size, dtype=np.bool_), np.zeros(size))
+        return ConditionOnPatches(condition, patches, np.zeros(size, dtype=np.bool_), np.zeros(size))
 
-    def steady(self, f: Ints) -> Asked:
+    def steady(self, f: Ints) -> ConditionOnPatches:
         """The same, where borders that are as far from all points of a facet are settled, of facets f (n,).
 
         Such are borders along a curved surface, as of a distance from the axis on a cylinder's side.

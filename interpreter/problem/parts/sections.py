@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.language.conditions import Condition
-from softmark.interpreter.problem.parts.patches import Asked, Floats, Out, Patches
+from softmark.interpreter.problem.parts.patches import ConditionOnPatches, Floats, Out, Patches
 from softmark.interpreter.problem.parts.taken import part
 from softmark.solvers.mesh.shape import Prism, transverse
 from softmark.solvers.mesh.shapes import Disc, Rectangle
@@ -34,7 +34,7 @@ def share(condition: Condition, shape: Prism, station: float) -> float:
 
 def _of_flat(condition: Condition, corners: Floats, extent: float, out: Out | None = None) -> float:
     """Of facets (f, k, 3) that are equally large."""
-    found = part(Asked.of(condition, Patches(corners, extent, out)))
+    found = part(ConditionOnPatches.of(condition, Patches(corners, extent, out)))
     local = 4.0 if corners.shape[1] == 4 else 0.5
     return (len(found.whole) + float(found.w.sum()) / local) / len(corners)
 
@@ -58,7 +58,7 @@ def _of_wedge(condition: Condition, a: Floats, b: Floats, centre: Floats, frame:
     far, near = np.array(RINGS[:-1]), np.array(RINGS[1:])
     corners = np.stack([np.outer(near, a), np.outer(far, a), np.outer(far, b), np.outer(near, b)], axis=1)
     patches = Patches(centre + corners, extent, _bulging(centre, frame, a + b))
-    found = part(Asked.of(condition, patches))
+    found = part(ConditionOnPatches.of(condition, patches))
     X = patches.at(found.f, found.xi[:, None])[:, 0] - centre
     cosine = X @ (a + b) / (np.linalg.norm(X, axis=1) * np.linalg.norm(a + b))
     sizes = found.w * np.linalg.norm(patches.area(found.f, found.xi), axis=1) * cosine**2

@@ -9,7 +9,7 @@ import numpy as np
 
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.problem.parts.deviation import deviations, settled
-from softmark.interpreter.problem.parts.patches import Asked, Floats, Ints, Mask, Patches
+from softmark.interpreter.problem.parts.patches import ConditionOnPatches, Floats, Ints, Mask, Patches
 from softmark.interpreter.problem.parts.taken import Part, part
 from softmark.records import dataclass
 from softmark.solvers.elements import moments
@@ -102,7 +102,7 @@ def loaded(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
 
 def settled_of(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
     """What a condition means on facets of a mesh: borders that do not cut them (f, b), and their levels there."""
-    asked = Asked.of(condition, Patches(mesh.points[mesh.facets], mesh.extent))
+    asked = ConditionOnPatches.of(condition, Patches(mesh.points[mesh.facets], mesh.extent))
     if not shape.curved:
         crossed = asked.crossed_facets()
         if len(crossed):
@@ -117,7 +117,7 @@ def _found(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
     found: list[tuple[Ints, Part]] = []
     for which, out in ((~side, None), (side, shape.onto_side)):
         if which.any():
-            asked = Asked(condition, Patches(corners[which], mesh.extent, out), mask[which], values[which])
+            asked = ConditionOnPatches(condition, Patches(corners[which], mesh.extent, out), mask[which], values[which])
             found.append((facets[which], part(asked)))
     leaning = np.flatnonzero(mask.any(axis=1))
     whole = Loaded(

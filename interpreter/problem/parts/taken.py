@@ -7,7 +7,7 @@ import numpy as np
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.problem.parts.curved import Points, follow
 from softmark.interpreter.problem.parts.flat import cut
-from softmark.interpreter.problem.parts.patches import Asked, Floats, Ints, Mask, Out, Patches
+from softmark.interpreter.problem.parts.patches import ConditionOnPatches, Floats, Ints, Mask, Out, Patches
 from softmark.records import dataclass
 
 __all__ = ["Part", "part", "taken"]
@@ -34,11 +34,11 @@ class Part:
 
 def taken(condition: Condition, corners: Floats, extent: float, out: Out | None = None) -> Part:
     """The selected part of facets with nodes `corners` (f, k, 3), m, whose points `out` moves onto the body."""
-    return part(Asked.of(condition, Patches(corners, extent, out)))
+    return part(ConditionOnPatches.of(condition, Patches(corners, extent, out)))
 
 
 @np.errstate(all="ignore")  # conditions divide by what may be zero, and bounds of that are infinite
-def part(asked: Asked) -> Part:
+def part(asked: ConditionOnPatches) -> Part:
     """The part of the patches that is asked for."""
     patches = asked.patches
     f, tri = patches.triangles
@@ -57,7 +57,7 @@ def part(asked: Asked) -> Part:
     return _of_facets(asked, np.flatnonzero(whole), f[open_], tri[open_])
 
 
-def _of_facets(asked: Asked, whole: Ints, f: Ints, tri: Floats) -> Part:
+def _of_facets(asked: ConditionOnPatches, whole: Ints, f: Ints, tri: Floats) -> Part:
     points, patches = Points(), asked.patches
     flat: Mask = patches.affine[f] if patches.out is None else np.zeros(len(f), dtype=np.bool_)
     own, pieces = cut(asked, f[flat], tri[flat])

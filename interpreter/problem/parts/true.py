@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from softmark.interpreter.language.conditions import Condition, Term
-from softmark.interpreter.problem.parts.patches import Asked, Floats, Patches
+from softmark.interpreter.problem.parts.patches import ConditionOnPatches, Floats, Patches
 from softmark.interpreter.problem.parts.taken import Part, part
 from softmark.solvers.mesh.shape import Shape, transverse
 from softmark.solvers.mesh.shapes import Box, Cylinder
@@ -30,7 +30,7 @@ def selected(shape: Shape, condition: Condition) -> tuple[float, Floats] | None:
 def _flat(corners: Floats, condition: Condition, extent: float) -> tuple[float, Floats]:
     """Of flat quadrilaterals (f, 4, 3)."""
     patches = Patches(corners, extent)
-    found = part(Asked.of(condition, patches))
+    found = part(ConditionOnPatches.of(condition, patches))
     vectors = np.concatenate([
         4.0 * patches.area(found.whole, np.zeros((len(found.whole), 2))),
         found.w[:, None] * patches.area(found.f, found.xi),
@@ -77,7 +77,7 @@ def _side(cylinder: Cylinder, condition: Condition, extent: float) -> tuple[floa
     top = cylinder.length * a
     corners = root + np.stack([rim[:-1], rim[1:], rim[1:] + top, rim[:-1] + top], axis=1)
     patches = Patches(corners, extent, cylinder.onto_side)
-    found: Part = part(Asked.of(condition, patches))
+    found: Part = part(ConditionOnPatches.of(condition, patches))
     half = math.pi / SIDES
     middle = rim[:-1] + rim[1:]
     middle /= np.linalg.norm(middle, axis=1, keepdims=True)

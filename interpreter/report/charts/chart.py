@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 
 from softmark.interpreter.report.charts.axes import Axis
-from softmark.interpreter.report.charts.labels import Path, Place, Point, places, runs
+from softmark.interpreter.report.charts.labels import LabelPlace, Path, Point, places, runs
 from softmark.interpreter.report.charts.styles import MARKERS, Look
 from softmark.interpreter.report.page.markup import plain, tag, text
 from softmark.records import dataclass
@@ -54,7 +54,7 @@ class Chart:
         return tuple(tuple(p and self.pixel(p) for p in curve.points) for curve in self.curves)
 
     @cached_property
-    def names(self) -> dict[int, Place]:
+    def names(self) -> dict[int, LabelPlace]:
         """Where the names of curves stand."""
         wanted = [curve.name if curve.named and self.labels else None for curve in self.curves]
         right, bottom = self.left + self.width + self.right, self.top + self.height
@@ -100,7 +100,7 @@ def _markers(curve: Curve, path: Path, index: int) -> str:
     return tag("path", class_="mark", d="".join(MARKERS[curve.look.marker](*p) for p in chosen))
 
 
-def _name(curve: Curve, index: int, path: Path, place: Place) -> str:
+def _name(curve: Curve, index: int, path: Path, place: LabelPlace) -> str:
     name = tag("text", text(curve.name), x=f"{place.x:.1f}", y=f"{place.y:.1f}", text_anchor=place.anchor)
     line = ""
     if place.line:

@@ -26,7 +26,7 @@ ANGLES = (-20, 25, -50, 55, 160, -160, 90, 125, -125, -90)  # degrees, clockwise
 
 
 @dataclass(frozen=True)
-class Place:
+class LabelPlace:
     """Where a name stands; `line` leads to it from the end of its curve."""
 
     x: float
@@ -41,7 +41,7 @@ class Place:
         return left - 3, self.y - 12, left + width + 3, self.y + 5
 
 
-def places(paths: Sequence[Path], names: Sequence[str | None], area: Box) -> dict[int, Place]:
+def places(paths: Sequence[Path], names: Sequence[str | None], area: Box) -> dict[int, LabelPlace]:
     """A place for each name that fits into the area, on no curve and on no other name; None is not named."""
     named = [i for i, path in enumerate(paths) if names[i] is not None and any(path)]
     ends = {i: [p for p in paths[i] if p][-1] for i in named}
@@ -67,7 +67,7 @@ class _Room:
         self.taken: list[Box] = []
         self.lines = np.zeros((0, 2))
 
-    def best(self, index: int, name: str, candidates: Iterable[Place]) -> Place | None:
+    def best(self, index: int, name: str, candidates: Iterable[LabelPlace]) -> LabelPlace | None:
         """The cheapest place for the name of a curve, which is then taken; None if there is none.
 
         Fines only add to the length of a line, so that longer lines than the cheapest so far are not looked at.
@@ -95,7 +95,7 @@ class _Room:
             return False
         return not (_inside(self.points, box).any() or _inside(self.lines, box).any())
 
-    def cost(self, index: int, place: Place) -> float:
+    def cost(self, index: int, place: LabelPlace) -> float:
         """How far a name is from its end, in pixels, with a fine for everything that its line goes across."""
         if place.line is None:
             return 0.0
@@ -108,7 +108,7 @@ class _Room:
         return _length(place) + 12 * crossed + 40 * wrong + 200 * covered + 60 * tangled
 
 
-def _length(place: Place) -> float:
+def _length(place: LabelPlace) -> float:
     return math.dist(*place.line) if place.line else 0.0
 
 
@@ -128,31 +128,31 @@ def _in(point: Point, box: Box) -> bool:
     return box[0] < point[0] < box[2] and box[1] < point[1] < box[3]
 
 
-def _candidates(end: Point, crowd: bool, led: bool) -> Iterator[Place]:
+def _candidates(end: Point, crowd: bool, led: bool) -> Iterator[LabelPlace]:
     """Beside the end unless others end there; with `led`, further off too."""
     x, y = end
     if not crowd:
-        yield Place(x + 9, y + 4, "start")
-        yield Place(x, y + 20, "middle")
-        yield Place(x, y - 12, "middle")
-        yield Place(x - 9, y + 4, "end")
+        yield LabelPlace(x + 9, y + 4, "start")
+        yield LabelPlace(x, y + 20, "middle")
+        yield LabelPlace(x, y - 12, "middle")
+        yield LabelPlace(x - 9, y + 4, "end")
     if not led:
         return
     for dy in (0, -15, 15, -30, 30, -45, 45):  # one above the other, where curves end at the right edge
-        yield Place(x + 22, y + dy + 4, "start", ((x + 6, y + dy / 4), (x + 19, y + dy)))
+        yield LabelPlace(x + 22, y + dy + 4, "start", ((x + 6, y + dy / 4), (x + 19, y + dy)))
     for radius in (28.0, 46.0, 68.0, 96.0):
         for angle in ANGLES:
             yield _led(end, radius, math.radians(angle))
 
 
-def _led(end: Point, radius: float, angle: float) -> Place:
+def _led(end: Point, radius: float, angle: float) -> LabelPlace:
     """A name some way off, with a line to it."""
     c, s = math.cos(angle), math.sin(angle)
     stop = end[0] + radius * c, end[1] + radius * s
     line = (end[0] + 6 * c, end[1] + 6 * s), stop
     if abs(c) < 0.3:
-        return Place(stop[0], stop[1] + (13 if s > 0 else -4), "middle", line)
-    return Place(stop[0] + math.copysign(4, c), stop[1] + 4, "start" if c > 0 else "end", line)
+        return LabelPlace(stop[0], stop[1] + (13 if s > 0 else -4), "middle", line)
+    return LabelPlace(stop[0] + math.copysign(4, c), stop[1] + 4, "start" if c > 0 else "end", line)
 
 
 def runs(path: Path) -> Iterator[list[Point]]:

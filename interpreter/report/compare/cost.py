@@ -6,18 +6,18 @@ from collections.abc import Sequence
 
 from softmark.interpreter.language.amounts import quantity, signed
 from softmark.interpreter.report.compare.tables import heading, row, row_head, said_bytes, table
-from softmark.interpreter.report.compare.view import View
+from softmark.interpreter.report.compare.view import SceneView
 from softmark.interpreter.report.page.markup import count, prose, tag, text
 from softmark.interpreter.report.page.plate import details
 from softmark.interpreter.report.page.sheet import Cell, csv_link
-from softmark.interpreter.study.analysis.point import Point
+from softmark.interpreter.study.analysis.point import ComparedPoint
 from softmark.interpreter.study.analysis.quality import DISTURBANCES, REMARKS
 
 PHASES = ("mesh", "set-up", "assembly", "factorisation", "solution", "other", "output")
 SHOWN = 24  # bars that are drawn; the CSV has all
 
 
-def costs(view: View) -> str:
+def costs(view: SceneView) -> str:
     """A bar for each configuration that matters most; empty where nobody says where time goes."""
     split = [p for p in view.once if p.cost.phases]
     if not split:
@@ -34,12 +34,12 @@ def costs(view: View) -> str:
     return key + table(caption, head, rows, "costs") + _numbers(split, named) + _save(view, split, named)
 
 
-def _names(points: Sequence[Point]) -> list[str]:
+def _names(points: Sequence[ComparedPoint]) -> list[str]:
     """Parts in their usual order, others behind."""
     return list(dict.fromkeys([*PHASES, *(n for p in points for n in p.cost.phases)]))
 
 
-def _chosen(view: View, split: Sequence[Point]) -> list[Point]:
+def _chosen(view: SceneView, split: Sequence[ComparedPoint]) -> list[ComparedPoint]:
     """All where they are few, else those on a front and the finest of each line."""
     if len(split) <= SHOWN:
         return list(split)
@@ -49,7 +49,7 @@ def _chosen(view: View, split: Sequence[Point]) -> list[Point]:
     return [p for p in split if p in ranked and (p.key in front or p.key in ends)] or list(split[:SHOWN])
 
 
-def _bar(point: Point, named: Sequence[str]) -> str:
+def _bar(point: ComparedPoint, named: Sequence[str]) -> str:
     phases = point.cost.phases
     total = sum(phases.values())
     parts = [(i, n, phases[n] / total) for i, n in enumerate(named) if n in phases]
@@ -73,7 +73,7 @@ def _swatch(index: int) -> str:
     return tag("span", class_=f"part swatch p{index % 7}", aria_hidden="true")
 
 
-def _numbers(split: Sequence[Point], named: Sequence[str]) -> str:
+def _numbers(split: Sequence[ComparedPoint], named: Sequence[str]) -> str:
     """The seconds themselves."""
     head = [heading("Configuration"), *(heading(n, True) for n in named)]
     rows = []
@@ -87,13 +87,13 @@ def _seconds(value: float | None) -> str:
     return "–" if value is None else quantity(value, "s", 3)
 
 
-def _save(view: View, split: Sequence[Point], named: Sequence[str]) -> str:
+def _save(view: SceneView, split: Sequence[ComparedPoint], named: Sequence[str]) -> str:
     rows: list[list[Cell]] = [[p.label, *(p.cost.phases.get(n) for n in named), p.cost.memory_bytes] for p in split]
     header = ["configuration", *(f"{n} [s]" for n in named), "memory [B]"]
     return csv_link(f"{view.scene}-costs", header, rows)
 
 
-def quality(view: View, allowed: bool = False) -> str:
+def quality(view: SceneView, allowed: bool = False) -> str:
     """How far the timings can be trusted, in words."""
     known = view.analysis.timing
     if not known.timed:

@@ -11,12 +11,12 @@ from softmark.interpreter.language.amounts import Scale, grouped, quantity, scal
 from softmark.interpreter.report.charts.axes import Axis, logarithmic
 from softmark.interpreter.report.charts.chart import Chart, Curve
 from softmark.interpreter.report.charts.labels import Point as Place
-from softmark.interpreter.report.compare.view import CLOCKS, View, status_of
+from softmark.interpreter.report.compare.view import CLOCKS, SceneView, status_of
 from softmark.interpreter.report.page.markup import count, plain, prose, tag, text
-from softmark.interpreter.report.page.plate import SHOWN, Column, plate
+from softmark.interpreter.report.page.plate import SHOWN, PlateColumn, plate
 from softmark.interpreter.report.page.sheet import Cell, csv_link
 from softmark.interpreter.study.analysis.analysis import ErrorAnalysis
-from softmark.interpreter.study.analysis.point import UNKNOWNS, Point, Spread
+from softmark.interpreter.study.analysis.point import UNKNOWNS, ComparedPoint, Spread
 from softmark.records import dataclass
 
 WIDTH, HEIGHT, LEFT, TOP = 620.0, 400.0, 84.0, 44.0
@@ -33,7 +33,7 @@ class _Row:
     """One line of the data table: a member of a line, and where it stands if it can be drawn."""
 
     line: int
-    point: Point
+    point: ComparedPoint
     effort: Spread | None
     error: float | None
 
@@ -47,7 +47,7 @@ class _Row:
 class Diagram:
     """One error of one scene; `frames`: against the time that must fit a frame instead of the whole effort."""
 
-    view: View
+    view: SceneView
     number: int
     metric: str
     frames: bool = False
@@ -184,10 +184,10 @@ class Diagram:
         return ("unknowns", error.heading("error"), *(times if self.clock != UNKNOWNS else ()),
                 "iterations", "solver", "status")  # fmt: skip
 
-    def _columns(self) -> list[Column]:
+    def _columns(self) -> list[PlateColumn]:
         names = [(row.point.label,) for row in self.rows]
         cells = [self._cells(row) for row in self.rows]
-        return [Column("configuration", ("configuration",), names), Column(self.metric, self._symbols, cells)]
+        return [PlateColumn("configuration", ("configuration",), names), PlateColumn(self.metric, self._symbols, cells)]
 
     def _cells(self, row: _Row) -> tuple[str, ...]:
         (error, effort), point, spread = self._scales, row.point, row.effort
@@ -344,7 +344,7 @@ KEY = (
 )
 
 
-def key(view: View) -> str:
+def key(view: SceneView) -> str:
     """What the marks mean, those that there are."""
     fronts = any(own.front for own in view.metrics.values())
     there = {
@@ -362,7 +362,7 @@ def key(view: View) -> str:
     return tag("ul", *(tag("li", item) for item in items), class_="key") if items else ""
 
 
-def _told(view: View, metric: str) -> bool:
+def _told(view: SceneView, metric: str) -> bool:
     """Whether the uncertainty is large enough to be seen beside the errors."""
     errors = [e for p in view.points if (e := p.error(metric))]
     uncertainty = view.metrics[metric].uncertainty
@@ -378,6 +378,6 @@ def _drawing(content: str) -> str:
     return tag("svg", content, viewBox="0 0 38 16", width=38, height=16, aria_hidden="true")
 
 
-def by_frames(view: View) -> bool:
+def by_frames(view: SceneView) -> bool:
     """Whether steps were timed apart from the whole."""
     return view.timed and any(p.cost.step_s for p in view.points)

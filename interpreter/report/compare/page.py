@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from softmark.interpreter.report.compare import cost, study_answers, tables
 from softmark.interpreter.report.compare.diagram import Diagram, by_frames, key
-from softmark.interpreter.report.compare.view import View, apart, status_of, views
+from softmark.interpreter.report.compare.view import SceneView, apart, status_of, views
 from softmark.interpreter.report.page.document import document, moment
 from softmark.interpreter.report.page.markup import count, listed, plain, prose, section, tag, text
 from softmark.interpreter.report.page.plate import details
@@ -32,12 +32,12 @@ def page(comparison: Compared) -> str:
     )
 
 
-def _title(own: Sequence[View]) -> str:
+def _title(own: Sequence[SceneView]) -> str:
     titles = list(dict.fromkeys(view.title for view in own))
     return listed(titles) if 0 < len(titles) <= 3 else count(len(titles), "scene") if titles else "Nothing to compare"
 
 
-def _conclusion(own: Sequence[View]) -> str:
+def _conclusion(own: Sequence[SceneView]) -> str:
     """`9 configurations of 3 models, 8 of them solved.`"""
     points = [p for view in own for p in view.points]
     if not points:
@@ -48,7 +48,7 @@ def _conclusion(own: Sequence[View]) -> str:
     return f"{count(len(points), 'configuration')} of {count(models, 'model')}, {rest}."
 
 
-def _header(own: Sequence[View], comparison: Compared) -> str:
+def _header(own: Sequence[SceneView], comparison: Compared) -> str:
     where = [moment(comparison.created), text(comparison.environment.get("cpu") or "")]
     line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
     above = tag("p", "softmark comparison", class_="eyebrow")
@@ -59,7 +59,7 @@ def _header(own: Sequence[View], comparison: Compared) -> str:
 # ------------------------------------------------------------------ sections
 
 
-def _advice(own: Sequence[View], comparison: Compared) -> str:
+def _advice(own: Sequence[SceneView], comparison: Compared) -> str:
     """What to take, first of all."""
     blocks = []
     allowed = comparison.analysis.options.allow_contaminated
@@ -79,24 +79,24 @@ def _sentence(advice: Advice) -> str:
     return prose(advice.sentence) + "".join(tag("small", prose(caveat)) for caveat in advice.caveats)
 
 
-def _why_no_advice(view: View) -> str:
+def _why_no_advice(view: SceneView) -> str:
     if not view.points:
         return "No configuration was computed."
     return "No error was measured, as there is no reference to measure it from: there are only times to compare."
 
 
-def _under(view: View, own: Sequence[View], markup: str) -> str:
+def _under(view: SceneView, own: Sequence[SceneView], markup: str) -> str:
     """Under the scene's title where there are several scenes."""
     return (tag("h3", text(view.heading)) if len(own) > 1 else "") + markup if markup else ""
 
 
-def _diagrams(own: Sequence[View], comparison: Compared) -> str:
+def _diagrams(own: Sequence[SceneView], comparison: Compared) -> str:
     """Error against effort, with what failed beneath."""
     blocks = [_under(view, own, _figures(view) + _failures(view)) for view in own if view.points]
     return section("work", "Work and precision", *blocks) if any(blocks) else ""
 
 
-def _figures(view: View) -> str:
+def _figures(view: SceneView) -> str:
     if not view.metrics:
         return ""
     figures = [Diagram(view, i, metric).figure() for i, metric in enumerate(view.metrics)]
@@ -110,7 +110,7 @@ def _figures(view: View) -> str:
     return tag("p", lead, class_="lead") + key(view) + "".join(figures)
 
 
-def _failures(view: View) -> str:
+def _failures(view: SceneView) -> str:
     """What has no solution, and why."""
     entries = {(f.label, f.message): f for f in view.analysis.failures}.values()
     if not entries:
@@ -124,27 +124,27 @@ def _failures(view: View) -> str:
     return tag("div", title, tag("ul", *items, class_="failures"), class_="callout bad")
 
 
-def _tables(make: Callable[[View], str], name: str, title: str) -> Callable[[Sequence[View], Compared], str]:
+def _tables(make: Callable[[SceneView], str], name: str, title: str) -> Callable[[Sequence[SceneView], Compared], str]:
     """A section that has the same table for every scene."""
 
-    def made(own: Sequence[View], comparison: Compared) -> str:
+    def made(own: Sequence[SceneView], comparison: Compared) -> str:
         blocks = [_under(view, own, make(view)) for view in own if view.points]
         return section(name, title, *blocks) if any(blocks) else ""
 
     return made
 
 
-def _points(view: View) -> str:
+def _points(view: SceneView) -> str:
     own = tables.all_points(view)
     return own if len(view.points) <= OPEN else details(f"{len(view.points)} configurations", own)
 
 
-def _levers(view: View) -> str:
+def _levers(view: SceneView) -> str:
     own = tables.levers(view)
     return own if len(view.analysis.levers) <= OPEN else details(f"{len(view.analysis.levers)} changes", own)
 
 
-def _provenance(own: Sequence[View], comparison: Compared) -> str:
+def _provenance(own: Sequence[SceneView], comparison: Compared) -> str:
     """The command, the environment, the references and the scenes."""
     again = tag("p", "To repeat this comparison:")
     repeat = again + tag("pre", tag("code", text(comparison.command)), class_="command") if comparison.command else ""
@@ -153,7 +153,7 @@ def _provenance(own: Sequence[View], comparison: Compared) -> str:
     return section("provenance", "Provenance", repeat, _references(own), _warnings(own), box, *scenes)
 
 
-def _references(own: Sequence[View]) -> str:
+def _references(own: Sequence[SceneView]) -> str:
     items = []
     for view in own:
         for name, r in view.references.items():
@@ -163,7 +163,7 @@ def _references(own: Sequence[View]) -> str:
     return tag("dl", *items, class_="meanings") if items else tag("p", "No references.", class_="quiet")
 
 
-def _warnings(own: Sequence[View]) -> str:
+def _warnings(own: Sequence[SceneView]) -> str:
     """Warnings about points, each once with how many it concerns."""
     found: dict[tuple[str, str], int] = {}
     for warning in (w for view in own for point in view.points for w in point.warnings):
@@ -175,7 +175,7 @@ def _warnings(own: Sequence[View]) -> str:
     return tag("p", "Warnings") + tag("ul", *items, class_="warnings") if items else ""
 
 
-SECTIONS: tuple[tuple[str, str, Callable[[Sequence[View], Compared], str]], ...] = (
+SECTIONS: tuple[tuple[str, str, Callable[[Sequence[SceneView], Compared], str]], ...] = (
     ("advice", "Advice", _advice),
     ("work", "Work and precision", _diagrams),
     ("levels", "Time to an error", _tables(tables.effort_to_error, "levels", "Time to an error")),

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from softmark.interpreter.language.amounts import grouped
 from softmark.interpreter.report.compare.tables import DASH, amount, cell, heading, limit_cells, row, row_head, table
-from softmark.interpreter.report.compare.view import View
+from softmark.interpreter.report.compare.view import SceneView
 from softmark.interpreter.study.analysis.answers import Answer, Front, FrontMember, SettledLine, Settling
 from softmark.interpreter.study.analysis.point import UNKNOWNS
 
 
-def studies(view: View) -> str:
+def studies(view: SceneView) -> str:
     """A table for each answer; empty where the scene asks for nothing."""
     return "".join(_front(a) if isinstance(a, Front) else _settling(a) for a in view.analysis.answers)
 

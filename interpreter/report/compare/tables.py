@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from softmark.interpreter.language.amounts import grouped, quantity, signed
-from softmark.interpreter.report.compare.view import View, spread_range, status_of
+from softmark.interpreter.report.compare.view import SceneView, spread_range, status_of
 from softmark.interpreter.report.page.markup import broken, count, prose, tag, text
 from softmark.interpreter.report.page.sheet import Cell, csv_link
 from softmark.interpreter.study.analysis.analysis import AtLevel
 from softmark.interpreter.study.analysis.front import Within
 from softmark.interpreter.study.analysis.lineage import LineOrders
 from softmark.interpreter.study.analysis.pairs import ErrorChange, Lever
-from softmark.interpreter.study.analysis.point import Point, Spread
+from softmark.interpreter.study.analysis.point import ComparedPoint, Spread
 from softmark.references.orders import Refined
 
 MOODS = {"converged": ("✓", "good"), "capped": ("~", "quiet"), "skipped": ("–", "quiet")}
@@ -50,7 +50,7 @@ def row(*cells: str) -> str:
 # ------------------------------------------------------------------ all points
 
 
-def all_points(view: View) -> str:
+def all_points(view: SceneView) -> str:
     """Every configuration with its status, size, errors, times and solver, and a CSV of it."""
     head = [heading(w) for w in ("Configuration", "Status")]
     named = (f"`{m}`" for m in (*view.metrics, *view.measurements))
@@ -63,11 +63,11 @@ def all_points(view: View) -> str:
     return table(f"All configurations.{star}{dagger}", head, rows, "points-table") + _points_csv(view)
 
 
-def _clocks(view: View) -> tuple[str, ...]:
+def _clocks(view: SceneView) -> tuple[str, ...]:
     return (view.effort_name, "Set-up", "Memory") if view.timed else ()
 
 
-def _point(view: View, point: Point) -> str:
+def _point(view: SceneView, point: ComparedPoint) -> str:
     sign, mood = MOODS.get(point.status, ("✗", "bad"))
     words = " " + text(status_of(point.status))
     if point.status == "converged":  # the usual: the sign is enough for those who see it
@@ -80,19 +80,19 @@ def _point(view: View, point: Point) -> str:
     return row(*cells, _solver(point), tag("td", _quality(point), class_="quality"))
 
 
-def _unbalanced(point: Point) -> str:
+def _unbalanced(point: ComparedPoint) -> str:
     """What is left of the full model's equations, where only reduced ones were solved."""
     left = point.reduced.full_residual if point.reduced else None
     return "" if left is None else tag("small", text(f"full equations: {left:.2g} of the load is not balanced"))
 
 
-def _solver(point: Point) -> str:
+def _solver(point: ComparedPoint) -> str:
     """Which linear solver, after how many iterations."""
     below = "" if point.iterations is None else tag("small", text(count(point.iterations, "iteration")))
     return tag("td", text(point.linear_solver or DASH), below, class_="solver")
 
 
-def _error(view: View, point: Point, metric: str) -> str:
+def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
     error, known = point.error(metric), view.metrics[metric]
     if error is None:
         return cell(DASH, point.metric(metric).reason or "not measured" if point.solved else "")
@@ -101,7 +101,7 @@ def _error(view: View, point: Point, metric: str) -> str:
     return cell(said, best=starred)
 
 
-def _times(view: View, point: Point) -> list[str]:
+def _times(view: SceneView, point: ComparedPoint) -> list[str]:
     spread, setup = view.effort(point), point.cost.setup_s
     time = cell(quantity(spread.median, "s", 3), spread_range(spread)) if spread else cell(DASH)
     return [time, cell(quantity(setup.median, "s", 3) if setup else DASH), cell(said_bytes(point.cost.memory_bytes))]
@@ -115,7 +115,7 @@ def said_bytes(number: float | None) -> str:
     return f"{number / 10**power:.3g}\u00a0{ {9: 'GB', 6: 'MB', 3: 'kB', 0: 'B'}[power] }"
 
 
-def _quality(point: Point) -> str:
+def _quality(point: ComparedPoint) -> str:
     """Runs, runs left out, and what was flagged."""
     cost = point.cost
     said = [count(cost.runs, "run")] if cost.runs else []
@@ -124,7 +124,7 @@ def _quality(point: Point) -> str:
     return text(", ".join([*said, *cost.flags])) or DASH
 
 
-def _points_csv(view: View) -> str:
+def _points_csv(view: SceneView) -> str:
     clocks = ("cpu_s", "wall_s", "step_s", "setup_s")
     header = ["configuration", "model", "study", "status", "message", "nodes", "elements", "dofs"]
     header += [f"{m} [{own.unit}]" for m, own in view.metrics.items()]
@@ -153,12 +153,12 @@ def _quartiles(spread: Spread | None) -> tuple[Cell, ...]:
 # ------------------------------------------------------------------ effort to an error
 
 
-def effort_to_error(view: View) -> str:
+def effort_to_error(view: SceneView) -> str:
     """For every error: what each line needs to get to each level."""
     return "".join(_levels(view, metric) for metric, own in view.metrics.items() if own.levels)
 
 
-def _levels(view: View, metric: str) -> str:
+def _levels(view: SceneView, metric: str) -> str:
     known = view.metrics[metric]
     head = [heading("Line"), *(heading(f"{view.amount(v.level, metric)} or less", True) for v in known.levels)]
     rows = [
@@ -173,7 +173,7 @@ def _levels(view: View, metric: str) -> str:
     return table(words, head, rows)
 
 
-def _level(view: View, entry: AtLevel, best: bool, metric: str) -> str:
+def _level(view: SceneView, entry: AtLevel, best: bool, metric: str) -> str:
     found, least = entry.reached, entry.least_error
     if found is None:
         above = entry.reason == "it stays above" and least
@@ -187,7 +187,7 @@ def _level(view: View, entry: AtLevel, best: bool, metric: str) -> str:
 # ------------------------------------------------------------------ best within a frame
 
 
-def best_at_rates(view: View) -> str:
+def best_at_rates(view: SceneView) -> str:
     """For every error and rate: the most accurate configuration that fits, and the next model."""
     if not view.metrics:
         return ""
@@ -203,7 +203,7 @@ def best_at_rates(view: View) -> str:
     return table(caption, head, rows)
 
 
-def _rate(view: View, metric: str, rate: Within) -> str:
+def _rate(view: SceneView, metric: str, rate: Within) -> str:
     frame = tag("td", text(f"{rate.hz:g} Hz"), tag("small", text(quantity(1.0 / rate.hz, "s", 3))))
     unsure = tag("td", prose(", ".join(f"`{label}`" for label in rate.unsure) or DASH))
     begin = [tag("td", tag("code", broken(metric))), frame]
@@ -223,7 +223,7 @@ def _rate(view: View, metric: str, rate: Within) -> str:
 # ------------------------------------------------------------------ orders
 
 
-def orders(view: View) -> str:
+def orders(view: SceneView) -> str:
     """Observed orders and limits of every line that refines something; empty where none does."""
     entries = view.analysis.orders
     if not entries:
@@ -239,7 +239,7 @@ def orders(view: View) -> str:
     return table(caption, head, rows)
 
 
-def _order(view: View, entry: LineOrders) -> list[str]:
+def _order(view: SceneView, entry: LineOrders) -> list[str]:
     """A row for each probe; the errors stand in the first."""
     errors = [_error_order(entry, m) for m in view.metrics]
     known: list[tuple[str, float | None, Refined]] = [(o.probe, o.finest, o.refined) for o in entry.limits]
@@ -284,7 +284,7 @@ def _error_order(entry: LineOrders, metric: str) -> str:
 # ------------------------------------------------------------------ distances
 
 
-def distances(view: View) -> str:
+def distances(view: SceneView) -> str:
     """How far everyone is from everyone; empty where there is nobody to be far from."""
     known = view.analysis.distances
     names = known.names
@@ -320,7 +320,7 @@ def _distance(value: float | None, reason: str | None, own: bool) -> str:
 # ------------------------------------------------------------------ levers
 
 
-def levers(view: View) -> str:
+def levers(view: SceneView) -> str:
     """What one changed thing does; empty where no two configurations differ by one."""
     entries = view.analysis.levers
     if not entries:

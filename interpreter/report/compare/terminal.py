@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.compare.study_answers import spoken
-from softmark.interpreter.report.compare.view import CLOCKS, View, apart, status_of, views
+from softmark.interpreter.report.compare.view import CLOCKS, SceneView, apart, status_of, views
 from softmark.interpreter.report.page.markup import plain
 from softmark.interpreter.study.analysis.answers import Front
 from softmark.interpreter.study.analysis.compared import Compared
-from softmark.interpreter.study.analysis.point import Point
+from softmark.interpreter.study.analysis.point import ComparedPoint
 
 WIDE = 110  # characters of a line where nobody says how wide the window is
 TOLD = 4  # problems of a scene, and lines of an answer, that the terminal speaks of
@@ -25,7 +25,7 @@ def table(comparison: Compared, colour: bool, path: str | None = None, width: in
     """Every configuration of every scene, what failed, and what to take; the path of the page after it."""
     paint = colour and not os.environ.get("NO_COLOR")
     room = width or max(80, shutil.get_terminal_size((WIDE, 24)).columns if colour else WIDE)
-    scenes: dict[str, list[View]] = {}
+    scenes: dict[str, list[SceneView]] = {}
     for view in views(comparison):
         scenes.setdefault(view.analysis.scene, []).append(view)
     blocks = [block for own in scenes.values() for block in _scene(own, paint, room)]
@@ -37,7 +37,7 @@ def _style(words: str, name: str, paint: bool) -> str:
     return f"\x1b[{CODES[name]}m{words}\x1b[0m" if paint else words
 
 
-def _scene(own: Sequence[View], paint: bool, room: int) -> list[str]:
+def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
     """A scene; `own` are its problems, of which it has several where a sweep changes what errors are measured from."""
     blocks = [_style(all_visible(own[0].title), "bold", paint), _rows(own, paint)]
     notes = [_spoken(note) for note in (apart(own), *_notes(own)) if note]
@@ -57,7 +57,7 @@ def _scene(own: Sequence[View], paint: bool, room: int) -> list[str]:
     return [*blocks, *(["\n".join(advice)] if advice else [])]
 
 
-def _at(view: View, words: str) -> str:
+def _at(view: SceneView, words: str) -> str:
     return f"{all_visible(view.at)}: {words}" if view.at else words
 
 
@@ -72,7 +72,7 @@ def _spoken(words: str) -> str:
     return plain(all_visible(words)).replace("\u00a0", " ").replace("\u202f", " ")
 
 
-def _rows(own: Sequence[View], paint: bool) -> str:
+def _rows(own: Sequence[SceneView], paint: bool) -> str:
     metrics = list(dict.fromkeys(m for view in own for m in view.metrics))
     points = [(view, p) for view in own for p in view.once]
     clocks = dict.fromkeys(CLOCKS.get(view.clock, view.clock) for view in own if view.timed)
@@ -94,7 +94,9 @@ def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
     return "  ".join(shown).rstrip()
 
 
-def _row(view: View, point: Point, metrics: Sequence[str], measured: Sequence[str], timed: bool) -> list[str]:
+def _row(
+    view: SceneView, point: ComparedPoint, metrics: Sequence[str], measured: Sequence[str], timed: bool
+) -> list[str]:
     cells = [point.label, *(_error(view, point, m) for m in metrics)]
     cells += [_spoken(view.measured(point, m)) if m in view.measurements else "-" for m in measured]
     cells += [str(point.dofs or "-"), "-" if point.iterations is None else str(point.iterations)]
@@ -103,7 +105,7 @@ def _row(view: View, point: Point, metrics: Sequence[str], measured: Sequence[st
     return [all_visible(cell) for cell in (*cells, ", ".join(word for word in said if word))]
 
 
-def _error(view: View, point: Point, metric: str) -> str:
+def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
     """`1.2 % *`: on the front; `†`: within the uncertainty."""
     error, own = point.error(metric), view.metrics.get(metric)
     if error is None or own is None:
@@ -112,7 +114,7 @@ def _error(view: View, point: Point, metric: str) -> str:
     return _spoken(view.amount(error, metric)) + within + ("*" if point.key in own.front else " ")
 
 
-def _time(view: View, point: Point) -> str:
+def _time(view: SceneView, point: ComparedPoint) -> str:
     """`84 ms ±8 %`: the half width of the quartiles."""
     spread = view.effort(point)
     if spread is None:
@@ -121,7 +123,7 @@ def _time(view: View, point: Point) -> str:
     return _spoken(quantity(spread.median, "s", 3)) + (f" ±{half:.0f} %" if half >= 0.5 else "")
 
 
-def _notes(own: Sequence[View]) -> list[str]:
+def _notes(own: Sequence[SceneView]) -> list[str]:
     """What the marks mean, and what failed, each reason once."""
     marks = []
     if any(known.front for view in own for known in view.metrics.values()):
@@ -141,5 +143,5 @@ def _notes(own: Sequence[View]) -> list[str]:
     return lines
 
 
-def _within(view: View, point: Point) -> bool:
+def _within(view: SceneView, point: ComparedPoint) -> bool:
     return any((e := point.error(m)) is not None and e < own.uncertainty for m, own in view.metrics.items())

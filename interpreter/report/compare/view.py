@@ -11,8 +11,8 @@ from softmark.interpreter.report.charts.styles import MODEL_DASHES, Look, model_
 from softmark.interpreter.report.page.markup import listed
 from softmark.interpreter.study.analysis.analysis import ErrorAnalysis, References, SceneAnalysis
 from softmark.interpreter.study.analysis.compared import Compared
-from softmark.interpreter.study.analysis.lines import Line
-from softmark.interpreter.study.analysis.point import UNKNOWNS, Point, Spread
+from softmark.interpreter.study.analysis.lines import RefinementLine
+from softmark.interpreter.study.analysis.point import UNKNOWNS, ComparedPoint, Spread
 from softmark.interpreter.study.analysis.written import Json
 from softmark.records import dataclass
 
@@ -20,13 +20,13 @@ CLOCKS = {"cpu_s": "CPU time", "wall_s": "wall time", UNKNOWNS: "unknowns"}
 
 
 @dataclass(frozen=True)
-class View:
+class SceneView:
     """A scene with its share of the analysis."""
 
     number: int
     scene: str
     title: str
-    points: Sequence[Point]
+    points: Sequence[ComparedPoint]
     references: References
     analysis: SceneAnalysis
 
@@ -51,13 +51,13 @@ class View:
         entries = ((n, e) for p in self.points for n, e in p.errors.items() if n not in self.metrics)
         return {name: str(found.unit) for name, found in entries}
 
-    def measured(self, point: Point, metric: str) -> str:
+    def measured(self, point: ComparedPoint, metric: str) -> str:
         """The value of such a metric in words."""
         value = point.metric(metric).value
         return "–" if value is None else quantity(value, self.measurements[metric], 6, percent=True)
 
     @property
-    def lines(self) -> Sequence[Line]:
+    def lines(self) -> Sequence[RefinementLine]:
         """Lines of models over their refinement."""
         return self.analysis.lines
 
@@ -78,12 +78,12 @@ class View:
         return self.clock != UNKNOWNS
 
     @cached_property
-    def by_key(self) -> dict[str, Point]:
+    def by_key(self) -> dict[str, ComparedPoint]:
         """Points by key; of one configuration in several studies, the first."""
         return {p.key: p for p in reversed(self.points)}
 
     @cached_property
-    def once(self) -> list[Point]:
+    def once(self) -> list[ComparedPoint]:
         """Its points, each label of a key once."""
         return list({(p.key, p.label): p for p in reversed(self.points)}.values())[::-1]
 
@@ -99,15 +99,15 @@ class View:
             found.append(replace(model_look(models[line.model]), dash=MODEL_DASHES[place % len(MODEL_DASHES)]))
         return found
 
-    def effort(self, point: Point) -> Spread | None:
+    def effort(self, point: ComparedPoint) -> Spread | None:
         """What a point took."""
         return point.effort(self.clock)
 
-    def on_fronts(self, point: Point) -> list[str]:
+    def on_fronts(self, point: ComparedPoint) -> list[str]:
         """Errors by which a point is on the front."""
         return [name for name, own in self.metrics.items() if point.key in own.front]
 
-    def disturbed(self, point: Point) -> bool:
+    def disturbed(self, point: ComparedPoint) -> bool:
         """Whether its timing was disturbed, where that matters."""
         return self.timed and point.cost.contaminated
 
@@ -130,20 +130,20 @@ def spread_range(spread: Spread) -> str:
     return f"[{low}–{high}]"
 
 
-def views(comparison: Compared) -> list[View]:
+def views(comparison: Compared) -> list[SceneView]:
     """The scenes of a comparison."""
     scenes = comparison.analysis.scenes
     titles = scene_titles(comparison.scenes, list(dict.fromkeys(own.scene for own in scenes.values())))
-    members: dict[str, list[Point]] = {part: [] for part in scenes}
+    members: dict[str, list[ComparedPoint]] = {part: [] for part in scenes}
     for p in comparison.points:
         members[p.part].append(p)
     return [
-        View(number, part, titles[own.scene], members[part], comparison.references.get(part) or {}, own)
+        SceneView(number, part, titles[own.scene], members[part], comparison.references.get(part) or {}, own)
         for number, (part, own) in enumerate(scenes.items())
     ]
 
 
-def apart(own: Sequence[View]) -> str:
+def apart(own: Sequence[SceneView]) -> str:
     """That configurations of different problems do not compete; empty where all are of one."""
     names = list(dict.fromkeys(f"`{name}`" for view in own for name in view.analysis.problem))
     if not names:

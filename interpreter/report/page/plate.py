@@ -16,7 +16,7 @@ SHOWN = 12  # curves of models that are drawn at first; the legend has the other
 
 
 @dataclass(frozen=True)
-class Column:
+class PlateColumn:
     """Cells of a data table under one name: symbols with units (`x / mm`), a text for each row and symbol."""
 
     name: str
@@ -27,7 +27,7 @@ class Column:
 def plate(
     chart: Chart,
     caption: str,
-    columns: Sequence[Column],
+    columns: Sequence[PlateColumn],
     save: str,
     legend: bool = True,
     open_: Sequence[str] | None = None,
@@ -60,7 +60,7 @@ def details(summary: str, *content: str) -> str:
     return tag("details", tag("summary", text(summary)), *content)
 
 
-def data_table(caption: str, columns: Sequence[Column]) -> str:
+def data_table(caption: str, columns: Sequence[PlateColumn]) -> str:
     """Rows of numbers; the first column heads the rows. A name stands over the symbols of its columns."""
     first, *rest = columns
     names = [tag("th", text(first.name), rowspan=2, scope="col", data_q=first.symbols[0])]
@@ -72,7 +72,7 @@ def data_table(caption: str, columns: Sequence[Column]) -> str:
     return tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=caption.replace("`", ""))
 
 
-def _row(index: int, columns: Sequence[Column]) -> str:
+def _row(index: int, columns: Sequence[PlateColumn]) -> str:
     cells = [cell for c in columns for cell in (c.cells[index] if index < len(c.cells) else ("–",) * len(c.symbols))]
     return tag("tr", tag("th", text(cells[0]), scope="row"), *(tag("td", text(cell)) for cell in cells[1:]))
 

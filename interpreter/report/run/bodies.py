@@ -5,23 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import field
 
-from softmark.grammar import tree
-from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.report.page.markup import listed
-from softmark.interpreter.report.run.findings import Findings, Metric, Result
+from softmark.interpreter.report.run.findings import UNKNOWN, Findings, MetricColumn, Result
 from softmark.records import dataclass
 
 
 @dataclass(frozen=True)
-class Body:
+class BodyResults:
     """The names of results and metrics that belong together; `name` is empty where there is only one body."""
 
     name: str
     results: tuple[str, ...]
-    metrics: tuple[Metric, ...]
+    metrics: tuple[MetricColumn, ...]
 
 
-def bodies(findings: Findings) -> tuple[Body, ...]:
+def bodies(findings: Findings) -> tuple[BodyResults, ...]:
     """The bodies of a report in the order of its results; one without a name where they cannot be told apart.
 
     A metric that is about no body, such as one of time, is in all of them.
@@ -31,9 +29,9 @@ def bodies(findings: Findings) -> tuple[Body, ...]:
     for name in findings.everyone:
         groups.setdefault(links.root(f"result {name}"), []).append(name)
     if len(groups) < 2 or len(_declared(findings)) < 2:
-        return (Body("", tuple(findings.everyone), findings.metrics),)
+        return (BodyResults("", tuple(findings.everyone), findings.metrics),)
     return tuple(
-        Body(_name(findings, links, root), tuple(names), tuple(_of(findings, links, root)))
+        BodyResults(_name(findings, links, root), tuple(names), tuple(_of(findings, links, root)))
         for root, names in groups.items()
     )
 
@@ -85,20 +83,13 @@ def _compared_with(findings: Findings, name: str) -> Iterator[str]:
 
 
 def _declared(findings: Findings) -> list[str]:
-    return [name for name, d in findings.declared.items() if d.kind == "body"]
+    return findings.report.names.of_kind("body")
 
 
 def _named_bodies(findings: Findings, name: str) -> Iterator[str]:
-    """The bodies that the declaration of a name has in its field `body`."""
-    declared = findings.declared.get(name)
-    if declared is None or not isinstance(declared.value, tree.Call):
-        return
-    known = CATALOGUE.constructor(declared.kind, declared.value.function.text)
-    fields = [f.name for f in known.fields] if known else []
-    for position, argument in enumerate(declared.value.arguments):
-        at = argument.name or (fields[position] if position < len(fields) else "")
-        if at == "body" and isinstance(argument.value, tree.Name):
-            yield argument.value.text
+    """The body that a name is declared for."""
+    body = findings.declared.get(name, UNKNOWN).body
+    yield from () if body is None else (body,)
 
 
 def _name(findings: Findings, links: _Links, root: str) -> str:
@@ -107,5 +98,5 @@ def _name(findings: Findings, links: _Links, root: str) -> str:
     return listed(found) or "the rest"
 
 
-def _of(findings: Findings, links: _Links, root: str) -> Iterable[Metric]:
+def _of(findings: Findings, links: _Links, root: str) -> Iterable[MetricColumn]:
     return (m for m in findings.metrics if m.probe is None or links.root(f"metric {m.name}") == root)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from softmark.grammar import tree
 from softmark.interpreter.report.run.findings import Findings
 
 
@@ -42,25 +41,6 @@ def _lines(found: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, floa
 
 
 def scene_poisson(findings: Findings) -> float | None:
-    """Poisson's ratio of the material that bodies have, where the scene's text has it as a number or parameter."""
-    values = set()
-    for declared in findings.declared.values():
-        if declared.kind == "body" and isinstance(declared.value, tree.Call):
-            names = [a.value.text for a in declared.value.arguments if isinstance(a.value, tree.Name)]
-            values |= {_poisson(findings, name) for name in names if name in findings.declared}
-    values.discard(None)
+    """Poisson's ratio of the material that bodies have, where they have one."""
+    values = {d.poisson for d in findings.declared.values() if d.kind == "body" and d.poisson is not None}
     return values.pop() if len(values) == 1 else None
-
-
-def _poisson(findings: Findings, material: str) -> float | None:
-    call = findings.declared[material].value
-    if not isinstance(call, tree.Call):
-        return None
-    for argument in call.arguments:
-        if argument.name == "poisson":
-            if isinstance(argument.value, tree.Number):
-                return argument.value.value
-            known = findings.report.scene.get("parameters") or {}
-            if isinstance(argument.value, tree.Name) and argument.value.text in known:
-                return float(known[argument.value.text]["value"])
-    return None

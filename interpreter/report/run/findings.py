@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 
-from softmark.grammar import tree
-from softmark.grammar.diagnostic import Source
-from softmark.grammar.parse import parse
-from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.page.markup import count, listed
+from softmark.interpreter.results.names import Named
 from softmark.interpreter.results.report import ModelResult, ProbeResult, ReferenceResult, Report
 from softmark.records import dataclass
 
 Result = ModelResult | ReferenceResult
+UNKNOWN = Named("")
 
 
 @dataclass(frozen=True)
-class Metric:
+class MetricColumn:
     """A column of the table. `against` is the reference an error is measured from, None for a measurement."""
 
     name: str
@@ -43,27 +41,14 @@ class Metric:
 
 @dataclass(frozen=True)
 class Findings:
-    """A report, with what its scene's text says about the names in it."""
+    """A report, and what follows from it."""
 
     report: Report
 
-    @cached_property
-    def _tree(self) -> tree.Tree:
-        """The scene's text, as the run has read it; what cannot be read is left out."""
-        return self.report.syntax or parse(Source("report", str(self.report.scene.get("text", ""))))[0]
-
-    @cached_property
-    def declared(self) -> dict[str, tree.Declare]:
-        """Declarations of the scene's text by name."""
-        return {d.name: d for d in self._tree.declarations if isinstance(d, tree.Declare)}
-
-    @cached_property
-    def expected(self) -> tuple[str, ...]:
-        """Metrics in the order in which expectations ask for them of models."""
-        conditions = (d.condition for d in self._tree.declarations if isinstance(d, tree.Expect))
-        names = (part.parts for c in conditions for part, _ in tree.walk(c) if isinstance(part, tree.Name))
-        models = {n for n, d in self.declared.items() if d.kind == "model"}
-        return tuple(dict.fromkeys(p[1] for p in names if len(p) == 2 and p[0] in models))
+    @property
+    def declared(self) -> Mapping[str, Named]:
+        """What the scene's own text declares, by name."""
+        return self.report.names.declared
 
     @cached_property
     def lines(self) -> range:
@@ -71,9 +56,9 @@ class Findings:
         return range(1, len(str(self.report.scene.get("text", "")).splitlines()) + 1)
 
     def line(self, name: str) -> int | None:
-        """Where a name is declared."""
-        known = self.declared.get(name)
-        return known.span.line if known else None
+        """Where a name is declared, if that text is known."""
+        line = self.declared.get(name, UNKNOWN).line
+        return line if line in self.lines else None
 
     @cached_property
     def everyone(self) -> dict[str, Result]:
@@ -81,54 +66,48 @@ class Findings:
         return {**self.report.models, **self.report.references}
 
     @cached_property
-    def metrics(self) -> tuple[Metric, ...]:
+    def metrics(self) -> tuple[MetricColumn, ...]:
         """The metrics that somebody has, in the order of the scene's text."""
         found = {name: m.unit for r in self.everyone.values() for name, m in r.metrics.items()}
         order = {name: i for i, name in enumerate(self.declared)}
         names = sorted(found, key=lambda name: order.get(name, len(order)))
         return tuple(self._metric(name, found[name]) for name in names)
 
-    def _metric(self, name: str, unit: str) -> Metric:
-        declared = self.declared.get(name)
+    def _metric(self, name: str, unit: str) -> MetricColumn:
         clock = any("verdict" in r.metrics[name].details for r in self.everyone.values() if name in r.metrics)
-        if declared is None or not isinstance(declared.value, tree.Call):
-            return Metric(name, unit, clock=clock)
-        known = CATALOGUE.constructor("metric", declared.value.function.text)
-        fields = dict(_names(declared.value, tuple(f.name for f in known.fields) if known else ()))
-        against = fields.get("against")
-        return Metric(
-            name, unit, fields.get("probe"), against if against in self.report.references else None,
-            known.summary if known else "", declared.span.line, against if against in self.report.models else None,
-            clock,
-        )  # fmt: skip
+        known = self.declared.get(name, UNKNOWN)
+        against, line = known.against, self.line(name)
+        measured = against if against in self.report.references else None
+        computed = against if against in self.report.models else None
+        return MetricColumn(name, unit, known.probe, measured, known.summary, line, computed, clock)
 
     @cached_property
-    def errors(self) -> tuple[Metric, ...]:
+    def errors(self) -> tuple[MetricColumn, ...]:
         """The metrics that measure an error against a reference."""
         return tuple(m for m in self.metrics if m.is_error)
 
     @cached_property
-    def telling(self) -> tuple[Metric, ...]:
+    def telling(self) -> tuple[MetricColumn, ...]:
         """Error metrics, the most telling first: what the scene's own expectations ask of its models, in their order.
 
         Whoever wrote an expectation says by it what the scene is for; without any it is the order of the text.
         """
-        order = {name: i for i, name in enumerate(self.expected)}
+        order = {name: i for i, name in enumerate(self.report.names.expected)}
         return tuple(sorted(self.errors, key=lambda m: order.get(m.name, len(order))))
 
-    def best(self, metric: Metric) -> tuple[str, ...]:
+    def best(self, metric: MetricColumn) -> tuple[str, ...]:
         """The models with the least value of an error metric, and those that the uncertainty leaves undecided."""
         values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
         least = min(values.values(), default=0.0)
         within = least + self.uncertainty(metric)
         return tuple(n for n, v in values.items() if v <= within) if metric.is_error else ()
 
-    def uncertainty(self, metric: Metric) -> float:
+    def uncertainty(self, metric: MetricColumn) -> float:
         """How large differences of a metric have to be to mean something, in its unit; 0 where nothing is known."""
         found = (m.metrics.get(metric.name) for m in self.report.models.values())
         return max((m.uncertainty for m in found if m is not None and m.uncertainty), default=0.0)
 
-    def tied(self, metric: Metric) -> bool:
+    def tied(self, metric: MetricColumn) -> bool:
         """Whether several models are best because the uncertainty cannot tell them apart."""
         values = {value_of(self.report.models[n], metric.name) for n in self.best(metric)}
         return len(values) > 1
@@ -196,7 +175,7 @@ class Findings:
             said[str(metric.against)] = f"the closest to `{metric.against}` {who}: {amount} (`{metric.name}`){last}"
         return list(said.values())
 
-    def _farthest(self, metric: Metric, best: tuple[str, ...]) -> str:
+    def _farthest(self, metric: MetricColumn, best: tuple[str, ...]) -> str:
         """`, the farthest is linear_tet: 47 %`: the least error alone tells how good the best is, and nothing else."""
         values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
         worst = max(values, key=lambda n: values[n])
@@ -204,7 +183,7 @@ class Findings:
             return ""
         return f", the farthest is `{worst}`: {quantity(values[worst], metric.unit, digits=2, percent=True)}"
 
-    def _amount(self, metric: Metric, best: tuple[str, ...]) -> str:
+    def _amount(self, metric: MetricColumn, best: tuple[str, ...]) -> str:
         """The least error, or the bound under which nothing tells several models apart."""
         if self.tied(metric):
             return f"no difference above ± {quantity(self.uncertainty(metric), metric.unit, 2, percent=True)}"
@@ -237,14 +216,6 @@ class Findings:
     @property
     def _all_met(self) -> bool:
         return bool(self.report.expectations) and all(e.passed for e in self.report.expectations)
-
-
-def _names(call: tree.Call, fields: tuple[str, ...]) -> Iterator[tuple[str, str]]:
-    """The arguments of a call that are names, by field; those without a field name count by position."""
-    for position, argument in enumerate(call.arguments):
-        field = argument.name or (fields[position] if position < len(fields) else "")
-        if isinstance(argument.value, tree.Name):
-            yield field, argument.value.text
 
 
 def value_of(result: Result, metric: str) -> float | None:

@@ -12,8 +12,8 @@ from typing import Any
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language import units
 from softmark.interpreter.language.amounts import as_asked, negligible
-from softmark.interpreter.report.run.bodies import Body, bodies
-from softmark.interpreter.report.run.findings import Findings, Metric, Result, value_of
+from softmark.interpreter.report.run.bodies import BodyResults, bodies
+from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of
 from softmark.interpreter.report.run.tables import reactions, vouching
 from softmark.interpreter.report.run.tables.results_table import ordered
 from softmark.interpreter.results.report import ExpectationResult, MetricResult, ModelResult, Report
@@ -65,8 +65,10 @@ def _shown(report: Report) -> Report:
 
 def _plain(result: Any) -> Any:
     metrics = {n: replace(m, reason=all_visible(m.reason)) for n, m in result.metrics.items()}
-    stated = {"stated": all_visible(dict(result.stated))} if isinstance(result, ModelResult) else {}
-    return replace(result, message=all_visible(result.message), metrics=metrics, **stated)
+    shown = replace(result, message=all_visible(result.message), metrics=metrics)
+    if not isinstance(shown, ModelResult):
+        return shown
+    return replace(shown, stated={n: replace(s, reason=all_visible(s.reason)) for n, s in shown.stated.items()})
 
 
 class _Paint:
@@ -94,11 +96,11 @@ class _Rows:
     """The table of one body."""
 
     findings: Findings
-    body: Body
+    body: BodyResults
     paint: _Paint
 
     @property
-    def metrics(self) -> list[Metric]:
+    def metrics(self) -> list[MetricColumn]:
         """Columns: errors by reference, measurements, times, as on the page."""
         return ordered(self.body.metrics)
 
@@ -135,7 +137,7 @@ class _Rows:
         end = "reference" if result.status == "converged" else result.status
         return [f"({name})", *values, "", "", "", end]
 
-    def _value(self, result: Result, metric: Metric) -> str:
+    def _value(self, result: Result, metric: MetricColumn) -> str:
         found = result.metrics.get(metric.name)
         if found is None:
             return ""
@@ -172,7 +174,7 @@ def _line(cells: Sequence[str], widths: Sequence[int], ends: bool) -> str:
 
 def _effort(m: ModelResult) -> list[str]:
     timing = m.time.get("solve_s")
-    clock = units.show(timing.to_json()["median"], units.TIME) if timing and m.status == "converged" else "-"
+    clock = units.show(timing.median, units.TIME) if timing and m.status == "converged" else "-"
     iterations, unknowns = str(m.solve.get("iterations", "-")), str(m.size.get("dofs", "-"))
     return [unknowns, iterations, _short(clock), STATUS[m.status]]
 

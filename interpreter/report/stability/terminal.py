@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language import units
+from softmark.interpreter.plan.quantities import WalkedQuantity
 from softmark.interpreter.report.stability.reach import chosen, ends, gaps, nowhere
+from softmark.interpreter.study.stability.record import (
+    Stress,
+    StressChoice,
+    StressEdge,
+    StressStudy,
+    StressSummary,
+)
 
-Json = Mapping[str, Any]
 RED, OFF = "\033[1;31m", "\033[0m"
 MOST = 20  # silent points that are listed
 
@@ -20,44 +26,41 @@ SAID = {
 }  # fmt: skip
 
 
-def table(found: Json, file: str, overrides: Sequence[str], colour: bool, place: str | None) -> str:
+def table(found: Stress, file: str, overrides: Sequence[str], colour: bool, place: str | None) -> str:
     """All studies, the counts, and every silent point with the command that repeats it."""
-    found = {"scene": {"title": all_visible(str(found["scene"]["title"]))},
-             **{n: all_visible(v) for n, v in found.items() if n != "scene"}}  # fmt: skip
-    lines = [str(found["scene"]["title"])]
-    for study in found["studies"]:
+    lines = [str(found.scene["title"])]
+    for study in found.studies:
         lines += ["", *_study(study)]
-    lines += ["", _counts(found["summary"]), *_silent(found, file, overrides, colour)]
+    lines = [all_visible(line) for line in (*lines, "", _counts(found.summary))]
+    lines += _silent(found, file, overrides, colour)
     if place:
         lines.append(f"more: {place}")
     return "\n".join(lines)
 
 
-def _study(study: Json) -> Iterator[str]:
-    yield (f"{study['name']}: {study['metric']} against {study['against']}, right within {100 * study['within']:g} %, "
-           f"until {study['until']}")  # fmt: skip
-    for quantity in study["quantities"]:
-        edges = [e for e in study["edges"] if e["quantity"] == quantity["name"]]
-        if not edges:
+def _study(study: StressStudy) -> Iterator[str]:
+    yield (f"{study.name}: {study.metric} against {study.against}, right within {100 * study.within:g} %, "
+           f"until {study.until}")  # fmt: skip
+    for quantity in study.quantities:
+        models = list(dict.fromkeys(e.model for e in study.edges if e.quantity == quantity.name))
+        if not models:
             continue
-        unit = str(quantity["unit"])
-        yield f"  {quantity['name']} (here {quantity['text']}{', times' if _is_vector(quantity) else ''})"
-        models = list(dict.fromkeys(e["model"] for e in edges))
+        yield f"  {quantity.name} (here {quantity.text}{', times' if _is_vector(quantity) else ''})"
         width = max(len(m) for m in models)
         for model in models:
-            own = [e for e in edges if e["model"] == model]
-            yield f"    {model:<{width}}  {_range(own, quantity, unit)}"
-            lines = dict.fromkeys(line for e in own for line in _beyond(e, unit))
+            own = study.edges_of(model, quantity.name)
+            yield f"    {model:<{width}}  {_range(own, quantity.unit)}"
+            lines = dict.fromkeys(line for e in own for line in _beyond(e, quantity.unit))
             yield from (f"    {'':<{width}}    {line}" for line in lines)
 
 
-def _is_vector(quantity: Json) -> bool:
-    return bool(quantity["kind"] == "factor" and quantity["text"].startswith("("))
+def _is_vector(quantity: WalkedQuantity) -> bool:
+    return quantity.kind == "factor" and quantity.text.startswith("(")
 
 
-def _range(edges: Sequence[Json], quantity: Json, unit: str) -> str:
+def _range(edges: Sequence[StressEdge], unit: str) -> str:
     """`right 0.3 .. 0.4995`, or that it is right nowhere, or that nothing was judged."""
-    if quantity["options"]:
+    if isinstance(edges[0], StressChoice):
         return "; ".join(f"{SAID.get(word, word)}: {', '.join(own)}" for word, own in chosen(edges[0]))
     found = ends(edges, lambda value: number(value, unit))
     if not found:
@@ -66,19 +69,18 @@ def _range(edges: Sequence[Json], quantity: Json, unit: str) -> str:
     return "; ".join(piece for piece in (said, gaps(edges)) if piece)
 
 
-def _beyond(edge: Json, unit: str) -> Iterator[str]:
+def _beyond(edge: StressEdge, unit: str) -> Iterator[str]:
     """What lies beyond an edge, and what would move it."""
-    if edge["class"] is None:
+    if edge.word is None:
         return
-    met, at = edge["first_wrong"] if edge["class"] != "unjudged" else edge.get("first_unjudged"), ""
-    if met is not None and (edge["class"] != "unjudged" or edge["last_right"] is not None):
-        at = f" {'from' if edge['direction'] == 'up' else 'down from'} {number(met, unit)}"
-    said = SAID.get(edge["class"], edge["class"])
-    yield f"{said}{at}" + (f": {edge['reason']}" if edge["reason"] else "")
-    if edge.get("silence") and edge["first_silence"] != edge["first_wrong"]:
-        yield f"{SAID.get(edge['silence'], edge['silence'])} from {number(edge['first_silence'], unit)}"
-    if edge["remedy"]:
-        yield f"= {edge['remedy']}"
+    at = ""
+    if edge.met is not None and (edge.word != "unjudged" or edge.last_right is not None):
+        at = f" {'from' if edge.direction == 'up' else 'down from'} {number(edge.met, unit)}"
+    yield f"{SAID.get(edge.word, edge.word)}{at}" + (f": {edge.reason}" if edge.reason else "")
+    if edge.silence and edge.first_silence is not None and edge.first_silence != edge.first_wrong:
+        yield f"{SAID.get(edge.silence, edge.silence)} from {number(edge.first_silence, unit)}"
+    if edge.remedy:
+        yield f"= {edge.remedy}"
 
 
 def number(value: float, unit: str) -> str:
@@ -88,28 +90,27 @@ def number(value: float, unit: str) -> str:
     return units.show(float(f"{value:.4g}"), units.parse(unit).dimension)
 
 
-def _counts(summary: Json) -> str:
-    parts = [f"{n} {SAID.get(word, word)}" for word, n in summary["classes"].items() if n and word != "silent"]
-    said = f"{summary['points']} points: {', '.join(parts)}; {summary['silent']} silent"
-    none = summary["points"] and summary["classes"].get("unjudged") == summary["points"]
+def _counts(summary: StressSummary) -> str:
+    parts = [f"{n} {SAID.get(word, word)}" for word, n in summary.classes.items() if n and word != "silent"]
+    said = f"{summary.points} points: {', '.join(parts)}; {summary.silent} silent"
+    none = summary.points and summary.classes.get("unjudged") == summary.points
     return said + (": nothing was judged, so that says nothing" if none else "")
 
 
-def _silent(found: Json, file: str, overrides: Sequence[str], colour: bool) -> Iterator[str]:
+def _silent(found: Stress, file: str, overrides: Sequence[str], colour: bool) -> Iterator[str]:
     """Points that look right and are wrong, with the commands that repeat them."""
-    silent = [(s, p) for s in found["studies"] for p in s["points"] if p["class"] == "silent"]
+    silent = [(s.metric, p) for s in found.studies for p in s.points if p.found.word == "silent"]
     if not silent:
         return
     on, off = (RED, OFF) if colour else ("", "")
     yield f"{on}wrong, and nothing says so:{off}"
-    for study, point in silent[:MOST]:
+    for metric, point in silent[:MOST]:
         command = ["dsl", "run", file]
-        for text in (*overrides, *(f"{n}={t}" for n, t in point["texts"].items())):
+        for text in (*overrides, *(f"{n}={all_visible(t)}" for n, t in point.texts.items())):
             command += ["-p", text]
-        command += ["--model", point["model"]]
-        stated = (point["stated"] or {}).get("value")
-        says = "" if stated is None else f", states {100 * stated:.2g} %"
-        error = f"{study['metric']} = {100 * point['error']:.3g} %{says}"
+        command += ["--model", point.model]
+        says = "" if point.found.states is None else f", states {100 * point.found.states:.2g} %"
+        error = f"{metric} = {100 * (point.found.error or 0.0):.3g} %{says}"
         yield f"{on}  {shlex.join(command)}{off}   # {error}"
     if len(silent) > MOST:
         yield f"{on}  and {len(silent) - MOST} more{off}"

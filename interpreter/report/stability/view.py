@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from softmark.interpreter.language.amounts import quantity, signed
+from softmark.interpreter.plan.quantities import Value, WalkedQuantity
 from softmark.interpreter.report.stability.reach import chosen, ends
+from softmark.interpreter.study.stability.record import StressChoice, StressEdge, StressPoint, StressStudy
 from softmark.records import dataclass
-
-Json = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -76,19 +76,19 @@ def place(kind: str, value: Any, marks: Sequence[Any]) -> float:
     return math.log10(float(value)) if kind == "log" else float(value)
 
 
-def ruler(asked: Json, values: Sequence[Any]) -> Ruler:
+def ruler(asked: WalkedQuantity, values: Sequence[Any]) -> Ruler:
     """The scale on which the values of a quantity stand apart."""
     numbers = all(isinstance(v, int | float) for v in values)
     marks = tuple(sorted(set(values)) if numbers else dict.fromkeys(values))
     kind = "turn"
-    if numbers and asked.get("kind") == "gap" and all(v <= GAP_LIMIT for v in marks):
+    if numbers and asked.kind == "gap" and all(v <= GAP_LIMIT for v in marks):
         kind = "gap"
     elif numbers and marks:
         wide = marks[0] > 0 and marks[-1] > 8 * marks[0]
         mixed = marks[0] <= 0 and len(marks) > 2 and marks[-1] > 100 * min(v for v in marks if v > marks[0])
         kind = "log" if wide else "turn" if mixed else "linear"
     places = [place(kind, v, marks) for v in marks]
-    return Ruler(str(asked["name"]), str(asked.get("unit") or "1"), kind, marks, (min(places), max(places)))
+    return Ruler(asked.name, asked.unit, kind, marks, (min(places), max(places)))
 
 
 def shown(value: Any, unit: str) -> str:
@@ -100,56 +100,44 @@ def shown(value: Any, unit: str) -> str:
     return signed(f"{value:.10g}" if 0.0 < GAP_LIMIT - value < 0.01 else f"{value:.{DIGITS}g}")
 
 
-def reach(own: Mapping[str, Json], unit: str) -> list[str]:
+def reach(own: Collection[StressEdge], unit: str) -> list[str]:
     """Both ends of where a model was found right, by its edges in each direction, or the choices with which it is."""
-    right = next((e["right"] for e in own.values() if e.get("right") is not None), None)
-    if right is not None:
-        return [str(c) for c in right]
-    return ends(own.values(), lambda value: shown(value, unit))
+    choice = next((e for e in own if isinstance(e, StressChoice)), None)
+    return ends(own, lambda value: shown(value, unit)) if choice is None else list(choice.right)
 
 
-def beyond(edge: Json, unit: str) -> str | None:
+def beyond(edge: StressEdge, unit: str) -> str | None:
     """What a model is beyond an edge, and from where; None where it is right as far as it was walked."""
-    if edge.get("class") is None:
+    if edge.word is None:
         return None
-    words = class_of(edge["class"]).words
-    if edge.get("right") is not None:
+    words = class_of(edge.word).words
+    if isinstance(edge, StressChoice):
         others = [(word, own) for word, own in chosen(edge) if word != "right"]
         return "; ".join(f"{class_of(word).words} with {', '.join(own)}" for word, own in others)
-    met = edge.get("first_unjudged") if edge["class"] == "unjudged" else edge.get("first_wrong")
-    at_once = edge["class"] == "unjudged" and edge.get("last_right") is None
-    return words if met is None or at_once else f"{words} from {shown(met, unit)}"
+    at_once = edge.word == "unjudged" and edge.last_right is None
+    return words if edge.met is None or at_once else f"{words} from {shown(edge.met, unit)}"
 
 
-def varied(point: Json, study: Json) -> dict[str, Any]:
-    """The quantities of a point that are not at their nominal values."""
-    nominal = {q["name"]: q.get("nominal") for q in study["quantities"]}
-    return {name: v for name, v in point["values"].items() if v != nominal.get(name)}
-
-
-def walked(study: Json, model: str, name: str) -> list[tuple[Any, Json]]:
+def walked(study: StressStudy, model: str, quantity: WalkedQuantity) -> list[tuple[Value, StressPoint]]:
     """The points of a model along one quantity, all others nominal; in no order."""
+    nominal = {q.name: q.nominal for q in study.quantities}
     own = []
-    asked = next(q for q in study["quantities"] if q["name"] == name)
-    here = asked.get("text") if asked.get("kind") == "choice" else asked.get("nominal")
-    for point in study["points"]:
-        others = varied(point, study)
-        if point["model"] == model and set(others) <= {name}:
-            value = others.get(name, here)
-            if value is not None:
-                own.append((value, point))
+    for point in study.points:
+        others = {name: v for name, v in point.values.items() if v != nominal.get(name)}
+        if point.model == model and set(others) <= {quantity.name}:
+            own.append((others.get(quantity.name, quantity.nominal), point))
     return own
 
 
-def told(point: Json) -> str:
+def told(point: StressPoint) -> str:
     """What a pointer over a point shows: `rubber.poisson = 0.4999: right, error 0.3 %, states 2 %`."""
-    where = ", ".join(f"{n} = {t}" for n, t in (point.get("texts") or point["values"]).items()) or "as the scene has it"
-    stated = (point.get("stated") or {}).get("value")
-    pieces = [class_of(point["class"]).words]
-    pieces += [f"error {percent(point['error'])}"] if point.get("error") is not None else []
-    pieces += [f"states {percent(stated)}"] if stated is not None else []
-    pieces += [str(point["code"])] if point.get("code") else []
-    message = f"; {point['message']}" if point.get("message") else ""
+    found = point.found
+    where = ", ".join(f"{n} = {t}" for n, t in (point.texts or point.values).items()) or "as the scene has it"
+    pieces = [class_of(found.word).words]
+    pieces += [f"error {percent(found.error)}"] if found.error is not None else []
+    pieces += [f"states {percent(found.states)}"] if found.states is not None else []
+    pieces += [found.code] if found.code else []
+    message = f"; {found.message}" if found.message else ""
     return f"{where}: {', '.join(pieces)}{message}"
 
 

@@ -11,13 +11,13 @@ import numpy as np
 from softmark.interpreter.language.amounts import grouped, quantity, scale_of, signed
 from softmark.interpreter.report.charts.chart import sample
 from softmark.interpreter.report.page.markup import count, plain, prose, section, several, tag, text
-from softmark.interpreter.report.page.plate import SHOWN, Column, crowded, data_table, details
+from softmark.interpreter.report.page.plate import SHOWN, PlateColumn, crowded, data_table, details
 from softmark.interpreter.report.page.sheet import Cell, csv_link, short
 from softmark.interpreter.report.run.bodies import bodies
 from softmark.interpreter.report.run.findings import Findings, Result
 from softmark.interpreter.report.run.tables.probes import drawn_first, looks
 from softmark.interpreter.report.view3d.camera import letters, view_of
-from softmark.interpreter.report.view3d.still import View, seen_box, still
+from softmark.interpreter.report.view3d.still import CameraView, seen_box, still
 from softmark.interpreter.report.view3d.surfaces import (
     Floats,
     Small,
@@ -27,8 +27,8 @@ from softmark.interpreter.report.view3d.surfaces import (
     packed_triangles,
     step_of,
 )
-from softmark.interpreter.report.view3d.toolbar import DECADES, Kind, colour_bar, time_bar, toolbar
-from softmark.interpreter.results.report import Shape
+from softmark.interpreter.report.view3d.toolbar import DECADES, FigureKind, colour_bar, time_bar, toolbar
+from softmark.interpreter.results.report import SeenSurface
 from softmark.records import dataclass
 
 PANELS = 24  # of more shapes than this only some models are shown at first
@@ -58,7 +58,7 @@ def _ordered(findings: Findings) -> Iterator[tuple[str, Result]]:
     yield from findings.report.models.items()
 
 
-def _drawable(shape: Shape) -> bool:
+def _drawable(shape: SeenSurface) -> bool:
     """Whether a surface has triangles and only finite positions."""
     known = bool(np.isfinite(shape.position).all())
     return known and len(shape.triangles) > 0 and (shape.frames is None or bool(np.isfinite(shape.frames).all()))
@@ -74,7 +74,7 @@ class _Shapes:
     body: str = ""
 
     @property
-    def shapes(self) -> Mapping[str, Shape]:
+    def shapes(self) -> Mapping[str, SeenSurface]:
         """Who has a surface, as it is drawn."""
         return self.small.shapes
 
@@ -106,7 +106,7 @@ class _Shapes:
         return [n for n, h in self.high.items() if h > FAR / 2 * self.clipped]
 
     @cached_property
-    def first(self) -> dict[str, Shape]:
+    def first(self) -> dict[str, SeenSurface]:
         """What is shown at first: of many shapes references, and the models whose lines are drawn at first, too."""
         if len(self.shapes) <= PANELS:
             return dict(self.shapes)
@@ -115,7 +115,7 @@ class _Shapes:
         return {n: s for n, s in self.shapes.items() if n in best or n not in models}
 
     @cached_property
-    def view(self) -> View:
+    def view(self) -> CameraView:
         """From where it is seen at first."""
         return view_of(self.findings, self.shapes.values())
 
@@ -143,7 +143,7 @@ class _Shapes:
             "Data of this figure", data_table("Data: errors of the shapes", self._columns()), self._save()
         )
         caption = tag("figcaption", tag("p", prose(self._caption())), numbers)
-        kind = Kind(self.key, bool(self.beyond), letters(self.view))
+        kind = FigureKind(self.key, bool(self.beyond), letters(self.view))
         controls = toolbar(self._names(), bool(self.errors), len(self.first) <= PANELS, self._ghosts(), kind)
         time = time_bar() if self.dynamic else ""
         spoken = tag("div", class_="spoken", aria_live="polite")
@@ -265,7 +265,7 @@ class _Shapes:
 
     # -------------------------------------------------------------- numbers
 
-    def _columns(self) -> list[Column]:
+    def _columns(self) -> list[PlateColumn]:
         scale = scale_of((self.most,), "m")
         names = [(n,) for n in self.shapes]
         sizes = [(grouped(len(s.position)), grouped(len(s.triangles))) for s in self._given]
@@ -275,13 +275,13 @@ class _Shapes:
             cells.append(tuple(signed(f"{v / scale.factor:.4g}") for v in found) or ("–",) * len(STATISTICS))
         heads = tuple(scale.heading(s) for s in STATISTICS)
         return [
-            Column("shape", ("shape",), names),
-            Column("size", ("points", "triangles"), sizes),
-            Column("error", heads, cells),
+            PlateColumn("shape", ("shape",), names),
+            PlateColumn("size", ("points", "triangles"), sizes),
+            PlateColumn("error", heads, cells),
         ]
 
     @property
-    def _given(self) -> list[Shape]:
+    def _given(self) -> list[SeenSurface]:
         return [s for n in self.shapes if (s := self.findings.everyone[n].shape) is not None]
 
     def _save(self) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from softmark.interpreter.report.charts.colours import viridis
 from softmark.interpreter.report.page.markup import plain, tag, text
 from softmark.interpreter.report.view3d.surfaces import Floats, thinned
-from softmark.interpreter.results.report import Shape
+from softmark.interpreter.results.report import SeenSurface
 from softmark.records import dataclass
 
 POLYGONS = 400  # of one shape
@@ -19,7 +19,7 @@ COLUMNS = 4
 
 
 @dataclass(frozen=True)
-class View:
+class CameraView:
     """Turn and tilt in degrees in a frame (3, 3) whose last row points upwards, against gravity."""
 
     turn: float
@@ -36,7 +36,7 @@ def frame_of(up: Floats) -> Floats:
     return np.stack([first, second, unit[k]]) if sign > 0 else np.stack([second, first, -unit[k]])
 
 
-def axes_of(view: View) -> Floats:
+def axes_of(view: CameraView) -> Floats:
     """Directions to the right, upwards and towards the reader (3, 3)."""
     yaw, pitch = math.radians(view.turn), math.radians(view.tilt)
     s, c, u, v = math.sin(yaw), math.cos(yaw), math.sin(pitch), math.cos(pitch)
@@ -44,7 +44,7 @@ def axes_of(view: View) -> Floats:
     return level
 
 
-def seen_box(shapes: Mapping[str, Shape], view: View) -> tuple[Floats, Floats]:
+def seen_box(shapes: Mapping[str, SeenSurface], view: CameraView) -> tuple[Floats, Floats]:
     """The corners (2,) of what the reader sees of all shapes at all times, m."""
     axes, flat = axes_of(view)[:2].T, []
     for shape in shapes.values():
@@ -52,7 +52,9 @@ def seen_box(shapes: Mapping[str, Shape], view: View) -> tuple[Floats, Floats]:
     return np.min([X.min(axis=0) for X in flat], axis=0), np.max([X.max(axis=0) for X in flat], axis=0)
 
 
-def still(shapes: Mapping[str, Shape], view: View, most: float, words: tuple[str, str], key: str = "shapes") -> str:
+def still(
+    shapes: Mapping[str, SeenSurface], view: CameraView, most: float, words: tuple[str, str], key: str = "shapes"
+) -> str:
     """An SVG with a panel for each shape, `most` m being the top of the colours; `words`: title and description.
 
     `key` is the start of its ids.
@@ -74,7 +76,7 @@ def still(shapes: Mapping[str, Shape], view: View, most: float, words: tuple[str
     return tag("svg", title, desc, *panels, role="img", aria_labelledby=f"{key}-t {key}-d", viewBox=box)
 
 
-def _polygons(shape: Shape, view: View, low: Floats, high: Floats, scale: float, most: float) -> str:
+def _polygons(shape: SeenSurface, view: CameraView, low: Floats, high: Floats, scale: float, most: float) -> str:
     """Triangles that face the reader, the furthest first."""
     axes = axes_of(view)
     X = shape.position @ axes.T  # (n, 3) right, up, near
@@ -87,7 +89,7 @@ def _polygons(shape: Shape, view: View, low: Floats, high: Floats, scale: float,
     return "".join(_polygon(flat[i], float(shade[i]), _error(shape, i), most) for i in order)
 
 
-def _error(shape: Shape, facet: int) -> float | None:
+def _error(shape: SeenSurface, facet: int) -> float | None:
     return None if shape.error is None else float(shape.error[shape.triangles[facet]].mean())
 
 

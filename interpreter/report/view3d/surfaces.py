@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.report.page.markup import several
-from softmark.interpreter.results.report import Shape
+from softmark.interpreter.results.report import SeenSurface
 from softmark.interpreter.results.thinning import picked
 from softmark.records import dataclass
 
@@ -28,11 +28,11 @@ FINEST = 65535
 class Small:
     """Surfaces as the page has them, and what was left out to make room."""
 
-    shapes: Mapping[str, Shape]
+    shapes: Mapping[str, SeenSurface]
     notes: tuple[str, ...]
 
 
-def fit(shapes: Mapping[str, Shape]) -> Small:
+def fit(shapes: Mapping[str, SeenSurface]) -> Small:
     """Thin surfaces to POINTS, then keep as many frames as there is room for, then thin further."""
     limit = POINTS
     while True:
@@ -45,14 +45,14 @@ def fit(shapes: Mapping[str, Shape]) -> Small:
     return Small(kept, tuple(notes_of(shapes, kept)))
 
 
-def _affordable(shapes: Mapping[str, Shape]) -> int:
+def _affordable(shapes: Mapping[str, SeenSurface]) -> int:
     """How many frames of every surface that has some fit into the room."""
     fixed = sum(8 * s.position.size / 3 + 3 * len(s.position) + 8 * s.triangles.size / 3 for s in shapes.values())
     each = sum(8 * s.position.size / 3 for s in shapes.values() if s.frames is not None)
     return min(FRAMES, int((ROOM - fixed) / each)) if each else FRAMES
 
 
-def _sampled(shape: Shape, most: int) -> Shape:
+def _sampled(shape: SeenSurface, most: int) -> SeenSurface:
     """The first and the last frame, and others evenly between them."""
     if shape.frames is None or shape.times is None or len(shape.times) <= most:
         return shape
@@ -60,7 +60,7 @@ def _sampled(shape: Shape, most: int) -> Shape:
     return replace(shape, times=shape.times[chosen], frames=shape.frames[chosen])
 
 
-def notes_of(given: Mapping[str, Shape], kept: Mapping[str, Shape]) -> list[str]:
+def notes_of(given: Mapping[str, SeenSurface], kept: Mapping[str, SeenSurface]) -> list[str]:
     """Sentences about what is coarser in the page than in the results."""
     coarse: dict[str, list[str]] = {}
     for name, shape in given.items():
@@ -74,7 +74,7 @@ def notes_of(given: Mapping[str, Shape], kept: Mapping[str, Shape]) -> list[str]
     return [f"{several(names)} {'is' if len(names) == 1 else 'are'} drawn {said}." for said, names in coarse.items()]
 
 
-def thinned(shape: Shape, limit: int, triangles: bool = False) -> Shape:
+def thinned(shape: SeenSurface, limit: int, triangles: bool = False) -> SeenSurface:
     """A surface with at most so many points (or triangles): those in one cell of a grid become their mean.
 
     Rossignac and Borrel (1993), vertex clustering. All frames and errors are averaged alike.
@@ -92,7 +92,7 @@ def thinned(shape: Shape, limit: int, triangles: bool = False) -> Shape:
     return small
 
 
-def _clustered(shape: Shape, cell: float) -> Shape:
+def _clustered(shape: SeenSurface, cell: float) -> SeenSurface:
     """The surface with the points of each cubic cell (edge in m) put together."""
     rest = shape.position if shape.frames is None else shape.frames[0]
     keys = np.floor((rest - rest.min(axis=0)) / cell).astype(np.int64)
@@ -124,7 +124,7 @@ def _numbered(keys: Ints) -> Ints:
     return number
 
 
-def bounds(shape: Shape) -> tuple[Floats, Floats]:
+def bounds(shape: SeenSurface) -> tuple[Floats, Floats]:
     """The corners of the box that holds a surface at all times, m."""
     every = [shape.position] if shape.frames is None else [shape.position, shape.frames.reshape(-1, 3)]
     low = np.min([X.min(axis=0) for X in every], axis=0)
@@ -132,7 +132,7 @@ def bounds(shape: Shape) -> tuple[Floats, Floats]:
     return low, high
 
 
-def packed(name: str, shape: Shape, mesh: int) -> dict[str, Any]:
+def packed(name: str, shape: SeenSurface, mesh: int) -> dict[str, Any]:
     """A surface as `shapes.js` reads it: positions in 1/65535 of the box, errors in 1/65535 of the largest."""
     low, high = bounds(shape)
     span = np.where(high > low, high - low, 1.0)
@@ -171,6 +171,6 @@ def _base64(array: NDArray[Any]) -> str:
     return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
 
 
-def step_of(shapes: Mapping[str, Shape]) -> float:
+def step_of(shapes: Mapping[str, SeenSurface]) -> float:
     """The largest step between two positions that the page can tell apart, m."""
     return max((float(np.ptp(bounds(s), axis=0).max()) / FINEST for s in shapes.values()), default=0.0)

@@ -22,7 +22,7 @@ VIEWS = (
 
 
 @dataclass(frozen=True)
-class Kind:
+class FigureKind:
     """What sets one figure of a page apart: the end of its names, whether few shapes dwarf others, its axes."""
 
     key: str
@@ -35,7 +35,7 @@ def toolbar(
     errors: bool,
     beside: bool,
     ghosts: Sequence[tuple[int, str, bool]],
-    kind: Kind,
+    kind: FigureKind,
 ) -> str:
     """What readers choose by; hidden where no script runs."""
     key, first = kind.key, 0 if beside else 1

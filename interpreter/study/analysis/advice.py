@@ -8,7 +8,7 @@ from itertools import combinations
 
 from softmark.interpreter.language.amounts import grouped, quantity
 from softmark.interpreter.study.analysis.front import DISTURBED, Candidate, Judged
-from softmark.interpreter.study.analysis.point import UNKNOWNS, Point, Spread
+from softmark.interpreter.study.analysis.point import UNKNOWNS, ComparedPoint, Spread
 from softmark.interpreter.study.analysis.written import Written
 from softmark.records import dataclass
 
@@ -203,7 +203,7 @@ def _caveats(question: Question, winner: Candidate) -> list[str]:
     return [*found, *question.remarks.get(winner.key, ())]
 
 
-def remarks_of(point: Point) -> list[str]:
+def remarks_of(point: ComparedPoint) -> list[str]:
     """What must be said of a reduced model: what its error rests on, and what its time leaves out."""
     reduced, setup = point.reduced, point.cost.setup_s
     if reduced is None:

@@ -25,11 +25,11 @@ from softmark.interpreter.study.analysis.front import (
     pareto,
 )
 from softmark.interpreter.study.analysis.lineage import LineOrders, orders_of
-from softmark.interpreter.study.analysis.lines import Line, lines_of
+from softmark.interpreter.study.analysis.lines import RefinementLine, lines_of
 from softmark.interpreter.study.analysis.pairs import Distances, Lever, distances, levers
 from softmark.interpreter.study.analysis.point import (
     UNKNOWNS,
-    Point,
+    ComparedPoint,
     ReferenceOutcome,
     against_of,
     clock_of,
@@ -150,7 +150,7 @@ class SceneAnalysis(Written):
     answers: list[Answer]
     clock: str
     displacement_scale: float | None  # m
-    lines: list[Line]
+    lines: list[RefinementLine]
     metrics: dict[str, ErrorAnalysis]
     failures: list[Failure]
     distances: Distances
@@ -178,7 +178,7 @@ class Analysis(Written):
 
 
 def analyse(
-    points: Sequence[Point],
+    points: Sequence[ComparedPoint],
     references: Mapping[str, References],
     studies: Mapping[str, Mapping[str, Study]] | None = None,
     terms: Terms | None = None,
@@ -187,7 +187,7 @@ def analyse(
 
     References are by parts, studies by scenes.
     """
-    own: dict[str, list[Point]] = {part: [] for part in (*(p.part for p in points), *references)}
+    own: dict[str, list[ComparedPoint]] = {part: [] for part in (*(p.part for p in points), *references)}
     for p in points:
         own[p.part].append(p)
     agreed = terms or Terms()
@@ -197,7 +197,7 @@ def analyse(
 
 def _scene(
     part: str,
-    parts: Mapping[str, Sequence[Point]],
+    parts: Mapping[str, Sequence[ComparedPoint]],
     references: References,
     studies: Mapping[str, Mapping[str, Study]],
     terms: Terms,
@@ -230,7 +230,7 @@ def _scene(
 
 
 def _answers(
-    part: str, parts: Mapping[str, Sequence[Point]], asked: Mapping[str, Study], clock: str, terms: Terms
+    part: str, parts: Mapping[str, Sequence[ComparedPoint]], asked: Mapping[str, Study], clock: str, terms: Terms
 ) -> list[Answer]:
     """Answers to what a scene asks: who beats whom for each part, how a metric settles once, over all of them."""
     scene = parts[part][0].scene
@@ -245,7 +245,7 @@ def _answers(
 
 
 def _question(
-    part: str, judged: Judged, points: Sequence[Point], scale: float | None, doubts: Mapping[str, str]
+    part: str, judged: Judged, points: Sequence[ComparedPoint], scale: float | None, doubts: Mapping[str, str]
 ) -> Question:  # fmt: skip
     metric = judged.metric
     unit = unit_of(points, metric) or "1"
@@ -254,7 +254,7 @@ def _question(
     return Question(part, metric, unit, against_of(points, metric) or "", levels, judged, doubts, remarks)
 
 
-def displacement_scale(points: Sequence[Point], references: References) -> float | None:
+def displacement_scale(points: Sequence[ComparedPoint], references: References) -> float | None:
     """The largest displacement of a reference's probes, m; of the points' where references have none."""
     for owners in ([r.probes for r in references.values()], [p.probes for p in points if p.solved]):
         moved = [u for probes in owners for probe in probes.values() for u in probe.displacement]
@@ -264,7 +264,7 @@ def displacement_scale(points: Sequence[Point], references: References) -> float
     return None
 
 
-def _error_analysis(question: Question, lines: Sequence[Line], rates: Sequence[float]) -> ErrorAnalysis:
+def _error_analysis(question: Question, lines: Sequence[RefinementLine], rates: Sequence[float]) -> ErrorAnalysis:
     judged = question.judged
     return ErrorAnalysis(
         question.unit, question.against, judged, [c.key for c in pareto(judged.candidates.values())],
@@ -273,13 +273,13 @@ def _error_analysis(question: Question, lines: Sequence[Line], rates: Sequence[f
     )  # fmt: skip
 
 
-def _level(level: float, lines: Sequence[Line], judged: Judged) -> Level:
+def _level(level: float, lines: Sequence[RefinementLine], judged: Judged) -> Level:
     found = [_at_level(level, line, judged) for line in lines]
     efforts = [(own.reached.effort.median, own.line) for own in found if own.reached is not None]
     return Level(level, found, min(efforts, key=lambda pair: pair[0])[1] if efforts else None)
 
 
-def _at_level(level: float, line: Line, judged: Judged) -> AtLevel:
+def _at_level(level: float, line: RefinementLine, judged: Judged) -> AtLevel:
     found = effort_to(level, line, judged)
     if isinstance(found, Reached):
         return AtLevel(line.name, found)
@@ -287,14 +287,14 @@ def _at_level(level: float, line: Line, judged: Judged) -> AtLevel:
     return AtLevel(line.name, None, found, min(errors, default=None))
 
 
-def failures(points: Sequence[Point], references: References) -> list[Failure]:
+def failures(points: Sequence[ComparedPoint], references: References) -> list[Failure]:
     """Configurations and references without a solution."""
     found = [Failure("model", p.label, p.key, p.status, p.message) for p in points if not p.solved]
     lost = {name: r for name, r in references.items() if r.status != "converged"}
     return found + [Failure("reference", name, None, r.status, r.message) for name, r in lost.items()]
 
 
-def timing(points: Sequence[Point]) -> TimingQuality:
+def timing(points: Sequence[ComparedPoint]) -> TimingQuality:
     """Of all points that were timed."""
     flags: dict[str, int] = {}
     for flag in (flag for p in points for flag in p.cost.flags):

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from softmark.interpreter.study.analysis.front import Candidate, judge, pareto
 from softmark.interpreter.study.analysis.lineage import refinement_of, settled
-from softmark.interpreter.study.analysis.lines import Line, lines_of
-from softmark.interpreter.study.analysis.point import UNKNOWNS, Point, Spread, unit_of
+from softmark.interpreter.study.analysis.lines import RefinementLine, lines_of
+from softmark.interpreter.study.analysis.point import UNKNOWNS, ComparedPoint, Spread, unit_of
 from softmark.interpreter.study.analysis.written import Json, Written
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto
 from softmark.records import dataclass
@@ -70,14 +70,14 @@ class Settling(Written):
     lines: list[SettledLine]
 
 
-def settling(name: str, asked: Convergence, points: Sequence[Point]) -> Settling:
+def settling(name: str, asked: Convergence, points: Sequence[ComparedPoint]) -> Settling:
     """Order, limit and index of the metric along each line of the sweep, over all points of a scene."""
     unit = unit_of(points, asked.metric)
     lines = [_settled(line, asked.metric, unit) for line in lines_of([p for p in points if p.study == asked.over])]
     return Settling(name, "convergence", asked.metric, asked.over, lines)
 
 
-def _settled(line: Line, metric: str, unit: str | None) -> SettledLine:
+def _settled(line: RefinementLine, metric: str, unit: str | None) -> SettledLine:
     found = refinement_of(line)
     if isinstance(found, str):
         return SettledLine(line.name, unit, reason=found)
@@ -119,7 +119,9 @@ class Front(Written):
     counted: int  # configurations
 
 
-def front(name: str, asked: Pareto, points: Sequence[Point], clock: str, allow_contaminated: bool = False) -> Front:
+def front(
+    name: str, asked: Pareto, points: Sequence[ComparedPoint], clock: str, allow_contaminated: bool = False
+) -> Front:
     """Who is on the front by the cost that is asked for: a metric, or the time of a step or of the whole solution."""
     own = [p for p in points if asked.over in (None, p.study)]
     judged = judge(own, asked.error, UNKNOWNS if asked.cost else clock, allow_contaminated)
@@ -138,7 +140,7 @@ def front(name: str, asked: Pareto, points: Sequence[Point], clock: str, allow_c
     )  # fmt: skip
 
 
-def _by_metric(candidates: Mapping[str, Candidate], metric: str, points: Sequence[Point]) -> list[Candidate]:
+def _by_metric(candidates: Mapping[str, Candidate], metric: str, points: Sequence[ComparedPoint]) -> list[Candidate]:
     """Those that have a metric, with it as their effort."""
     values = {p.key: p.metric(metric).value for p in points}
     return [replace(c, effort=Spread.exact(float(v))) for c in candidates.values() if (v := values[c.key]) is not None]

@@ -169,7 +169,7 @@ def changes(old: Json, new: Json, names: tuple[str, str] = ("the old file", "the
 
 
 @dataclass(frozen=True)
-class Subject:
+class ComparedSubject:
     """A model, a configuration or a reference, as far as it is compared."""
 
     status: str | None
@@ -179,41 +179,41 @@ class Subject:
     disturbed: bool
 
     @classmethod
-    def from_json(cls, found: Json, errors: Json | None, times: Json | None = None) -> Subject:
+    def from_json(cls, found: Json, errors: Json | None, times: Json | None = None) -> ComparedSubject:
         """From an entry of a file, its metrics and what it cost."""
         known = times or {}
-        spreads = {n: s for n in TIMES if isinstance(t := known.get(n), Mapping) and (s := Spread.from_json(t))}
+        spreads = {n: s for n in TIMES if isinstance(t := known.get(n), Mapping) and (s := Spread.read(t))}
         measured = {name: ErrorOf.from_json(e) for name, e in (errors or {}).items()}
         return cls(found.get("status"), found.get("message"), measured, spreads, bool(known.get("contaminated")))
 
 
-def _subjects(result: Json) -> dict[str, Subject]:
+def _subjects(result: Json) -> dict[str, ComparedSubject]:
     """Models, configurations and references by what they are called."""
-    named: dict[str, Subject] = {}
+    named: dict[str, ComparedSubject] = {}
     for name, own in _of_report(result) if result["schema"] == REPORT else _of_comparison(result):
         alike = sum(n == name or n.startswith(f"{name} #") for n in named)
         named[f"{name} #{alike + 1}" if alike else name] = own
     return named
 
 
-def _of_report(result: Json) -> Iterator[tuple[str, Subject]]:
+def _of_report(result: Json) -> Iterator[tuple[str, ComparedSubject]]:
     for name, model in result["models"].items():
-        yield name, Subject.from_json(model, model.get("metrics"), model.get("time"))
+        yield name, ComparedSubject.from_json(model, model.get("metrics"), model.get("time"))
     for name, reference in result["references"].items():
-        yield f"reference {name}", Subject.from_json(reference, reference.get("metrics"))
+        yield f"reference {name}", ComparedSubject.from_json(reference, reference.get("metrics"))
 
 
-def _of_comparison(result: Json) -> Iterator[tuple[str, Subject]]:
+def _of_comparison(result: Json) -> Iterator[tuple[str, ComparedSubject]]:
     scenes = {str(p.get("scene")) for p in result["points"]} or set(result["references"])
     for point in result["points"]:
         name = ", ".join([str(point["model"]), *(f"{k} = {v}" for k, v in (point.get("variation") or {}).items())])
         name += f" ({point['study']})" if point.get("study") else ""
         name = f"{point['scene']}: {name}" if len(scenes) > 1 else name
-        yield name, Subject.from_json(point, point.get("errors"), point.get("cost"))
+        yield name, ComparedSubject.from_json(point, point.get("errors"), point.get("cost"))
     for scene, references in result["references"].items():
         for name, reference in references.items():
             said = f"{scene}: reference {name}" if len(result["references"]) > 1 else f"reference {name}"
-            yield said, Subject.from_json(reference, None)
+            yield said, ComparedSubject.from_json(reference, None)
 
 
 def _texts(result: Json) -> Json:
@@ -240,7 +240,7 @@ def _facts(old: Json, new: Json) -> list[FactChange]:
 # ------------------------------------------------------------------ what is compared
 
 
-def _metrics(name: str, old: Subject, new: Subject) -> Iterable[MetricChange]:
+def _metrics(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[MetricChange]:
     for metric in dict.fromkeys([*old.errors, *new.errors]):
         a, b = old.errors.get(metric), new.errors.get(metric)
         if a is not None and b is not None:
@@ -267,7 +267,7 @@ def _metric(name: str, metric: str, old: ErrorOf, new: ErrorOf) -> MetricChange 
     return MetricChange(name, metric, unit, a, b, verdict, ratio_of(b - a, abs(a)), uncertain)
 
 
-def _times(name: str, old: Subject, new: Subject) -> Iterable[TimeChange]:
+def _times(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[TimeChange]:
     for clock in (n for n in old.times if n in new.times):
         a, b = old.times[clock], new.times[clock]
         if min(a.median, b.median) > 0 and (verdict := _verdict(a, b, old.disturbed or new.disturbed)):

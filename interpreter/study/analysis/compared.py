@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from softmark.interpreter.study.analysis.analysis import Analysis, References, Terms, analyse
 from softmark.interpreter.study.analysis.answers import studies_from_json
-from softmark.interpreter.study.analysis.point import Point, ReferenceOutcome
+from softmark.interpreter.study.analysis.point import ComparedPoint, ReferenceOutcome
 from softmark.interpreter.study.analysis.written import Json
 from softmark.records import dataclass
 
@@ -15,7 +15,7 @@ from softmark.records import dataclass
 class Compared:
     """The points of a comparison with all that they are measured from, and what is found about them."""
 
-    points: Sequence[Point]
+    points: Sequence[ComparedPoint]
     references: Mapping[str, References]  # by parts
     analysis: Analysis
     scenes: Sequence[Json]  # title, name, file, sha256, text and what it was made with, as the report of a run has them
@@ -26,7 +26,7 @@ class Compared:
     @classmethod
     def from_json(cls, saved: Json, terms: Terms | None = None) -> Compared:
         """From a `softmark-compare/1`, analysed anew; `terms` are those of its own analysis if they are not given."""
-        points = [Point.from_json(p) for p in saved.get("points") or ()]
+        points = [ComparedPoint.from_json(p) for p in saved.get("points") or ()]
         references = {
             part: {name: ReferenceOutcome.from_json(r) for name, r in own.items()}
             for part, own in (saved.get("references") or {}).items()

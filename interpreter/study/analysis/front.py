@@ -14,8 +14,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 
-from softmark.interpreter.study.analysis.lines import Line
-from softmark.interpreter.study.analysis.point import UNKNOWNS, Point, Spread, uncertainty_of
+from softmark.interpreter.study.analysis.lines import RefinementLine
+from softmark.interpreter.study.analysis.point import UNKNOWNS, ComparedPoint, Spread, uncertainty_of
 from softmark.interpreter.study.analysis.written import Written
 from softmark.records import dataclass
 
@@ -71,7 +71,7 @@ class Judged:
     left_out: dict[str, tuple[str, str]]  # key -> (label, reason)
 
 
-def judge(points: Sequence[Point], metric: str, clock: str, allow_contaminated: bool = False) -> Judged:
+def judge(points: Sequence[ComparedPoint], metric: str, clock: str, allow_contaminated: bool = False) -> Judged:
     """Sort out the points of one scene."""
     uncertainty = uncertainty_of(points, metric)
     judged = Judged(metric, clock, uncertainty, {}, {})
@@ -86,7 +86,7 @@ def judge(points: Sequence[Point], metric: str, clock: str, allow_contaminated: 
 
 
 def _candidate(
-    point: Point, metric: str, clock: str, uncertainty: float, allow_contaminated: bool
+    point: ComparedPoint, metric: str, clock: str, uncertainty: float, allow_contaminated: bool
 ) -> Candidate | str:  # fmt: skip
     """A point as one that counts, or why it does not."""
     error, effort = point.error(metric), point.effort(clock)
@@ -104,7 +104,7 @@ def _candidate(
     )  # fmt: skip
 
 
-def _why_no_effort(point: Point, clock: str) -> str:
+def _why_no_effort(point: ComparedPoint, clock: str) -> str:
     if clock != UNKNOWNS:
         return "it was not timed"
     return "the unknowns of a reduced model say nothing of its cost" if point.reduced else "its size is not known"
@@ -141,7 +141,7 @@ class Reached:
         return len(self.between) > 1
 
 
-def effort_to(level: float, line: Line, judged: Judged) -> Reached | str:
+def effort_to(level: float, line: RefinementLine, judged: Judged) -> Reached | str:
     """The least effort at which a line is at or below a level, or why it never is.
 
     Between neighbours a, b of the line log t = log ta + s (log tb - log ta), s = log(level / ea) / log(eb / ea).
@@ -159,7 +159,7 @@ def effort_to(level: float, line: Line, judged: Judged) -> Reached | str:
     return min(found, key=lambda r: r.effort.median)
 
 
-def _why_none(line: Line, judged: Judged) -> str:
+def _why_none(line: RefinementLine, judged: Judged) -> str:
     reasons = dict.fromkeys(judged.left_out[key][1] for key in line.keys if key in judged.left_out)
     return "; ".join(reasons) or "it has no points"
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import takewhile
 
-from softmark.interpreter.study.analysis.lines import Line
-from softmark.interpreter.study.analysis.point import Fineness, Point, uncertainty_of, unit_of
+from softmark.interpreter.study.analysis.lines import RefinementLine
+from softmark.interpreter.study.analysis.point import ComparedPoint, Fineness, uncertainty_of, unit_of
 from softmark.interpreter.study.analysis.written import Written
 from softmark.records import dataclass
 from softmark.references.orders import ErrorOrder, Refined, order_of_errors, refined, unlike
@@ -22,7 +22,7 @@ class Refinement:
 
     target: str  # size, segments or step
     formal: float | None  # order in displacements that theory gives it
-    members: list[tuple[float, Point]]  # h, coarse to fine: of cells that of the mesh, in any unit
+    members: list[tuple[float, ComparedPoint]]  # h, coarse to fine: of cells that of the mesh, in any unit
     unlike: str | None  # why its meshes are not similar, if they are not
 
 
@@ -57,7 +57,7 @@ class ProbeLimit(Written):
 class LineOrders(Written):
     """Orders of every error and limits of every probe along a line; `doubt` where they are not to be relied upon."""
 
-    line: Line
+    line: RefinementLine
     refinement: Refinement
     doubt: str | None
     errors: Mapping[str, ErrorTrend]
@@ -78,7 +78,7 @@ class LineOrders(Written):
         }  # fmt: skip
 
 
-def orders_of(line: Line, metrics: Sequence[str], points: Sequence[Point]) -> LineOrders | None:
+def orders_of(line: RefinementLine, metrics: Sequence[str], points: Sequence[ComparedPoint]) -> LineOrders | None:
     """What a line tells; None for a single configuration and for what is no refinement: there is nothing to rely on."""
     found = refinement_of(line)
     if isinstance(found, str):
@@ -89,7 +89,7 @@ def orders_of(line: Line, metrics: Sequence[str], points: Sequence[Point]) -> Li
     return LineOrders(line, found, doubt, {m: _errors(found.members, m, points) for m in metrics}, limits)
 
 
-def refinement_of(line: Line) -> Refinement | str:
+def refinement_of(line: RefinementLine) -> Refinement | str:
     """What a line refines, or why it is no refinement: its number must decide a size, segments or a step alone."""
     if line.varied is None:
         return "one configuration tells no order"
@@ -105,7 +105,7 @@ def refinement_of(line: Line) -> Refinement | str:
     return _refinement(decided[0], solved)
 
 
-def _refinement(target: str, solved: Sequence[tuple[Point, Fineness]]) -> Refinement:
+def _refinement(target: str, solved: Sequence[tuple[ComparedPoint, Fineness]]) -> Refinement:
     formal = {fine.formal.get(target) for _, fine in solved}
     by_h = {_h(target, p, fine): (p, fine) for p, fine in solved}  # of two of one mesh, the last
     rows = sorted(by_h.items(), key=lambda row: -row[0])
@@ -114,7 +114,7 @@ def _refinement(target: str, solved: Sequence[tuple[Point, Fineness]]) -> Refine
     return Refinement(target, formal.pop() if len(formal) == 1 else None, [(h, p) for h, (p, _) in rows], why)
 
 
-def _h(target: str, point: Point, fine: Fineness) -> float:
+def _h(target: str, point: ComparedPoint, fine: Fineness) -> float:
     """The size of a cell as ASME V&V 20-2009 has it, (V / N)^(1/3), but for a factor; or the step."""
     if target == "size" and fine.meshed and point.elements:
         return float(point.elements ** (-1 / 3))
@@ -122,7 +122,7 @@ def _h(target: str, point: Point, fine: Fineness) -> float:
     return 1.0 / value if target == "segments" else value
 
 
-def _errors(members: Sequence[tuple[float, Point]], metric: str, points: Sequence[Point]) -> ErrorTrend:
+def _errors(members: Sequence[tuple[float, ComparedPoint]], metric: str, points: Sequence[ComparedPoint]) -> ErrorTrend:
     floor = uncertainty_of(points, metric)
     family = [(h, e) for h, p in members if (e := p.error(metric)) is not None]
     above = list(takewhile(lambda pair: pair[1] > floor, family))
@@ -133,7 +133,7 @@ def _errors(members: Sequence[tuple[float, Point]], metric: str, points: Sequenc
     return ErrorTrend(unit_of(points, metric), cut, found)
 
 
-def _shared(members: Sequence[Point]) -> list[str]:
+def _shared(members: Sequence[ComparedPoint]) -> list[str]:
     """Probes that all have at the same points."""
     first, *others = (p.probes for p in members)
     return [n for n, probe in first.items() if all(n in own and probe.alike(own[n]) for own in (first, *others))]

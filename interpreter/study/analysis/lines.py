@@ -6,13 +6,13 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
-from softmark.interpreter.study.analysis.point import Point, said_values
+from softmark.interpreter.study.analysis.point import ComparedPoint, said_values
 from softmark.interpreter.study.analysis.written import Written
 from softmark.records import dataclass
 
 
 @dataclass(frozen=True)
-class Line(Written):
+class RefinementLine(Written):
     """A model over its refinement: configurations that differ in one number alone, in the order of that number."""
 
     scene: str
@@ -20,7 +20,7 @@ class Line(Written):
     study: str | None
     varied: str | None  # None: one configuration
     fixed: tuple[tuple[str, str], ...]  # what else was varied, the same for all members
-    members: tuple[Point, ...]
+    members: tuple[ComparedPoint, ...]
     name: str = ""  # its label; where others have the same, with the study's name or a number
 
     @cached_property
@@ -43,12 +43,12 @@ class Line(Written):
         }  # fmt: skip
 
 
-def lines_of(points: Sequence[Point]) -> list[Line]:
+def lines_of(points: Sequence[ComparedPoint]) -> list[RefinementLine]:
     """The lines of one scene: each study of a model by the number that it refines by, all else being the same.
 
     Lines of one model follow each other, in the order of the models.
     """
-    groups: dict[tuple[str, str, str | None], list[Point]] = {}
+    groups: dict[tuple[str, str, str | None], list[ComparedPoint]] = {}
     for point in points:
         groups.setdefault((point.scene, point.model, point.study), []).append(point)
     lines = [line for who, members in groups.items() for line in _lines(who, members)]
@@ -56,11 +56,11 @@ def lines_of(points: Sequence[Point]) -> list[Line]:
     return _named_apart(sorted(lines, key=lambda line: models.index(line.model)))
 
 
-def _lines(who: tuple[str, str, str | None], members: Sequence[Point]) -> list[Line]:
+def _lines(who: tuple[str, str, str | None], members: Sequence[ComparedPoint]) -> list[RefinementLine]:
     varied = refinement(members)
     if varied is None:
-        return [Line(*who, None, p.rest(None), (p,)) for p in members]
-    groups: dict[tuple[tuple[str, str], ...], list[Point]] = {}
+        return [RefinementLine(*who, None, p.rest(None), (p,)) for p in members]
+    groups: dict[tuple[tuple[str, str], ...], list[ComparedPoint]] = {}
     for point in members:
         groups.setdefault(point.rest(varied), []).append(point)
     common = set.intersection(*(set(rest) for rest in groups))
@@ -68,11 +68,11 @@ def _lines(who: tuple[str, str, str | None], members: Sequence[Point]) -> list[L
     for rest, own in groups.items():
         ordered = sorted(own, key=lambda p: -float(p.numbers.get(varied, 0.0)))
         fixed = tuple(item for item in rest if item not in common)
-        found.append(Line(*who, varied if len(own) > 1 else None, fixed, tuple(_from_coarse(ordered))))
+        found.append(RefinementLine(*who, varied if len(own) > 1 else None, fixed, tuple(_from_coarse(ordered))))
     return found
 
 
-def refinement(members: Sequence[Point]) -> str | None:
+def refinement(members: Sequence[ComparedPoint]) -> str | None:
     """The number that makes lines: the first that decides a size, segments or a step.
 
     Else the first that changes the number of unknowns, else the first.
@@ -89,7 +89,7 @@ def refinement(members: Sequence[Point]) -> str | None:
     return names[0] if names else None
 
 
-def finenesses(points: Sequence[Point]) -> set[str]:
+def finenesses(points: Sequence[ComparedPoint]) -> set[str]:
     """Names that decide how finely some model is solved, and not what is solved."""
     names = dict.fromkeys(n for p in points for n in p.variation)
     what = _resolution if any(_resolution(p) for p in points) else _unknowns
@@ -97,16 +97,16 @@ def finenesses(points: Sequence[Point]) -> set[str]:
     return {n for n in names if any(_changes(own, n, what) for own in families)}
 
 
-def _resolution(point: Point) -> Hashable:
+def _resolution(point: ComparedPoint) -> Hashable:
     """How finely it is solved, if that is known."""
     return tuple(sorted(point.fineness.of.items())) if point.fineness else None
 
 
-def _unknowns(point: Point) -> Hashable:
+def _unknowns(point: ComparedPoint) -> Hashable:
     return point.dofs
 
 
-def _changes(members: Sequence[Point], name: str, what: Callable[[Point], Hashable]) -> bool:
+def _changes(members: Sequence[ComparedPoint], name: str, what: Callable[[ComparedPoint], Hashable]) -> bool:
     """Whether two configurations that differ in this number alone differ in this as well."""
     seen: dict[tuple[tuple[str, str], ...], set[Hashable]] = {}
     for point in members:
@@ -115,13 +115,13 @@ def _changes(members: Sequence[Point], name: str, what: Callable[[Point], Hashab
     return any(len(values) > 1 for values in seen.values())
 
 
-def _from_coarse(ordered: list[Point]) -> list[Point]:
+def _from_coarse(ordered: list[ComparedPoint]) -> list[ComparedPoint]:
     """From coarse to fine: a number of segments grows where a cell size falls."""
     sizes = [p.dofs for p in ordered if p.dofs]
     return ordered[::-1] if len(sizes) > 1 and sizes[0] > sizes[-1] else ordered
 
 
-def _named_apart(lines: Sequence[Line]) -> list[Line]:
+def _named_apart(lines: Sequence[RefinementLine]) -> list[RefinementLine]:
     """With a name for each; where two would be the same, with the study's name or a number."""
     plain = [line.label for line in lines]
     several = [f"{p} ({line.study})" if line.study and plain.count(p) > 1 else p

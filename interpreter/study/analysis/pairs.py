@@ -9,7 +9,7 @@ from itertools import pairwise
 from softmark.interpreter.study.analysis.lines import finenesses
 from softmark.interpreter.study.analysis.point import (
     UNKNOWNS,
-    Point,
+    ComparedPoint,
     ProbedShape,
     ReferenceOutcome,
     ratio_of,
@@ -24,7 +24,7 @@ Probes = Mapping[str, ProbedShape]
 
 
 @dataclass(frozen=True)
-class Undefined(Written):
+class NoDistance(Written):
     """Why there is no distance of a row from a column."""
 
     row: str
@@ -43,33 +43,33 @@ class Distances(Written):
     kinds: list[str]  # reference or model
     labels: list[str]
     matrix: list[list[float | None]]
-    reasons: list[Undefined]
+    reasons: list[NoDistance]
 
 
-def finest(points: Sequence[Point]) -> list[Point]:
+def finest(points: Sequence[ComparedPoint]) -> list[ComparedPoint]:
     """The solved configuration of every model with the most unknowns; a converged one before a capped one."""
-    best: dict[str, Point] = {}
+    best: dict[str, ComparedPoint] = {}
     for point in points:
         if point.solved and (point.model not in best or _rank(point) > _rank(best[point.model])):
             best[point.model] = point
     return list(best.values())
 
 
-def _rank(point: Point) -> tuple[bool, int]:
+def _rank(point: ComparedPoint) -> tuple[bool, int]:
     return point.status == "converged", point.dofs or 0
 
 
-def distances(points: Sequence[Point], references: Mapping[str, ReferenceOutcome]) -> Distances:
+def distances(points: Sequence[ComparedPoint], references: Mapping[str, ReferenceOutcome]) -> Distances:
     """Of everyone from everyone."""
     chosen = finest(points)
     known = {n: r for n, r in references.items() if r.probes}
     names = [*known, *(p.model for p in chosen)]
-    owners: list[tuple[Point | None, Probes]] = [(None, r.probes) for r in known.values()]
+    owners: list[tuple[ComparedPoint | None, Probes]] = [(None, r.probes) for r in known.values()]
     owners += [(p, p.probes) for p in chosen]
     fine = finenesses(points)
     found = [[_apart(p, q, fine) or _distance(a, b) for q, b in owners] for p, a in owners]
     reasons = [
-        Undefined(names[i], names[j], d)
+        NoDistance(names[i], names[j], d)
         for i, row in enumerate(found) for j, d in enumerate(row) if isinstance(d, str)
     ]  # fmt: skip
     return Distances(
@@ -78,7 +78,7 @@ def distances(points: Sequence[Point], references: Mapping[str, ReferenceOutcome
     )  # fmt: skip
 
 
-def _apart(a: Point | None, b: Point | None, fine: Collection[str]) -> str | None:
+def _apart(a: ComparedPoint | None, b: ComparedPoint | None, fine: Collection[str]) -> str | None:
     """That two configurations have different values of something that is no fineness: then they differ by that."""
     x, y = (p.variation if p else {} for p in (a, b))
     names = [n for n in x if n in y and x[n] != y[n] and n not in fine]
@@ -130,31 +130,31 @@ class Lever(Written):
     errors: Mapping[str, ErrorChange]
 
 
-def levers(points: Sequence[Point], metrics: Sequence[str], clock: str) -> list[Lever]:
+def levers(points: Sequence[ComparedPoint], metrics: Sequence[str], clock: str) -> list[Lever]:
     """Pairs of solved points that differ in exactly one varied thing: neighbours where it is a number, else all others
     against the first; with the ratios of effort and of each error."""
     floors = {metric: uncertainty_of(points, metric) for metric in metrics}
     return [_lever(name, a, b, clock, floors) for name, a, b in _single_changes(points)]
 
 
-def _single_changes(points: Sequence[Point]) -> Iterator[tuple[str, Point, Point]]:
+def _single_changes(points: Sequence[ComparedPoint]) -> Iterator[tuple[str, ComparedPoint, ComparedPoint]]:
     solved = [p for p in points if p.solved]
     for name in dict.fromkeys(name for p in solved for name in p.variation):
-        groups: dict[tuple[str, tuple[tuple[str, str], ...]], dict[str, Point]] = {}
+        groups: dict[tuple[str, tuple[tuple[str, str], ...]], dict[str, ComparedPoint]] = {}
         for p in (p for p in solved if name in p.variation):
             groups.setdefault((p.model, tuple(sorted(p.rest(name)))), {}).setdefault(p.variation[name], p)
         for own in groups.values():
             yield from ((name, a, b) for a, b in _steps(name, list(own.values())))
 
 
-def _steps(name: str, own: list[Point]) -> Iterator[tuple[Point, Point]]:
+def _steps(name: str, own: list[ComparedPoint]) -> Iterator[tuple[ComparedPoint, ComparedPoint]]:
     """Neighbours by number; against the first where some are no numbers."""
     if all(name in p.numbers for p in own):
         return pairwise(sorted(own, key=lambda p: -float(p.numbers[name])))
     return ((own[0], p) for p in own[1:])
 
 
-def _lever(name: str, a: Point, b: Point, clock: str, floors: Mapping[str, float]) -> Lever:
+def _lever(name: str, a: ComparedPoint, b: ComparedPoint, clock: str, floors: Mapping[str, float]) -> Lever:
     before, after = a.effort(clock), b.effort(clock)
     return Lever(
         name, a.model, a.variation[name], b.variation[name], dict(a.rest(name)), [a.key, b.key],

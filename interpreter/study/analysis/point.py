@@ -37,7 +37,7 @@ class Spread(Written):
     quartiles: bool = True  # False: least and largest, or what 95 % of time steps stay below, stand for them
 
     @classmethod
-    def from_json(cls, known: Json | None) -> Spread | None:
+    def read(cls, known: Json | None) -> Spread | None:
         """From median, q1 and q3; from least and largest where there are no quartiles, as in a report.
 
         Time steps come with what 95 % of them stay below instead. None without a median.
@@ -85,7 +85,7 @@ class Cost:
         if not known:
             return UNTIMED
         return cls(
-            **{name: Spread.from_json(known.get(name)) for name in SPREADS},
+            **{name: Spread.read(known.get(name)) for name in SPREADS},
             frame_s=known.get("frame_s"), memory_bytes=known.get("memory_bytes"),
             phases={str(n): float(s) for n, s in (known.get("phases") or {}).items() if s and s > 0},
             flags=tuple(map(str, known.get("flags") or ())),
@@ -221,7 +221,7 @@ class ReferenceOutcome:
 
 
 @dataclass(frozen=True)
-class Point:
+class ComparedPoint:
     """One configuration: one model of one scene at one value of everything that is varied, and what came of it."""
 
     key: str
@@ -248,7 +248,7 @@ class Point:
     cost: Cost
 
     @classmethod
-    def from_json(cls, found: Json) -> Point:
+    def from_json(cls, found: Json) -> ComparedPoint:
         """From a point of `softmark-compare/1`."""
         size, solve = found.get("size") or {}, found.get("solve") or {}
         return cls(
@@ -321,27 +321,27 @@ def ratio_of(a: float | None, b: float | None) -> float | None:
 # ------------------------------------------------------------------ what several points say
 
 
-def clock_of(points: Sequence[Point], asked: str | None = None) -> str:
+def clock_of(points: Sequence[ComparedPoint], asked: str | None = None) -> str:
     """The effort that points are compared by: what was asked for, else CPU time; unknowns where nothing was timed."""
     return asked or next((clock for clock in CLOCKS if any(p.cost.spread(clock) for p in points)), UNKNOWNS)
 
 
-def error_metrics(points: Iterable[Point]) -> list[str]:
+def error_metrics(points: Iterable[ComparedPoint]) -> list[str]:
     """Metrics that measure from something, in the order in which they come."""
     return list(dict.fromkeys(n for p in points for n, found in p.errors.items() if found.against is not None))
 
 
-def uncertainty_of(points: Iterable[Point], metric: str) -> float:
+def uncertainty_of(points: Iterable[ComparedPoint], metric: str) -> float:
     """What the reference leaves open, in the metric's unit: the largest that a point states; 0 if none does."""
     found = (p.metric(metric).uncertainty for p in points)
     return max((abs(float(u)) for u in found if u is not None), default=0.0)
 
 
-def unit_of(points: Iterable[Point], metric: str) -> str | None:
+def unit_of(points: Iterable[ComparedPoint], metric: str) -> str | None:
     """The unit of a metric, as the first point that has it says."""
     return next((unit for p in points if (unit := p.metric(metric).unit) is not None), None)
 
 
-def against_of(points: Iterable[Point], metric: str) -> str | None:
+def against_of(points: Iterable[ComparedPoint], metric: str) -> str | None:
     """What a metric measures from, as the first point that has it says."""
     return next((name for p in points if (name := p.metric(metric).against) is not None), None)

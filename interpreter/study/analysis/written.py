@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
+from softmark.interpreter.results.plain import Plain, clean
 from softmark.records import dataclass
 
 Json = Mapping[str, Any]  # an object as it stands in a file
 
 
 @dataclass(frozen=True)
-class Written:
+class Written(Plain):
     """What is written as JSON: its fields by name in their order, or what a class gives as its `entries` instead."""
 
     def entries(self) -> Mapping[str, object]:
@@ -21,12 +22,4 @@ class Written:
 
     def to_json(self) -> dict[str, Any]:
         """As plain values."""
-        return {name: _plain(value) for name, value in self.entries().items()}
-
-
-def _plain(value: object) -> Any:
-    if isinstance(value, Written):
-        return value.to_json()
-    if isinstance(value, Mapping):
-        return {name: _plain(own) for name, own in value.items()}
-    return [_plain(own) for own in value] if isinstance(value, list | tuple) else value
+        return {name: clean(value) for name, value in self.entries().items()}

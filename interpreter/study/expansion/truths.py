@@ -18,6 +18,7 @@ from softmark.interpreter.study.expansion.keys import words_of
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Scene
     from softmark.interpreter.results.report import ProbeResult, Report
+    from softmark.interpreter.study.expansion.outcome import PointError
 
 Trace = list[float] | str
 SAME = 1e-4  # relative: truths nearer than this are one, solved to another tolerance
@@ -25,14 +26,14 @@ SAME = 1e-4  # relative: truths nearer than this are one, solved to another tole
 # ------------------------------------------------------------------ what a truth is known by
 
 
-def traces(scene: Scene, report: Report, model: str, errors: Mapping[str, Mapping[str, Any]]) -> dict[str, Trace]:
+def traces(scene: Scene, report: Report, model: str, errors: Mapping[str, PointError]) -> dict[str, Trace]:
     """A few numbers of everything that a model's errors are measured from.
 
     They are |X|, |u| and weighted sums of X and u for each probe. A reference without
     displacements, such as a surface, is known by its declaration and its files.
     """
     found: dict[str, Trace] = {}
-    for name in dict.fromkeys(e["against"] for e in errors.values() if e.get("against") not in (None, model)):
+    for name in dict.fromkeys(e.against for e in errors.values() if e.against not in (None, model)):
         owner = report.references.get(name) or report.models.get(name)
         if owner is not None and owner.probes:
             found[name] = [v for _, probe in sorted(owner.probes.items()) for v in _numbers(probe)]

@@ -25,6 +25,7 @@ from softmark.interpreter.plan.needs import reached
 from softmark.interpreter.plan.sweeps import chain, override_of, value_in
 from softmark.interpreter.study.analysis.point import said_values
 from softmark.interpreter.study.expansion.keys import key_of, key_of_text, needed_models
+from softmark.interpreter.study.expansion.outcome import PointTask
 from softmark.interpreter.study.expansion.tasks import told
 from softmark.interpreter.vocabulary.studies import Stability, Sweep
 from softmark.records import dataclass
@@ -34,7 +35,7 @@ MOST = 100_000  # configurations of one comparison
 
 @dataclass(frozen=True)
 class Configuration:
-    """One model of one scene under one set of overrides; `task` is what performing it needs, as JSON."""
+    """One model of one scene under one set of overrides; `task` is what performing it needs."""
 
     key: str
     scene: str
@@ -42,7 +43,7 @@ class Configuration:
     study: str | None
     variation: Mapping[str, str]
     numbers: Mapping[str, float]
-    task: Mapping[str, Any]
+    task: PointTask
     reason: str | None = None  # why it cannot be computed: the scene is in error with these values
 
     @property
@@ -59,7 +60,7 @@ class Configuration:
 
 
 @dataclass(frozen=True)
-class Subject:
+class SceneSubject:
     """A scene that takes part: its short name, and the folder that its files are relative to."""
 
     name: str
@@ -67,12 +68,12 @@ class Subject:
     folder: Path
 
 
-def subject_of(scene: Scene, taken: Sequence[str] = ()) -> Subject:
+def subject_of(scene: Scene, taken: Sequence[str] = ()) -> SceneSubject:
     """A scene under a name that none has taken: that of its file, with a number if need be."""
     stem = Path(scene.path).stem if scene.path else "scene"
     names = (stem, *(f"{stem}-{i}" for i in range(2, len(taken) + 3)))
     folder = scene.table.modules[0].folder if scene.table else Path()
-    return Subject(next(n for n in names if n not in taken), scene, folder)
+    return SceneSubject(next(n for n in names if n not in taken), scene, folder)
 
 
 class TooMany(ValueError):
@@ -88,7 +89,7 @@ class Vary:
 
 
 @dataclass(frozen=True)
-class Asked:
+class Additions:
     """What the command line asks for beyond the scenes; `models` empty: all."""
 
     vary: tuple[Vary, ...] = ()
@@ -160,7 +161,7 @@ class _Family:
     models: tuple[str, ...]
 
 
-def expand(subjects: Sequence[Subject], asked: Asked) -> list[Configuration]:
+def expand(subjects: Sequence[SceneSubject], asked: Additions) -> list[Configuration]:
     """Every configuration that is asked for, once for each family and key. Raises SceneError for a wrong request."""
     found: list[Configuration] = []
     for subject in subjects:
@@ -173,7 +174,7 @@ def expand(subjects: Sequence[Subject], asked: Asked) -> list[Configuration]:
     return found
 
 
-def _known_names(subject: Subject, asked: Asked) -> None:
+def _known_names(subject: SceneSubject, asked: Additions) -> None:
     """Raise SceneError for a model, a study, a name or a value of the command line that cannot be meant."""
     problems = unknown_models(subject.scene, asked.models)
     for vary in asked.vary:
@@ -202,7 +203,7 @@ def _wrong_values(scene: Scene, vary: Vary) -> Iterator[Diagnostic]:
                 return
 
 
-def _families(subject: Subject, asked: Asked) -> list[_Family]:
+def _families(subject: SceneSubject, asked: Additions) -> list[_Family]:
     models = tuple(asked.models or subject.scene.of_kind("model"))
     if asked.vary:
         return [_Family(None, tuple(product(*(v.values for v in asked.vary))), models)]
@@ -237,7 +238,7 @@ def _settled(members: list[Configuration]) -> list[Configuration]:
     return [*alone.values(), *kept]
 
 
-def _beside(subject: Subject, asked: Asked, found: Sequence[Configuration]) -> list[Configuration]:
+def _beside(subject: SceneSubject, asked: Additions, found: Sequence[Configuration]) -> list[Configuration]:
     """Models that are in no family, as the scene declares them."""
     if asked.study is not None and found:
         return []
@@ -246,7 +247,7 @@ def _beside(subject: Subject, asked: Asked, found: Sequence[Configuration]) -> l
     return list(_members(subject, _Family(None, ((),), models)))
 
 
-def _members(subject: Subject, family: _Family) -> Iterator[Configuration]:
+def _members(subject: SceneSubject, family: _Family) -> Iterator[Configuration]:
     for step in family.steps:
         scene, reason = subject.scene, None
         if step:
@@ -256,7 +257,7 @@ def _members(subject: Subject, family: _Family) -> Iterator[Configuration]:
         numbers = {} if reason else {n: v for n in variation if (v := value_in(scene, n)) is not None}
         for model in family.models:
             task = task_of(subject, scene, model)
-            yield Configuration(str(task["key"]), subject.name, model, family.study, variation, numbers, task, reason)
+            yield Configuration(task.key, subject.name, model, family.study, variation, numbers, task, reason)
 
 
 def _distinct(members: Iterator[Configuration]) -> list[Configuration]:
@@ -271,13 +272,11 @@ def _distinct(members: Iterator[Configuration]) -> list[Configuration]:
     return list(kept.values())
 
 
-def task_of(subject: Subject, scene: Scene, model: str) -> dict[str, Any]:
-    """What performing one configuration needs, as JSON: the text of the scene and the overrides."""
+def task_of(subject: SceneSubject, scene: Scene, model: str) -> PointTask:
+    """What performing one configuration needs: the text of the scene and the overrides."""
     sound = model in scene.declared
-    return {
-        "key": key_of(scene, model) if sound else key_of_text(scene, model),
-        "scene": subject.name, "model": model, "models": list(needed_models(scene, model) if sound else (model,)),
-        "text": scene.source.text, "shown": scene.source.name,
-        "file": str(Path(scene.path).resolve()) if scene.path else None,
-        "folder": str(subject.folder.resolve()), "overrides": list(scene.overrides),
-    }  # fmt: skip
+    return PointTask(
+        key_of(scene, model) if sound else key_of_text(scene, model), subject.name, model,
+        needed_models(scene, model) if sound else (model,), scene.source.text, scene.source.name,
+        str(Path(scene.path).resolve()) if scene.path else None, str(subject.folder.resolve()), scene.overrides,
+    )  # fmt: skip

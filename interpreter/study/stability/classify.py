@@ -1,4 +1,4 @@
-"""From the outcome of a task to a class: a pure function of plain JSON.
+"""From the outcome of a task to a class: a pure function.
 
 right | inaccurate | silent | not_converged | diverged | refused | failed | timed_out | unjudged
 
@@ -9,44 +9,28 @@ interpreter/evidence/error_estimate.py.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from typing import Any
 
 from softmark.interpreter.evidence.error_estimate import DOUBTS, is_doubt
-from softmark.records import dataclass
-
-CLASSES = (
-    "right", "inaccurate", "silent", "not_converged", "diverged", "refused", "failed", "timed_out", "unjudged"
-)  # fmt: skip
+from softmark.interpreter.results.stated import StatedError
+from softmark.interpreter.study.expansion.outcome import PointError, PointSummary, Truth
+from softmark.interpreter.study.stability.record import Classified
+from softmark.interpreter.study.stability.truth import LeanOutcome
 
 ABOUT_REFERENCES = ("E503", "E531", "E532", "W332", "W333")
 CODE = re.compile(r"([EW]\d{3}): ")
-
-
-@dataclass(frozen=True)
-class Classified:
-    """What a point is, and the numbers that say so; `uncertainty` is that of the truth, relative."""
-
-    word: str
-    error: float | None = None
-    stated: Mapping[str, Any] | None = None
-    uncertainty: float | None = None
-    message: str | None = None
-    code: str | None = None
-    warnings: tuple[str, ...] = ()
-    status: str | None = None  # of the model
+NOTHING = PointError(None, "1", None)
 
 
 def classify(
-    outcome: Mapping[str, Any], metric: str, within: float, uncertainty: float | None, doubt: str | None = None
+    outcome: LeanOutcome, metric: str, within: float, uncertainty: float | None, doubt: str | None = None
 ) -> Classified:
     """The class of an outcome of `tasks.perform`.
 
     `uncertainty` is that of the truth, relative to its displacements; `doubt` why it is none here, if it is none.
     """
-    point = outcome["point"]
-    codes = tuple(dict.fromkeys(str(w["code"]) for w in point.get("warnings") or ()))
-    status, message = str(point["status"]), point.get("message")
+    point = outcome.point
+    codes = tuple(dict.fromkeys(w.code for w in point.warnings))
+    status, message = point.status, point.message
     code = match[1] if (match := CODE.match(message or "")) else None
     if status == "failed" and (truth := _untrue_of(outcome)) is not None:
         return Classified("unjudged", message=truth, code=code, warnings=codes)
@@ -61,85 +45,79 @@ def classify(
 
 
 def _judged(
-    outcome: Mapping[str, Any], metric: str, within: float, uncertainty: float | None, doubt: str | None,
+    outcome: LeanOutcome, metric: str, within: float, uncertainty: float | None, doubt: str | None,
     codes: tuple[str, ...],
 ) -> Classified:  # fmt: skip
     """The class of what has an answer."""
-    point = outcome["point"]
-    stated, status = stated_of(point, metric), str(point["status"])
-    entry = (point.get("errors") or {}).get(metric) or {}
-    error: float | None = entry.get("value")
+    point = outcome.point
+    stated, status = stated_of(point, metric), point.status
+    entry = point.errors.get(metric, NOTHING)
     blind = doubt or _blind(outcome, entry, within, uncertainty)
-    message = point.get("message")
-    if blind is not None or error is None:
-        return Classified("unjudged", error, stated, uncertainty, blind, None, codes, status)
-    allowed = within + (uncertainty or 0.0)
-    if error <= allowed:
-        return Classified("right", error, stated, uncertainty, message, None, codes, status)
-    said = admission(point, stated, error - (uncertainty or 0.0))
+    if blind is not None or entry.value is None:
+        return Classified("unjudged", entry.value, stated, uncertainty, blind, None, codes, status)
+    if entry.value <= within + (uncertainty or 0.0):
+        return Classified("right", entry.value, stated, uncertainty, point.message, None, codes, status)
+    said = admission(point, stated, entry.value - (uncertainty or 0.0))
     word = "silent" if said is None else "inaccurate"
-    return Classified(word, error, stated, uncertainty, said or message, None, codes, status)
+    return Classified(word, entry.value, stated, uncertainty, said or point.message, None, codes, status)
 
 
-def _blind(
-    outcome: Mapping[str, Any], entry: Mapping[str, Any], within: float, uncertainty: float | None
-) -> str | None:
+def _blind(outcome: LeanOutcome, entry: PointError, within: float, uncertainty: float | None) -> str | None:
     """Why an answer cannot be judged, if it cannot."""
-    against = entry.get("against")
-    reference = (outcome.get("references") or {}).get(against)
-    if reference is not None and reference.get("status") != "converged":
-        return f"the reference has no answer: {reference.get('message')}"
-    truth = (outcome.get("truths") or {}).get(against)
-    if truth is not None and (reason := _untrue(str(against), truth)) is not None:
+    against = entry.against or ""
+    reference, truth = outcome.references.get(against), (outcome.truths or {}).get(against)
+    if reference is not None and reference.status != "converged":
+        return f"the reference has no answer: {reference.message}"
+    if truth is not None and (reason := _untrue(against, truth)) is not None:
         return reason
-    if against is not None and reference is None and truth is None:
+    if entry.against is not None and reference is None and truth is None:
         return f"nothing is known of how far `{against}` can be trusted"
-    if entry.get("value") is None:
-        return str(entry.get("reason") or "the metric has no value")
+    if entry.value is None:
+        return entry.reason or "the metric has no value"
     if uncertainty is not None and uncertainty > within:
         return f"the reference is uncertain by {uncertainty:.2g}, more than the {within:g} that counts as right"
     return None
 
 
-def _untrue_of(outcome: Mapping[str, Any]) -> str | None:
+def _untrue_of(outcome: LeanOutcome) -> str | None:
     """Why nothing could be computed, where that is because of a model that is taken as right."""
-    failed = ((n, t) for n, t in (outcome.get("truths") or {}).items() if t.get("status") == "failed")
+    failed = ((n, t) for n, t in (outcome.truths or {}).items() if t.status == "failed")
     return next((_untrue(n, t) for n, t in failed), None)
 
 
-def _untrue(name: str, truth: Mapping[str, Any]) -> str | None:
+def _untrue(name: str, truth: Truth) -> str | None:
     """Why a model is no truth, if it is none: it has to have an answer, without doubts, and vouch for it."""
-    stated = truth.get("stated") or {}
-    if truth.get("status") != "converged":
-        return f"`{name}`, which is taken as right, has no answer: {truth.get('message') or truth.get('status')}"
-    if stated.get("doubts"):
-        said = (f"{code}, {DOUBTS[code]}" if code in DOUBTS else str(code) for code in stated["doubts"])
+    stated = truth.stated or StatedError()
+    if truth.status != "converged":
+        return f"`{name}`, which is taken as right, has no answer: {truth.message or truth.status}"
+    if stated.doubts:
+        said = (f"{code}, {DOUBTS[code]}" if code in DOUBTS else code for code in stated.doubts)
         return f"`{name}`, which is taken as right, doubts its answer ({'; '.join(said)})"
-    if stated.get("value") is None:
-        reason = stated.get("reason") or "it states no error"
+    if stated.value is None:
+        reason = stated.reason or "it states no error"
         return f"`{name}`, which is taken as right, vouches for nothing: {reason}"
     return None
 
 
-def stated_of(point: Mapping[str, Any], metric: str) -> Mapping[str, Any] | None:
+def stated_of(point: PointSummary, metric: str) -> StatedError | None:
     """What the model states of a metric; None where nothing was asked."""
-    stated: Mapping[str, Any] = point.get("stated") or {}
-    own: Mapping[str, Any] = (stated.get("of") or {}).get(metric) or stated
-    return {n: v for n, v in own.items() if n not in ("of", "metric")} or None
+    said = point.stated
+    if said is None:
+        return None
+    return (said.of or {}).get(metric) or StatedError(said.value, said.unit, said.parts, said.reason, said.doubts)
 
 
-def admission(point: Mapping[str, Any], stated: Mapping[str, Any] | None, error: float) -> str | None:
+def admission(point: PointSummary, stated: StatedError | None, error: float) -> str | None:
     """By what a model says itself that its answer may be off by `error`; None where it does not."""
-    if point.get("status") == "capped":
+    if point.status == "capped":
         return "it was stopped by its cap, and says so"
-    for warning in point.get("warnings") or ():
-        if is_doubt(str(warning["code"])):
-            return f"{warning['code']}: {warning['message']}"
+    for warning in point.warnings:
+        if is_doubt(warning.code):
+            return f"{warning.code}: {warning.message}"
     if stated is None:
         return None
-    if stated.get("doubts"):
-        return f"it doubts its answer ({', '.join(map(str, stated['doubts']))})"
-    if stated.get("value") is None:
-        return f"it vouches for nothing: {stated.get('reason') or 'no error could be stated'}"
-    value = float(stated["value"])
-    return f"it states an error of {value:.2g}" if value >= error else None
+    if stated.doubts:
+        return f"it doubts its answer ({', '.join(stated.doubts)})"
+    if stated.value is None:
+        return f"it vouches for nothing: {stated.reason or 'no error could be stated'}"
+    return f"it states an error of {stated.value:.2g}" if stated.value >= error else None

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations
-from typing import Any
 
-from softmark.interpreter.plan.quantities import Quantity, Value
+from softmark.interpreter.plan.quantities import Value, WalkedQuantity
 from softmark.interpreter.plan.walks import Walk
-from softmark.interpreter.study.stability.classify import Classified
+from softmark.interpreter.study.stability.record import Classified, StressMap
 
 
-def levels(quantity: Quantity, walks: Sequence[Walk]) -> list[Value]:
+def levels(quantity: WalkedQuantity, walks: Sequence[Walk]) -> list[Value]:
     """About six values from the farthest that the walks of a quantity reached on one side to that on the other."""
     if quantity.options:
         return list(quantity.options)
@@ -30,19 +29,17 @@ def _position(walk: Walk, t: float) -> float:
     return near if abs(near - t) <= 0.2 * max(walk.seen) else t
 
 
-def pairs(quantities: Sequence[Quantity]) -> list[tuple[Quantity, Quantity]]:
+def pairs(quantities: Sequence[WalkedQuantity]) -> list[tuple[WalkedQuantity, WalkedQuantity]]:
     """Every pair, once."""
     return list(combinations(quantities, 2))
 
 
 def map_of(
-    model: str, x: Quantity, y: Quantity, xs: Sequence[Value], ys: Sequence[Value],
+    model: str, x: WalkedQuantity, y: WalkedQuantity, xs: Sequence[Value], ys: Sequence[Value],
     found: Mapping[tuple[Value, Value], Classified],
-) -> dict[str, Any]:  # fmt: skip
-    """One grid as JSON: rows by y, columns by x."""
+) -> StressMap:  # fmt: skip
+    """One grid: rows by y, columns by x."""
     rows = [[found.get((a, b)) for a in xs] for b in ys]
-    return {
-        "model": model, "x": x.name, "y": y.name, "xs": list(xs), "ys": list(ys),
-        "classes": [[c.word if c else None for c in row] for row in rows],
-        "errors": [[c.error if c else None for c in row] for row in rows],
-    }  # fmt: skip
+    classes = [[c.word if c else None for c in row] for row in rows]
+    errors = [[c.error if c else None for c in row] for row in rows]
+    return StressMap(model, x.name, y.name, list(xs), list(ys), classes, errors)

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.front.check import varied
 from softmark.interpreter.language import overrides
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.plan.quantities import Quantity, Value
-from softmark.interpreter.plan.stability import Asked
-from softmark.interpreter.study.expansion.variations import Subject, task_of
-from softmark.interpreter.study.stability.classify import ABOUT_REFERENCES, Classified
+from softmark.interpreter.plan.quantities import Value, WalkedQuantity
+from softmark.interpreter.plan.stability import StudyUnderway
+from softmark.interpreter.study.expansion.outcome import PointTask, TruthAsked
+from softmark.interpreter.study.expansion.variations import SceneSubject, task_of
+from softmark.interpreter.study.stability.classify import ABOUT_REFERENCES
+from softmark.interpreter.study.stability.record import Classified
 from softmark.interpreter.study.stability.truth import theory_of
 from softmark.records import dataclass
 
@@ -37,12 +39,12 @@ class Site:
 class Ground:
     """The scene of one study, at any values."""
 
-    subject: Subject
-    asked: Asked
+    subject: SceneSubject
+    asked: StudyUnderway
     _sites: dict[Values, Site] = field(default_factory=dict)
-    _tasks: dict[tuple[Values, str], dict[str, Any]] = field(default_factory=dict)
+    _tasks: dict[tuple[Values, str], PointTask] = field(default_factory=dict)
 
-    def quantity(self, name: str) -> Quantity:
+    def quantity(self, name: str) -> WalkedQuantity:
         """By its name."""
         return next(q for q in self.asked.quantities if q.name == name)
 
@@ -69,24 +71,23 @@ class Ground:
             return Site(scene, errors)
         return Site(scene, errors, *theory_of(scene, self.asked.against))
 
-    def task(self, values: Values, model: str) -> dict[str, Any]:
+    def task(self, values: Values, model: str) -> PointTask:
         """What performing this point needs; its key is that of the configuration and of what is asked of it."""
         if (values, model) not in self._tasks:
             task = task_of(self.subject, self.site(values).scene, model)
             truth = self._truth()
-            asked = "stated" if truth is None else f"stated, and {truth['model']} by {truth['metric']}"
-            key = hashlib.sha256(f"{task['key']} {asked}".encode()).hexdigest()
-            first = {} if values else {"limit_s": COMPILING}
-            own = {} if truth is None else {"truth": truth}
-            self._tasks[values, model] = {**task, **first, **own, "key": key, "stated": True, "alone": True}
+            asked = "stated" if truth is None else f"stated, and {truth.model} by {truth.metric}"
+            key = hashlib.sha256(f"{task.key} {asked}".encode()).hexdigest()
+            first = None if values else COMPILING
+            self._tasks[values, model] = replace(task, key=key, limit_s=first, truth=truth, stated=True, alone=True)
         return self._tasks[values, model]
 
-    def _truth(self) -> dict[str, str] | None:
+    def _truth(self) -> TruthAsked | None:
         """The model that is taken as right and the metric that does so; None where a reference is."""
         known = self.subject.scene.declared.get(self.asked.against)
         if known is None or known.kind != "model":
             return None
-        return {"model": self.asked.against, "metric": self.asked.metric}
+        return TruthAsked(self.asked.against, self.asked.metric)
 
     def refusal(self, values: Values, model: str) -> Classified | None:
         """The class of a point whose scene is in error; None where it is not."""

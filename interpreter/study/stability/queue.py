@@ -2,42 +2,46 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from softmark.interpreter.front.requests import at_name, unknown_models
 from softmark.interpreter.language.scene import Declared, Scene, SceneError
 from softmark.interpreter.plan.needs import reached
-from softmark.interpreter.plan.quantities import Quantity, Value
-from softmark.interpreter.plan.stability import Asked, asked_of, judges, no_judge
-from softmark.interpreter.plan.walks import Seen, Walk
+from softmark.interpreter.plan.quantities import Value, WalkedQuantity
+from softmark.interpreter.plan.stability import StudyUnderway, asked_of, judges, no_judge
+from softmark.interpreter.plan.walks import PointClass, Walk
 from softmark.interpreter.run.environment import describe, environment
-from softmark.interpreter.study.expansion.variations import Subject
+from softmark.interpreter.study.expansion.variations import SceneSubject
 from softmark.interpreter.study.stability import maps
-from softmark.interpreter.study.stability.classify import CLASSES, Classified, classify
+from softmark.interpreter.study.stability.classify import classify
 from softmark.interpreter.study.stability.edges import choice_of, edge_of
 from softmark.interpreter.study.stability.points import Ground, Values
-from softmark.interpreter.study.stability.truth import uncertainty_of
+from softmark.interpreter.study.stability.record import (
+    Classified,
+    Stress,
+    StressEdge,
+    StressMap,
+    StressPoint,
+    StressStudy,
+)
+from softmark.interpreter.study.stability.truth import LeanOutcome, uncertainty_of
 from softmark.interpreter.study.stability.waiting_points import KIND, Desk
-from softmark.interpreter.study.workers.journal import Interrupted, Journal, Refused
+from softmark.interpreter.study.workers.journal import Interrupted, Journal, JournalRefused
 from softmark.interpreter.vocabulary.studies import Stability
 from softmark.records import dataclass
 
-SCHEMA = "softmark-stress/1"
 TIMEOUT = 60.0  # s for a point
 MEMORY = 4.0  # GiB for a worker
 
-Json = dict[str, Any]
 Say = Callable[[str, str], None]
 Then = Callable[[Classified], None]
 
 
 @dataclass(frozen=True)
-class Request:
+class StabilityRequest:
     """What is to be stressed, and how. `timeout` in CPU seconds for each point, `memory` in GiB for each worker."""
 
     folder: Path
@@ -52,44 +56,7 @@ class Request:
     say: Say = field(default=lambda what, detail: None, repr=False)
 
 
-@dataclass(frozen=True)
-class Stress:
-    """What stability studies found: `softmark-stress/1` as plain values."""
-
-    scene: Json
-    studies: list[Json]
-    environment: Json
-    command: str
-    created: str
-
-    @property
-    def points(self) -> list[Json]:
-        """Those of all studies."""
-        return [p for s in self.studies for p in s["points"]]
-
-    @property
-    def silent(self) -> list[Json]:
-        """Points that look right and are wrong: there should be none."""
-        return [p for p in self.points if p["class"] == "silent"]
-
-    @property
-    def exit_status(self) -> int:
-        """1 where a point is silent, else 0: that a model has an edge is no failure."""
-        return 1 if self.silent else 0
-
-    def to_json(self) -> Json:
-        """As `softmark-stress/1`."""
-        classes = {word: sum(p["class"] == word for p in self.points) for word in CLASSES}
-        summary = {"points": len(self.points), "classes": classes, "silent": classes["silent"]}
-        return {"schema": SCHEMA, "created": self.created, "environment": self.environment, "command": self.command,
-                "scene": self.scene, "studies": self.studies, "summary": summary}  # fmt: skip
-
-    def dumps(self) -> str:
-        """The JSON text."""
-        return json.dumps(self.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-
-
-def stress(subject: Subject, request: Request) -> Stress:
+def stress(subject: SceneSubject, request: StabilityRequest) -> Stress:
     """Carry the stability studies of a scene out, or one over everything where it declares none.
 
     Raises SceneError for a request that cannot be meant, Refused for a folder that cannot be used, pool.Unavailable
@@ -100,12 +67,12 @@ def stress(subject: Subject, request: Request) -> Stress:
     with Journal.open(request.folder, request.fresh) as journal:
         if journal.of_kind(KIND) and not request.resume:
             count = len(journal.of_kind(KIND))
-            raise Refused(f"{request.folder} holds {count} finished points; `--resume` goes on from there, "
+            raise JournalRefused(f"{request.folder} holds {count} finished points; `--resume` goes on from there, "
                           "`--fresh` starts anew")  # fmt: skip
         desk = Desk(journal, request.jobs, request.timeout, request.memory, lambda n, key: None)
-        trials = [Trial(Ground(subject, one), desk, request.say) for one in asked]
+        trials = [StudyTrial(Ground(subject, one), desk, request.say) for one in asked]
         try:
-            for stage in (Trial.start, Trial.map):
+            for stage in (StudyTrial.start, StudyTrial.map):
                 for trial in trials:
                     stage(trial)
                 desk.work()
@@ -116,10 +83,10 @@ def stress(subject: Subject, request: Request) -> Stress:
     chosen = ("title", "file", "standard", "sha256", "text", "parameters", "overrides")
     scene = {"name": subject.name, **{n: known[n] for n in chosen}}
     created = started.isoformat(timespec="seconds")
-    return Stress(scene, [t.to_json() for t in trials], environment(started), request.command, created)
+    return Stress.of(created, environment(started), request.command, scene, tuple(t.found() for t in trials))
 
 
-def _asked(scene: Scene, request: Request) -> list[Asked]:
+def _asked(scene: Scene, request: StabilityRequest) -> list[StudyUnderway]:
     """The studies that are meant. Raises SceneError."""
     problems = unknown_models(scene, request.models)
     own = {n: d for n, d in scene.of_kind("study").items() if isinstance(d.thing, Stability)}
@@ -139,19 +106,19 @@ def _asked(scene: Scene, request: Request) -> list[Asked]:
 
 
 @dataclass
-class Trial:
+class StudyTrial:
     """One study while it is carried out."""
 
     ground: Ground
     desk: Desk
     say: Say
-    points: dict[tuple[Values, str], tuple[Classified, Json]] = field(default_factory=dict)
+    points: dict[tuple[Values, str], StressPoint] = field(default_factory=dict)
     walks: dict[tuple[str, str], list[Walk]] = field(default_factory=dict)  # by model and quantity
     chosen: dict[tuple[str, str], dict[str, Classified]] = field(default_factory=dict)
     outlines: dict[str, str] = field(default_factory=dict)
 
     @property
-    def asked(self) -> Asked:
+    def asked(self) -> StudyUnderway:
         """What the study asks."""
         return self.ground.asked
 
@@ -167,29 +134,29 @@ class Trial:
             if quantity.options:
                 self._choose(model, quantity, nominal)
             for ladder in quantity.ladders:
-                walk = Walk(ladder, self.asked.until, {0.0: Seen.of(nominal.word, nominal.status)})
+                walk = Walk(ladder, self.asked.until, {0.0: PointClass.of(nominal.word, nominal.status)})
                 self.walks.setdefault((model, quantity.name), []).append(walk)
                 self._step(model, quantity, walk)
 
-    def _step(self, model: str, quantity: Quantity, walk: Walk) -> None:
+    def _step(self, model: str, quantity: WalkedQuantity, walk: Walk) -> None:
         """Ask for the next point of a walk, and go on when it is there."""
         t = walk.wanted()
         if t is None:
             return
 
         def told(found: Classified) -> None:
-            walk.tell(t, Seen.of(found.word, found.status))
+            walk.tell(t, PointClass.of(found.word, found.status))
             self._step(model, quantity, walk)
 
         self.look(model, {quantity.name: walk.ladder.at(t)}, told)
 
-    def _choose(self, model: str, quantity: Quantity, nominal: Classified) -> None:
+    def _choose(self, model: str, quantity: WalkedQuantity, nominal: Classified) -> None:
         seen = self.chosen.setdefault((model, quantity.name), {str(quantity.nominal): nominal})
         for option in quantity.options:
             if option != quantity.nominal:
                 self.look(model, {quantity.name: option}, lambda found, o=option: seen.update({o: found}))  # type: ignore[misc]
 
-    def _depends(self, model: str, quantity: Quantity) -> bool:
+    def _depends(self, model: str, quantity: WalkedQuantity) -> bool:
         """Whether what a model comes to depends on a quantity: its key changes with it."""
         scene = self.ground.subject.scene
         owner = quantity.name.rpartition(".")[0]
@@ -198,7 +165,7 @@ class Trial:
         ends: list[Value] = [ladder.at(t) for ladder in quantity.ladders for t in ladder.rungs]
         tried = (self.ground.values({quantity.name: v}) for v in (*ends, *quantity.options))
         sound = next((v for v in tried if v and not self.ground.site(v).errors), None)
-        return sound is None or self.ground.task(sound, model)["key"] != self.ground.task((), model)["key"]
+        return sound is None or self.ground.task(sound, model).key != self.ground.task((), model).key
 
     # ------------------------------------------------------------------ one point
 
@@ -208,25 +175,26 @@ class Trial:
         known = self.points.get((values, model))
         refused = self.ground.refusal(values, model) if known is None else None
         if known is not None:
-            self.desk.soon(lambda: then(known[0]))
+            self.desk.soon(lambda: then(known.found))
         elif refused is not None:
-            self.desk.soon(lambda: then(self._kept(values, model, refused, {})))
+            self.desk.soon(lambda: then(self._kept(values, model, refused, None)))
         else:
             task = self.ground.task(values, model)
             self.desk.ask(task, lambda outcome: then(self._judged(values, model, outcome)))
 
-    def _judged(self, values: Values, model: str, outcome: Json) -> Classified:
+    def _judged(self, values: Values, model: str, outcome: LeanOutcome) -> Classified:
         asked, site = self.asked, self.ground.site(values)
         numerical = uncertainty_of(outcome, asked.against, asked.probe)
         uncertainty = None if numerical is None and not site.theory else (numerical or 0.0) + site.theory
         found = classify(outcome, asked.metric, asked.within, uncertainty, site.doubt)
-        self.outlines.setdefault(model, str(outcome["point"].get("outline") or ""))
-        return self._kept(values, model, found, outcome)
+        self.outlines.setdefault(model, outcome.point.outline)
+        return self._kept(values, model, found, outcome.cpu_s)
 
-    def _kept(self, values: Values, model: str, found: Classified, outcome: Json) -> Classified:
-        self.points.setdefault((values, model), (found, outcome))
-        silent = sum(c.word == "silent" for c, _ in self.points.values())
-        told = ", ".join((model, *(f"{n} = {t}" for n, t in self.ground.texts(values).items())))
+    def _kept(self, values: Values, model: str, found: Classified, cpu_s: float | None) -> Classified:
+        texts, key = self.ground.texts(values), self.ground.task(values, model).key
+        self.points.setdefault((values, model), StressPoint(model, dict(values), found, texts, key, cpu_s))
+        silent = sum(p.found.word == "silent" for p in self.points.values())
+        told = ", ".join((model, *(f"{n} = {t}" for n, t in texts.items())))
         warned = f", {silent} SILENT" if silent else ""
         self.say("stress", f"{self.asked.name}: {len(self.points)} points{warned}; {told}: {found.word}")
         return found
@@ -240,7 +208,7 @@ class Trial:
                 for b in ys:
                     self.look(model, {x.name: a, y.name: b}, lambda found: None)
 
-    def _grids(self) -> list[tuple[str, Quantity, Quantity, list[Value], list[Value]]]:
+    def _grids(self) -> list[tuple[str, WalkedQuantity, WalkedQuantity, list[Value], list[Value]]]:
         if not self.asked.mapped:
             return []
         found = []
@@ -250,36 +218,26 @@ class Trial:
                     found.append((model, x, y, self._levels(x), self._levels(y)))
         return found
 
-    def _levels(self, quantity: Quantity) -> list[Value]:
+    def _levels(self, quantity: WalkedQuantity) -> list[Value]:
         return maps.levels(quantity, [w for (_, name), own in self.walks.items() if name == quantity.name for w in own])
 
     # ------------------------------------------------------------------ the result
 
     def _at(self, model: str, name: str, value: Value) -> Classified | None:
         known = self.points.get((self.ground.values({name: value}), model))
-        return known[0] if known else None
+        return known.found if known else None
 
-    def to_json(self) -> Json:
-        """The study's entry."""
-        asked = self.asked
-        return {
-            "name": asked.name, "metric": asked.metric, "against": asked.against, "within": asked.within,
-            "until": asked.until, "models": list(asked.models), "outlines": self.outlines,
-            "quantities": [q.to_json() for q in asked.quantities],
-            "points": [self._point(*point, *found) for point, found in self.points.items()],
-            "edges": self._edges(), "maps": self._maps(),
-        }  # fmt: skip
+    def found(self) -> StressStudy:
+        """What the study has found."""
+        asked, quantities = self.asked, tuple(replace(q, ladders=()) for q in self.asked.quantities)
+        return StressStudy(
+            asked.name, asked.metric, asked.against, asked.within, asked.until, asked.models, self.outlines,
+            quantities, tuple(self.points.values()), tuple(self._edges()), tuple(self._maps()),
+        )  # fmt: skip
 
-    def _point(self, values: Values, model: str, found: Classified, outcome: Json) -> Json:
-        return {
-            "key": self.ground.task(values, model)["key"], "model": model, "values": dict(values),
-            "texts": self.ground.texts(values), "class": found.word, "error": found.error,
-            "stated": found.stated, "uncertainty": found.uncertainty, "message": found.message, "code": found.code,
-            "warnings": list(found.warnings), "cpu_s": outcome.get("cpu_s"),
-        }  # fmt: skip
-
-    def _edges(self) -> list[Json]:
-        found, models = [], self.asked.models
+    def _edges(self) -> list[StressEdge]:
+        found: list[StressEdge] = []
+        models = self.asked.models
         for model in models:
             for quantity in self.asked.quantities:
                 for walk in self.walks.get((model, quantity.name), ()):
@@ -289,17 +247,17 @@ class Trial:
                     found.append(choice_of(model, quantity, seen, self._at, self.outlines, models))
         return found
 
-    def _beside(self, model: str, quantity: Quantity, walk: Walk) -> dict[str, Walk]:
+    def _beside(self, model: str, quantity: WalkedQuantity, walk: Walk) -> dict[str, Walk]:
         """Walks of other models along the same quantity in the same direction."""
         return {
             other: own for other in self.asked.models if other != model
             for own in self.walks.get((other, quantity.name), ()) if own.ladder.direction == walk.ladder.direction
         }  # fmt: skip
 
-    def _maps(self) -> list[Json]:
+    def _maps(self) -> list[StressMap]:
         found = []
         for model, x, y, xs, ys in self._grids():
             places = {(a, b): (self.ground.values({x.name: a, y.name: b}), model) for a in xs for b in ys}
-            known = {at: self.points[place][0] for at, place in places.items() if place in self.points}
+            known = {at: self.points[place].found for at, place in places.items() if place in self.points}
             found.append(maps.map_of(model, x, y, xs, ys, known))
         return found

@@ -7,14 +7,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 from softmark.interpreter.evidence.error_estimate import DOUBTS
 from softmark.interpreter.language import units
-from softmark.interpreter.plan.quantities import Quantity
-from softmark.interpreter.study.stability.classify import Classified
+from softmark.interpreter.plan.quantities import WalkedQuantity
+from softmark.interpreter.study.stability.record import Classified, StressEdge
 
-Json = Mapping[str, Any]
 LONGEST = 110  # letters of a reason
 
 BY_CODE: dict[str, str] = {
@@ -67,8 +65,8 @@ def _shortened(text: str) -> str:
 
 
 def remedy_of(
-    point: Classified, model: str, quantity: Quantity, outlines: Mapping[str, str], others: Sequence[str], edge: Json
-) -> str | None:  # fmt: skip
+    point: Classified, quantity: WalkedQuantity, outlines: Mapping[str, str], others: Sequence[str], edge: StressEdge
+) -> str | None:
     """What would move an edge: a rule, and which models of the same scene are right there."""
     found = [text for rule in RULES if (text := rule(point, quantity, edge))][:1]
     if others:
@@ -77,20 +75,20 @@ def remedy_of(
     return "; ".join(found) or None
 
 
-Rule = Callable[[Classified, Quantity, Json], str | None]
+Rule = Callable[[Classified, WalkedQuantity, StressEdge], str | None]
 
 
-def _by_limit(point: Classified, quantity: Quantity, edge: Json) -> str | None:
+def _by_limit(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
     """A bound on what is the model's own to choose: its step, its size, its segments, a tolerance."""
     attribute = quantity.name.rpartition(".")[2]
     own = attribute in ("step", "size", "segments", "tolerance", "quality")
-    if not own or edge.get("last_right") is None or point.word in ("timed_out", "unjudged"):
+    if not own or edge.last_right is None or point.word in ("timed_out", "unjudged"):
         return None
-    bound = "at most" if edge["direction"] == "up" else "at least"
-    return f"`{attribute}` of {bound} {quantity_words(quantity, float(edge['last_right']))}"
+    bound = "at most" if edge.direction == "up" else "at least"
+    return f"`{attribute}` of {bound} {quantity_words(quantity, edge.last_right)}"
 
 
-def quantity_words(quantity: Quantity, value: float) -> str:
+def quantity_words(quantity: WalkedQuantity, value: float) -> str:
     """A value of a quantity as people read it."""
     if quantity.kind == "gap" and value < 0.5 and 0.5 - value < 1e-3:
         return f"0.5 - {0.5 - value:.3g}"
@@ -101,7 +99,7 @@ def quantity_words(quantity: Quantity, value: float) -> str:
     return units.show(float(f"{value:.4g}"), quantity.dimension) if value else "0"
 
 
-def _by_cost(point: Classified, quantity: Quantity, edge: Json) -> str | None:
+def _by_cost(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
     if point.word == "timed_out":
         return "`--timeout` gives it more time"
     if point.word == "failed" and "memory" in (point.message or ""):
@@ -109,26 +107,26 @@ def _by_cost(point: Classified, quantity: Quantity, edge: Json) -> str | None:
     return None
 
 
-def _by_incompressibility(point: Classified, quantity: Quantity, edge: Json) -> str | None:
-    if quantity.kind == "gap" and edge["direction"] == "up" and point.word != "unjudged":
+def _by_incompressibility(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
+    if quantity.kind == "gap" and edge.direction == "up" and point.word != "unjudged":
         return BY_CODE["W301"]
     return None
 
 
-def _by_code(point: Classified, quantity: Quantity, edge: Json) -> str | None:
+def _by_code(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
     codes = (point.code, *point.warnings)
     return next((BY_CODE[c] for c in codes if c in BY_CODE), None)
 
 
-def _by_part(point: Classified, quantity: Quantity, edge: Json) -> str | None:
+def _by_part(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
     """The largest part of the error that a model states."""
-    parts = {n: float(v) for n, v in ((point.stated or {}).get("parts") or {}).items() if v is not None}
+    parts = {n: v for n, v in (point.stated.parts if point.stated else {}).items() if v is not None}
     if point.word not in ("inaccurate", "silent") or not parts:
         return None
     return BY_PART.get(max(parts, key=lambda name: parts[name]))
 
 
-def _by_message(point: Classified, quantity: Quantity, edge: Json) -> str | None:
+def _by_message(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
     """The help that the message itself ends with."""
     if point.word not in ("not_converged", "diverged", "refused"):
         return None

@@ -10,11 +10,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import field
+from typing import ClassVar
 
 from softmark.interpreter.language.scene import Scene
 from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Fault, case_for
+from softmark.interpreter.results.plain import Plain, by_name
+from softmark.interpreter.study.expansion.outcome import Attempt, PointOutcome, PointSummary, ProbeTrace, Truth
+from softmark.records import dataclass
 
 # times nu^2 width / length, or depth if that is larger. Ten-node tetrahedra of a fifth of the depth, on a beam 10 times
 # as long as deep, are 1 % off at nu = 0.3 and nearly right at nu = 0: a root stiffer over 0.28 depths explains it, as
@@ -26,37 +30,67 @@ LARGEST_STRAIN = 0.3  # of the fibres at the clamp, beyond which a linear sectio
 LINES = ("elastica", "simo_reissner", "small_deflection")
 
 
-def uncertainty_of(outcome: Mapping[str, Any], against: str, probe: str) -> float | None:
+@dataclass(frozen=True)
+class LeanReference(Plain):
+    """What a reference came to: its error in m, and the root mean square of what each probe moves in m."""
+
+    status: str
+    message: str | None
+    estimated_error: float | None
+    sizes: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class LeanOutcome(Attempt):
+    """What of an outcome decides its class: fields of displacements as their root mean square."""
+
+    READ: ClassVar = {
+        "truths": PointOutcome.READ["truths"], "point": PointSummary.from_json,
+        "references": by_name(LeanReference.from_json),
+    }  # fmt: skip
+    SELDOM: ClassVar = PointOutcome.SELDOM
+
+    key: str
+    truths: Mapping[str, Truth] | None
+    wall_s: float | None
+    cpu_s: float | None
+    unfinished: bool
+    limit_s: float | None
+    point: PointSummary
+    references: Mapping[str, LeanReference] = field(default_factory=dict)
+
+    @property
+    def status(self) -> str:
+        """Of the point."""
+        return self.point.status
+
+
+def uncertainty_of(outcome: LeanOutcome, against: str, probe: str) -> float | None:
     """The numerical error of a reference relative to what it says the probe moves; None where it is not known.
 
     Of a model that is taken as right it is what the model states, in the terms of the metric.
     """
-    if (truth := (outcome.get("truths") or {}).get(against)) is not None:
-        value = (truth.get("stated") or {}).get("value")
-        return None if value is None else float(value)
-    reference = (outcome.get("references") or {}).get(against) or {}
-    error, size = reference.get("estimated_error"), (reference.get("sizes") or {}).get(probe)
-    return None if error is None or not size else float(error) / float(size)
+    if (truth := (outcome.truths or {}).get(against)) is not None:
+        return None if truth.stated is None else truth.stated.value
+    reference = outcome.references.get(against)
+    if reference is None or reference.estimated_error is None or not reference.sizes.get(probe):
+        return None
+    return reference.estimated_error / reference.sizes[probe]
 
 
-def lean(outcome: Mapping[str, Any]) -> dict[str, Any]:
-    """What of an outcome decides its class: fields of displacements as their root mean square."""
-    point = outcome["point"]
-    kept = ("status", "message", "outline", "size", "errors", "warnings", "stated")
+def lean(outcome: PointOutcome) -> LeanOutcome:
+    """What of an outcome decides its class."""
     references = {
-        name: {
-            "status": r.get("status"), "message": r.get("message"), "estimated_error": r.get("estimated_error"),
-            "sizes": {n: _size(p["displacement"]) for n, p in (r.get("probes") or {}).items()},
-        }
-        for name, r in (outcome.get("references") or {}).items()
-    }  # fmt: skip
-    own = {n: v for n, v in outcome.items() if n not in ("point", "references")}
-    return {**own, "point": {n: point[n] for n in kept if n in point}, "references": references}
+        name: LeanReference(r.status, r.message, r.estimated_error, {n: _size(p) for n, p in r.probes.items()})
+        for name, r in outcome.references.items()
+    }
+    own = (outcome.truths, outcome.wall_s, outcome.cpu_s, outcome.unfinished, outcome.limit_s)
+    return LeanOutcome(outcome.key, *own, PointSummary.from_json(outcome.point), references)
 
 
-def _size(displacement: list[list[float]]) -> float:
+def _size(probe: ProbeTrace) -> float:
     """Root mean square of the lengths of displacements, m."""
-    return math.sqrt(sum(math.hypot(*u) ** 2 for u in displacement) / max(1, len(displacement)))
+    return math.sqrt(sum(math.hypot(*u) ** 2 for u in probe.displacement) / max(1, len(probe.displacement)))
 
 
 def theory_of(scene: Scene, against: str) -> tuple[float, str | None]:

@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
-from softmark.interpreter.study.stability.truth import lean
+from softmark.interpreter.results import forms
+from softmark.interpreter.study.expansion.outcome import PointTask
+from softmark.interpreter.study.stability.truth import LeanOutcome, lean
 from softmark.interpreter.study.workers import pool
 from softmark.interpreter.study.workers.journal import Journal
 
-Json = dict[str, Any]
-Then = Callable[[Json], None]
+Then = Callable[[LeanOutcome], None]
 KIND = "stress"  # of its entries in the journal
 PATIENCE = 10.0  # times the CPU time of a point that it may take by the clock
 
@@ -29,37 +29,32 @@ class Desk:
     timeout: float
     memory: float
     said: Callable[[int, str], None]  # how many outcomes there are, and the last
-    outcomes: dict[str, Json] = field(default_factory=dict)
-    _queue: deque[Json] = field(default_factory=deque)
+    outcomes: dict[str, LeanOutcome] = field(default_factory=dict)
+    _queue: deque[PointTask] = field(default_factory=deque)
     _waiting: dict[str, list[Then]] = field(default_factory=dict)
-    _asked: dict[str, Json] = field(default_factory=dict)  # what a key stands for, for who reads the journal
+    _asked: dict[str, PointTask] = field(default_factory=dict)  # what a key stands for, for who reads the journal
     _ready: deque[Callable[[], None]] = field(default_factory=deque)
 
     def __post_init__(self) -> None:
-        known = {key: entry["outcome"] for key, entry in self.journal.of_kind(KIND).items()}
-        self.outcomes = {key: o for key, o in known.items() if not self._again(o)}
-
-    def _again(self, outcome: Json) -> bool:
-        """Whether an outcome of the journal is worth another try: it may have more time or memory now."""
-        if not outcome.get("unfinished"):
-            return False
-        timed_out = outcome["point"]["status"] == "timed_out"
-        return not timed_out or self.timeout > float(outcome.get("limit_s") or 0.0)
+        entries = self.journal.of_kind(KIND).items()
+        sound = {key: entry["outcome"] for key, entry in entries if forms.misfit(entry, forms.ENTRIES[KIND]) is None}
+        known = {key: LeanOutcome.from_json({**outcome, "key": key}) for key, outcome in sound.items()}
+        self.outcomes = {key: o for key, o in known.items() if not o.again(self.timeout)}
 
     def soon(self, action: Callable[[], None]) -> None:
         """Do something when whoever is working now has finished, so that no chain of walks is too deep."""
         self._ready.append(action)
 
-    def ask(self, task: Json, then: Then) -> None:
+    def ask(self, task: PointTask, then: Then) -> None:
         """Tell `then` the outcome of a task, when it is there."""
-        key = str(task["key"])
+        key = task.key
         if key in self.outcomes:
             self.soon(lambda: then(self.outcomes[key]))
         elif key in self._waiting:
             self._waiting[key].append(then)
         else:
             self._waiting[key] = [then]
-            self._asked[key] = {n: task.get(n) for n in ("model", "overrides")}
+            self._asked[key] = task
             self._queue.append(task)
 
     def work(self) -> None:
@@ -71,9 +66,9 @@ class Desk:
                 self._keep(lean(outcome))
                 self._drain()
 
-    def _keep(self, outcome: Json) -> None:
-        key = str(outcome["key"])
-        self.journal.append(KIND, key, outcome=outcome, **self._asked.pop(key))
+    def _keep(self, outcome: LeanOutcome) -> None:
+        key, asked = outcome.key, self._asked.pop(outcome.key)
+        self.journal.append(KIND, key, outcome=outcome.to_json(), model=asked.model, overrides=list(asked.overrides))
         self.outcomes[key] = outcome
         for then in self._waiting.pop(key):
             self.soon(lambda then=then: then(outcome))  # type: ignore[misc]

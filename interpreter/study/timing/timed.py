@@ -40,7 +40,7 @@ QUANTILES = {"median": 0.5, "p95": 0.95, "p99": 0.99, "max": 1.0}
 Record = dict[str, Any]
 
 
-class Refused(Exception):
+class Untimed(Exception):
     """Why nothing could be timed."""
 
 
@@ -81,7 +81,7 @@ def _guarded(asked: Mapping[str, Any]) -> Record:
 
     try:
         return timed(TimingJob.of_json(asked), asked.get("cores") or [], bool(asked.get("phases")))
-    except Refused as refused:
+    except Untimed as refused:
         return _failed(str(refused))
     except Fault as refused:
         return _failed(refused.diagnostic.message)
@@ -144,7 +144,7 @@ def _alone(job: TimingJob, cores: Sequence[int]) -> None:
             os.sched_setaffinity(0, cores)
     wrong = [n for n, v in job.environment.items() if os.environ.get(n) != v]
     if wrong:
-        raise Refused(f"{', '.join(wrong)} must be {job.threads} before a timed process starts")
+        raise Untimed(f"{', '.join(wrong)} must be {job.threads} before a timed process starts")
     if hasattr(signal, "alarm"):  # the parent may be gone
         signal.alarm(math.ceil(min(job.timeout_s, 1e8)) + 5)
 
@@ -162,14 +162,14 @@ def _scene(job: TimingJob) -> tuple[Scene, Declared, Case]:
         path = locate(job.file) if job.text is None and job.file else None
         source = read(path) if path else Source(job.file or "<text>", job.text or "")
     except Missing as missing:
-        raise Refused(missing.reason) from missing
+        raise Untimed(missing.reason) from missing
     folder = path.parent if path else Path(job.folder)
     scene, found = compiled(source, folder, path, job.overrides)
     if errors := [d for d in found if d.severity == "error"]:
-        raise Refused(f"{errors[0].code}: {errors[0].message}")
+        raise Untimed(f"{errors[0].code}: {errors[0].message}")
     declared = scene.of_kind("model").get(job.model)
     if declared is None:
-        raise Refused(f"the scene has no model `{job.model}`")
+        raise Untimed(f"the scene has no model `{job.model}`")
     return scene, declared, case_for(scene, declared)
 
 

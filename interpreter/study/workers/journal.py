@@ -22,7 +22,7 @@ Json = dict[str, Any]
 Identity = tuple[str, str, int]  # kind, key, repeat
 
 
-class Refused(Exception):
+class JournalRefused(Exception):
     """The folder cannot be used for this comparison; the text says why and what to do."""
 
 
@@ -63,10 +63,12 @@ class Journal:
         whole = data[: data.rfind(b"\n") + 1]  # what follows the last line end was torn
         lines = list(_objects(whole))
         if whole and not lines:
-            raise Refused(f"{self.path} is not a journal; `--fresh` replaces it, `--out` chooses another folder")
+            raise JournalRefused(f"{self.path} is not a journal; `--fresh` replaces it, `--out` chooses another folder")
         if lines and lines[0].get("schema") != SCHEMA:
             found = str(lines[0].get("schema", "no journal of softmark"))[:80]
-            raise Refused(f"{self.path} is {found}, not {SCHEMA}; `--fresh` starts a new one, `--out` another folder")
+            raise JournalRefused(
+                f"{self.path} is {found}, not {SCHEMA}; `--fresh` starts a new one, `--out` another folder"
+            )
         for entry in lines[1:]:
             if _sound(entry):
                 self.entries.setdefault(identity(entry), entry)
@@ -146,7 +148,7 @@ def _locked(path: Path) -> int:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
         os.close(descriptor)
-        raise Refused(
+        raise JournalRefused(
             f"another comparison is running in {path.parent}; wait for it, or choose another folder with `--out`"
         ) from error
     return descriptor

@@ -23,9 +23,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from softmark.interpreter.study.expansion import job
+from softmark.interpreter.study.expansion.outcome import PointOutcome, PointTask
 from softmark.interpreter.study.expansion.tasks import failed
 
-Json = dict[str, Any]
 Started = Callable[[str], None]  # told the key of a task as it begins
 
 THREADS = (*job.THREADS, "NUMEXPR_NUM_THREADS", "BLIS_NUM_THREADS")
@@ -35,19 +35,19 @@ START = 120.0  # s in which a worker must have started
 STARTS = 3  # workers in a row that may fail to start
 
 
-class Unavailable(Exception):
+class NoWorkers(Exception):
     """Nobody can do the tasks; the text says why and what to do."""
 
 
-def unfinished(task: Json, message: str) -> Json:
+def unfinished(task: PointTask, message: str) -> PointOutcome:
     """The outcome of a task that was lost: it says nothing about the result, another try may have one."""
-    return {"key": task["key"], **failed(message), "wall_s": None, "cpu_s": None, "unfinished": True}
+    return failed(task, message, unfinished=True)
 
 
-def timed_out(task: Json, limit: float) -> Json:
+def timed_out(task: PointTask, limit: float) -> PointOutcome:
     """The outcome of a task that had `limit` seconds: with more, it may have a result."""
-    found = failed(f"it was stopped after {limit:g} s; `--timeout` gives more", "timed_out")
-    return {"key": task["key"], **found, "wall_s": limit, "cpu_s": None, "unfinished": True, "limit_s": limit}
+    why = f"it was stopped after {limit:g} s; `--timeout` gives more"
+    return failed(task, why, "timed_out", wall_s=limit, unfinished=True, limit_s=limit)
 
 
 def environment() -> dict[str, str]:
@@ -63,17 +63,17 @@ class _Worker:
     """One process, and the task that it has."""
 
     process: subprocess.Popen[bytes]
-    task: Json | None = None
+    task: PointTask | None = None
     ready: bool = False
     since: float = field(default_factory=time.monotonic)  # it started, or its task did
     read: bytes = b""
     spent: float | None = None  # CPU s of the process when it began with its task
 
-    def give(self, task: Json) -> None:
+    def give(self, task: PointTask) -> None:
         """Send a task. Raises OSError if the process has gone."""
         self.task, self.since, self.spent = task, time.monotonic(), cpu_of(self.process.pid)
         assert self.process.stdin is not None
-        self.process.stdin.write(json.dumps(task, separators=(",", ":")).encode() + b"\n")
+        self.process.stdin.write(json.dumps(task.to_json(), separators=(",", ":")).encode() + b"\n")
         self.process.stdin.flush()
 
     def end(self) -> int:
@@ -99,13 +99,13 @@ def cpu_of(pid: int) -> float | None:
 
 
 def outcomes(
-    tasks: Sequence[Json] | deque[Json],
+    tasks: Sequence[PointTask] | deque[PointTask],
     jobs: int = 1,
     timeout: float | None = None,
     started: Started = lambda key: None,
     command: Sequence[str] = WORKER,
     patience: float = 1.0,
-) -> Iterator[Json]:
+) -> Iterator[PointOutcome]:
     """The outcomes of tasks done in `jobs` processes, as they come. Raises Unavailable if no process starts.
 
     A task that takes longer than `timeout` seconds is killed, `timed_out`; closing the iterator kills all workers.
@@ -123,7 +123,7 @@ def outcomes(
 
 @dataclass
 class _Pool:
-    waiting: deque[Json]
+    waiting: deque[PointTask]
     jobs: int
     timeout: float | None
     started: Started
@@ -133,7 +133,7 @@ class _Pool:
     lost: int = 0  # workers in a row that did not start
     patience: float = 1.0
 
-    def run(self) -> Iterator[Json]:
+    def run(self) -> Iterator[PointOutcome]:
         """Outcomes until all tasks are done."""
         while self.waiting or any(w.task for w in self.workers.values()):
             self._staff()
@@ -162,11 +162,11 @@ class _Pool:
         for worker in self.workers.values():
             if worker.ready and worker.task is None and self.waiting:
                 task = self.waiting.popleft()
-                self.started(str(task["key"]))
+                self.started(task.key)
                 with suppress(OSError):  # it may have died: its pipe ends, and then the task is told of
                     worker.give(task)
 
-    def _heard(self, descriptor: int) -> Iterator[Json]:
+    def _heard(self, descriptor: int) -> Iterator[PointOutcome]:
         """What a worker has written: that it is ready, an outcome, or its end."""
         worker = self.workers[descriptor]
         data = os.read(descriptor, 1 << 20)
@@ -178,11 +178,11 @@ class _Pool:
             found = json.loads(line)
             if worker.ready:
                 worker.task = None
-                yield found
+                yield PointOutcome.from_json(found)
             else:
                 worker.ready, self.lost = True, 0
 
-    def _died(self, descriptor: int, late: bool = False) -> Iterator[Json]:
+    def _died(self, descriptor: int, late: bool = False) -> Iterator[PointOutcome]:
         worker = self.workers.pop(descriptor)
         self.selector.unregister(descriptor)
         code = worker.end()
@@ -192,9 +192,9 @@ class _Pool:
         elif not worker.ready:
             self.lost += 1
             if self.lost >= STARTS:
-                raise Unavailable(f"worker processes do not start (exit status {code}); see the lines above")
+                raise NoWorkers(f"worker processes do not start (exit status {code}); see the lines above")
 
-    def _late(self) -> Iterator[Json]:
+    def _late(self) -> Iterator[PointOutcome]:
         """Kill what has had its time."""
         now = time.monotonic()
         for descriptor, worker in list(self.workers.items()):
@@ -206,8 +206,7 @@ class _Pool:
 
     def _over(self, worker: _Worker, wall: float) -> bool:
         """Whether a task has had its time."""
-        given = (worker.task or {}).get("limit_s")  # of a task that may have to compile what others then find
-        limit = max(self.timeout or 0.0, float(given or 0.0))
+        limit = max(self.timeout or 0.0, worker.task.limit_s or 0.0 if worker.task else 0.0)
         now = cpu_of(worker.process.pid) if self.patience > 1 else None
         if now is None or worker.spent is None:
             return wall > limit
@@ -230,8 +229,8 @@ def _death(code: int) -> str:
 
 
 def outcomes_of_cluster(
-    tasks: Sequence[Json], address: str, timeout: float | None = None, wait: float = 10.0
-) -> Iterator[Json]:
+    tasks: Sequence[PointTask], address: str, timeout: float | None = None, wait: float = 10.0
+) -> Iterator[PointOutcome]:
     """The outcomes of tasks done by the workers of a dask scheduler, as they come. Raises Unavailable.
 
     Each thread of a worker does one task at a time. A task cannot be killed there: after `timeout` seconds it counts as
@@ -249,7 +248,7 @@ def _client(address: str, wait: float) -> Any:
         return _dask().Client(address, timeout=wait, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         reason = str(error) or type(error).__name__
-        raise Unavailable(
+        raise NoWorkers(
             f"no dask scheduler answers at {address} ({reason}); start one by `dask scheduler`, or leave out --cluster"
         ) from error
 
@@ -259,10 +258,10 @@ def _dask() -> Any:
     try:
         return importlib.import_module("distributed")
     except ImportError as error:
-        raise Unavailable("--cluster needs dask: pip install 'softmark[cluster]'") from error
+        raise NoWorkers("--cluster needs dask: pip install 'softmark[cluster]'") from error
 
 
-def _gathered(client: Any, tasks: Sequence[Json], timeout: float | None) -> Iterator[Json]:
+def _gathered(client: Any, tasks: Sequence[PointTask], timeout: float | None) -> Iterator[PointOutcome]:
     from softmark.interpreter.study.expansion import sources
 
     own = sources.digest()
@@ -283,7 +282,7 @@ def _lost(future: Any) -> str:
     return f"the cluster lost this task ({name}: {error})"
 
 
-def perform_there(task: Json, digest: str, timeout: float | None = None) -> Json:
+def perform_there(task: PointTask, digest: str, timeout: float | None = None) -> PointOutcome:
     """`perform` on a worker of a cluster, which must have the same softmark."""
     from softmark.interpreter.study.expansion import sources, tasks
 
@@ -294,13 +293,13 @@ def perform_there(task: Json, digest: str, timeout: float | None = None) -> Json
     return _within(task, timeout)
 
 
-def _within(task: Json, timeout: float) -> Json:
+def _within(task: PointTask, timeout: float) -> PointOutcome:
     """`perform` in a thread of its own, which is left to itself when its time is over."""
     import threading
 
     from softmark.interpreter.study.expansion import tasks
 
-    found: list[Json] = []
+    found: list[PointOutcome] = []
     thread = threading.Thread(target=lambda: found.append(tasks.perform(task)), daemon=True)
     thread.start()
     thread.join(timeout)

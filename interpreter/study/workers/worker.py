@@ -30,10 +30,11 @@ def main() -> None:
     threading.Thread(target=_listen, args=(tasks,), daemon=True).start()
     _prepare()
     _send(out, {"ready": os.getpid()})
+    from softmark.interpreter.study.expansion.outcome import PointTask
     from softmark.interpreter.study.expansion.tasks import perform
 
     while True:
-        _send(out, perform(json.loads(tasks.get())))
+        _send(out, perform(PointTask.from_json(json.loads(tasks.get()))).to_json())
 
 
 def _listen(tasks: queue.Queue[bytes]) -> None:

@@ -41,7 +41,7 @@ class Bytes(_Counted, io.BufferedReader):
         return found if size == 0 else bytes(self._seen(found))
 
 
-class Text(_Counted, io.TextIOWrapper):
+class EndedText(_Counted, io.TextIOWrapper):
     """A file of text with an end."""
 
     def readline(self, size: int = -1, /) -> str:  # type: ignore[override]
@@ -59,7 +59,7 @@ def opened(file: Any, mode: str = "r", *further: Any, **options: Any) -> Any:
     if mode not in ("r", "rt", "rb") or further:
         return open(file, mode, *further, **options)
     raw = Bytes(io.FileIO(file, "r"))
-    return raw if mode == "rb" else Text(raw, **{"encoding": "utf-8", **options})
+    return raw if mode == "rb" else EndedText(raw, **{"encoding": "utf-8", **options})
 
 
 def everywhere(package: str) -> None:

@@ -20,7 +20,7 @@ INSIDE = 1e-3  # least barycentric coordinate of a point that is well inside a t
 PAIRS = 4_000_000  # of points and cells near them: where a mesh has more, it is not searched for overlaps
 
 
-class Unreadable(Exception):
+class UnreadableMesh(Exception):
     """A mesh file cannot be used: the message says what is wrong with it, `remedy` what to do."""
 
     def __init__(self, message: str, code: str = "E403", remedy: str | None = None) -> None:
@@ -42,7 +42,7 @@ def used(points: Floats, cells: Ints) -> tuple[Floats, Ints, Ints]:
     if wrong.any():
         cell = int(np.argmax(wrong.any(axis=1)))
         node = int(cells[cell][wrong[cell]][0])
-        raise Unreadable(
+        raise UnreadableMesh(
             f"a cell names a point that does not exist: cell {cell} names node {node}, and the file has nodes 0 to "
             f"{len(points) - 1} ({int(wrong.any(axis=1).sum())} of {len(cells)} cells do so)",
             "E561", "write the file again: it may have been cut off, or its writer counts nodes from one",
@@ -63,7 +63,7 @@ def _sound(points: Floats, number: Ints) -> None:
     told = ", ".join(f"{x:g}" for x in points[first])
     finite = np.isfinite(points[first]).all()
     what = "a coordinate is absurdly large" if finite else "a coordinate is not a finite number"
-    raise Unreadable(
+    raise UnreadableMesh(
         f"{what}: node {int(number[first])} lies at ({told}) m ({int(bad.sum())} of {len(points)} nodes do so)",
         "E562", "write the file again from the program that made the mesh",
     )  # fmt: skip
@@ -101,7 +101,7 @@ def _once(points: Floats, cells: Ints, kind: str) -> None:
         return
     one, family = int(np.argmax(again)), element_of(kind).family
     twin = int(np.flatnonzero(first.ravel() == first.ravel()[one])[1])
-    raise Unreadable(
+    raise UnreadableMesh(
         f"some of its cells are given twice: {int(again.sum())} of {len(cells)} {family}, the first are "
         f"cells {one} and {twin} at {at(points[cells[one]].mean(axis=0))}",
         "E563", "leave the second of each out: its matter would count twice",
@@ -132,7 +132,7 @@ def _unfolded(mesh: Mesh, least: Floats) -> None:
     place = mesh.element.shape(where[:1])[0] @ corners
     det = jacobians(Mesh(corners, np.arange(len(corners))[None], mesh.kind), where[:1])
     left, first = float(det[0, 0]) / _mean(mesh, bad[0]), f"cell {bad[0]} at {at(corners.mean(axis=0))}"
-    raise Unreadable(
+    raise UnreadableMesh(
         f"{len(bad)} of its {len(mesh.cells)} {mesh.element.family} fold over themselves, the first is {first}: beside "
         f"{at(place)} it has {left:.2g} of its mean volume",
         "E564", "repair the mesh: part of such a cell is inside out; straight edges help, or a finer mesh of the curve",
@@ -151,7 +151,7 @@ def _none(bad: NDArray[np.bool_], points: Floats, cells: Ints, kind: str, what: 
     first, family = int(np.argmax(bad)), element_of(kind).family
     which = f"{int(bad.sum())} of its {len(cells)} {family} {'are ' if what == 'flat' else ''}{what}"
     place = at(points[cells[first]].mean(axis=0))
-    raise Unreadable(f"{which}, the first is cell {first} at {place}", "E564", remedy)
+    raise UnreadableMesh(f"{which}, the first is cell {first} at {place}", "E564", remedy)
 
 
 # ------------------------------------------------------------------ nodes at one place
@@ -193,7 +193,7 @@ def _uncut(mesh: Mesh, number: Ints) -> None:
     if not len(pairs):
         return
     a, b = (int(n) for n in number[pairs[0]])
-    raise Unreadable(
+    raise UnreadableMesh(
         f"it is cut apart: {len(pairs)} pairs of its {len(mesh.points)} nodes lie at the same place without being one, "
         f"the first are nodes {a} and {b} at {at(mesh.points[pairs[0, 0]])}",
         "E565", "`coincident = merge` joins them; `coincident = keep` leaves a slit that is meant",
@@ -227,7 +227,7 @@ def _one_piece(mesh: Mesh) -> None:
     part = _components(len(mesh.points), np.repeat(mesh.cells[:, 0], width - 1), mesh.cells[:, 1:].ravel())
     count = int(part.max()) + 1
     if count > 1:
-        raise Unreadable(
+        raise UnreadableMesh(
             f"it falls into {count} parts that share no points, {_told(mesh, part[mesh.cells[:, 0]])}",
             "E566", "a body is one piece: write each part to a file and declare a body of its own",
         )  # fmt: skip
@@ -266,7 +266,7 @@ def _around(sides: Ints) -> NDArray[np.bool_]:
 
 def _overlap(mesh: Mesh, cells: Ints, face: Ints, count: int, what: str) -> None:
     named = ", ".join(map(str, cells[:-1])) + f" and {cells[-1]}"
-    raise Unreadable(
+    raise UnreadableMesh(
         f"cells {named} {what}, at {at(mesh.points[face].mean(axis=0))} ({count} such face{'s' if count > 1 else ''})",
         "E567", "repair the mesh: a face has one cell on each side, or a cell and the surface",
     )  # fmt: skip
@@ -285,7 +285,7 @@ def _hinged(mesh: Mesh, cell: Ints, same: Ints) -> None:
     np.minimum.at(low, corners, part[:, None])
     np.maximum.at(high, corners, part[:, None])
     joint = int(np.argmax(high > low))
-    raise Unreadable(
+    raise UnreadableMesh(
         f"it has {count} parts that share no face and hang together by nodes or edges alone, such as node {joint} at "
         f"{at(mesh.points[joint])}: parts {_told(mesh, part)}",
         "E568", "join the parts by faces, or write each to a file and declare a body of its own",
@@ -301,7 +301,7 @@ def _through_itself(mesh: Mesh) -> None:
     if found is None:
         return
     point, cell = found
-    raise Unreadable(
+    raise UnreadableMesh(
         f"it passes through itself: {at(point)} lies inside cell {cell} and in another part of the mesh as well",
         "E569", "repair the mesh: matter there would count twice",
     )  # fmt: skip

@@ -14,7 +14,7 @@ from softmark.solvers.elements import ELEMENTS, element_of
 from softmark.solvers.elements.cells import Hexahedron
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.files import ended, gmsh1
-from softmark.solvers.mesh.files.flaws import Unreadable, checked, used
+from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked, used
 from softmark.solvers.mesh.files.formats import filling
 from softmark.solvers.mesh.files.rationing import rationed
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
@@ -28,7 +28,7 @@ AGAIN = "write it again as .vtu, .vtk, .msh, .inp or .mesh: it may be cut off, o
 FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
 
 
-__all__ = ["Unreadable", "converted", "read", "read_points", "read_surface"]
+__all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface"]
 
 
 def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
@@ -41,13 +41,13 @@ def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
     solids = sorted(there & KINDS.keys())
     if not solids:
         kinds = ", ".join(sorted(there)) or "none"
-        raise Unreadable(
+        raise UnreadableMesh(
             f"it has no tetrahedra and no hexahedra (its cells: {kinds})",
             remedy=filling(Path(path)) if there & FACETS.keys() else None,
         )
     others = (there & OTHERS) | set(solids[1:])
     if others:
-        raise Unreadable(f"it has other solid cells beside its {solids[0]} cells ({', '.join(sorted(others))})")
+        raise UnreadableMesh(f"it has other solid cells beside its {solids[0]} cells ({', '.join(sorted(others))})")
     cells = [block.data for block in data.cells if block.type == solids[0]]
     whole = np.concatenate(cells).astype(np.int64)
     return checked(_points(data, unit), whole, KINDS[solids[0]], coincident)
@@ -91,11 +91,11 @@ def converted(mesh: Mesh, kind: str, split: str) -> Mesh:
 def _split(mesh: Mesh, element: type[Element], split: str) -> Mesh:
     """Hexahedra as tetrahedra. Raises Unreadable."""
     if mesh.kind != Hexahedron.linear:
-        raise Unreadable(f"it has {mesh.element.described}, and the model wants {element.described}")
+        raise UnreadableMesh(f"it has {mesh.element.described}, and the model wants {element.described}")
     try:
         return SPLITS[split](mesh)
     except NotTwoColourable:
-        raise Unreadable(
+        raise UnreadableMesh(
             "its hexahedra cannot be split into five tetrahedra each: their points cannot be coloured like a "
             "chessboard; take `split = kuhn` or use hex8"
         ) from None
@@ -113,7 +113,7 @@ def _reason(error: Exception) -> str:
 def _points(data: Any, unit: float) -> Floats:
     read = np.asarray(data.points, dtype=np.float64)
     if read.ndim != 2 or not len(read):
-        raise Unreadable("it has no points", remedy=AGAIN)
+        raise UnreadableMesh("it has no points", remedy=AGAIN)
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused with its place
         points: Floats = unit * read[:, :3]
     if points.shape[1] < 3:  # a plane format
@@ -125,18 +125,18 @@ def _parsed(path: Path) -> Any:
     """What meshio makes of the file in one of the formats of its name. Raises Unreadable."""
     try:
         if not path.is_file():
-            raise Unreadable(f"there is no file {path}", remedy="the path is relative to the folder of the scene")
+            raise UnreadableMesh(f"there is no file {path}", remedy="the path is relative to the folder of the scene")
         if path.stat().st_size == 0:
-            raise Unreadable("it is empty", remedy=AGAIN)
+            raise UnreadableMesh("it is empty", remedy=AGAIN)
     except OSError as error:
-        raise Unreadable(f"it cannot be read ({error.strerror})") from error
+        raise UnreadableMesh(f"it cannot be read ({error.strerror})") from error
     if path.suffix.lower() == ".msh" and gmsh1.recognised(path):
         try:
             return gmsh1.read(path)
         except gmsh1.Malformed as error:
-            raise Unreadable(f"it is no complete Gmsh file of format 1 ({error})", remedy=AGAIN) from error
+            raise UnreadableMesh(f"it is no complete Gmsh file of format 1 ({error})", remedy=AGAIN) from error
     if path.suffix.lower() in (".xdmf", ".xmf") and b"hdf" in path.read_bytes().lower():
-        raise Unreadable("its numbers lie in another file, which the scene does not name", remedy=AGAIN)
+        raise UnreadableMesh("its numbers lie in another file, which the scene does not name", remedy=AGAIN)
     import meshio
 
     kinds = meshio.extension_to_filetypes.get(path.suffix.lower(), [None])  # None: let meshio say it
@@ -158,4 +158,4 @@ def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
         except Exception as error:  # its readers raise what they like
             reasons.append(_reason(error))
     why = "; ".join(dict.fromkeys(reasons)) or "in this format it may never finish"
-    raise Unreadable(f"meshio cannot read it ({why})", remedy=AGAIN)
+    raise UnreadableMesh(f"meshio cannot read it ({why})", remedy=AGAIN)

@@ -13,7 +13,7 @@ from softmark.interpreter.report.charts.chart import Chart, Curve
 from softmark.interpreter.report.charts.labels import Point
 from softmark.interpreter.report.charts.styles import REST
 from softmark.interpreter.report.page.markup import listed, plain, prose, section, tag
-from softmark.interpreter.report.page.plate import Column, crowded, plate
+from softmark.interpreter.report.page.plate import PlateColumn, crowded, plate
 from softmark.interpreter.report.page.sheet import Cell, csv_link, short
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.tables.points import point_table
@@ -152,16 +152,16 @@ class _Lines:
         within = quantity(depth, "m", 2)
         return f" Out of this plane the lines spread over {within}." if depth > 1e-6 * self.size else ""
 
-    def _columns(self) -> list[Column]:
+    def _columns(self) -> list[PlateColumn]:
         """The arc position, and every line in the plane of the figure."""
         scale = scale_of((self.size,), "m")
         decimals = decimals_of((self.size,), scale, 6)
         heading = scale.heading("s")
-        found = [Column(heading, (heading,), [(scale.fixed(float(s), decimals),) for s in arc(self.undeformed)])]
+        found = [PlateColumn(heading, (heading,), [(scale.fixed(float(s), decimals),) for s in arc(self.undeformed)])]
         symbols = tuple(scale.heading(axis) for axis in self.axes)
         for name, X in self.lines.items():
             cells = [tuple(scale.fixed(float(v), decimals) for v in row) for row in X[:, self.plane]]
-            found.append(Column(name, symbols, cells))
+            found.append(PlateColumn(name, symbols, cells))
         return found
 
     def _save(self) -> str:

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from softmark.interpreter.language.amounts import own_error
 from softmark.interpreter.report.page.markup import prose, section, tag, text
 from softmark.interpreter.report.page.sheet import Cell, csv_link
-from softmark.interpreter.report.run.bodies import Body, bodies
-from softmark.interpreter.report.run.findings import Findings, Metric, Result, value_of
+from softmark.interpreter.report.run.bodies import BodyResults, bodies
+from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of
 from softmark.interpreter.report.run.tables.metric_details import details_of
 from softmark.interpreter.report.run.tables.results_table import (
     SYMBOLS,
@@ -58,7 +58,7 @@ def _vouched(findings: Findings) -> str:
     return stated + (tag("p", text(again), class_="quiet about") if again else "")
 
 
-def _table(findings: Findings, body: Body, notes: Notes) -> str:
+def _table(findings: Findings, body: BodyResults, notes: Notes) -> str:
     """The table of a body, under its name where there are several."""
     heading = tag("h3", prose(f"`{body.name}`")) if body.name else ""
     return heading + ResultsTable(findings, body, notes).html()
@@ -77,14 +77,14 @@ def _message(name: str, result: Result) -> str:
     return tag("div", who, tag("p", said), class_=f"callout {mood}")
 
 
-def _meanings(findings: Findings, columns: Sequence[Metric]) -> str:
+def _meanings(findings: Findings, columns: Sequence[MetricColumn]) -> str:
     """What the metrics and the references are."""
     items = [_meaning(m) for m in columns if m.summary]
     items += [_source(n, r) for n, r in findings.report.references.items()]
     return tag("dl", *items, class_="meanings") if items else ""
 
 
-def _meaning(metric: Metric) -> str:
+def _meaning(metric: MetricColumn) -> str:
     where = f"At probe `{metric.probe}`" + (f", against `{metric.against}`." if metric.against else ".")
     return _defined(metric.name, f"{metric.summary} {where if metric.probe else ''}")
 
@@ -99,7 +99,7 @@ def _defined(name: str, words: str) -> str:
     return tag("div", tag("dt", tag("code", text(name))), tag("dd", prose(words)))
 
 
-def _csv(findings: Findings, columns: Sequence[Metric]) -> str:
+def _csv(findings: Findings, columns: Sequence[MetricColumn]) -> str:
     """Every number of the table in SI, as a link."""
     clocks = sorted({k for m in findings.report.models.values() for k, timing in m.time.items() if timing})
     header = ["name", "kind", "status", "message", "about", *(f"{m.name} [{m.unit}]" for m in columns)]
@@ -114,9 +114,13 @@ def _csv(findings: Findings, columns: Sequence[Metric]) -> str:
 
 
 def _record(
-    name: str, result: Result, columns: Sequence[Metric], uncertain: Sequence[Metric], said: Sequence[Metric],
+    name: str,
+    result: Result,
+    columns: Sequence[MetricColumn],
+    uncertain: Sequence[MetricColumn],
+    said: Sequence[MetricColumn],
     clocks: Sequence[str],
-) -> list[Cell]:  # fmt: skip
+) -> list[Cell]:
     metrics: list[Cell] = [value_of(result, m.name) for m in columns]
     metrics += [_within(result, m) for m in uncertain]
     metrics += [stated_of(result, m) for m in said]
@@ -129,7 +133,7 @@ def _record(
     return row + [cell for clock in clocks for cell in _clock(result.time.get(clock))]
 
 
-def _within(result: Result, metric: Metric) -> str | None:
+def _within(result: Result, metric: MetricColumn) -> str | None:
     found = result.metrics.get(metric.name)
     return None if found is None or found.value is None else "no" if found.meaningful else "yes"
 

@@ -13,7 +13,7 @@ from softmark.interpreter.report.charts.chart import Chart, Curve, sample
 from softmark.interpreter.report.charts.labels import Point
 from softmark.interpreter.report.charts.styles import Look, phase_look
 from softmark.interpreter.report.page.markup import count, listed, prose, section, tag, text
-from softmark.interpreter.report.page.plate import Column, plate
+from softmark.interpreter.report.page.plate import PlateColumn, plate
 from softmark.interpreter.report.page.sheet import Cell, csv_link
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.tables.probes import looks
@@ -152,10 +152,10 @@ def _not_finite(steps: Sequence[_Step]) -> str:
     return tag("path", class_="lost", d=crosses) if crosses else ""
 
 
-def _columns(course: _Course) -> list[Column]:
+def _columns(course: _Course) -> list[PlateColumn]:
     numbers = [(str(course.first + i),) for i in range(len(course.rows))]
     cells = [(s.phase, _percent(s.load), _number(s.residual), _percent(s.length)) for s in course.rows]
-    return [Column("iteration", ("iteration",), numbers), Column(course.name, SYMBOLS, cells)]
+    return [PlateColumn("iteration", ("iteration",), numbers), PlateColumn(course.name, SYMBOLS, cells)]
 
 
 def _number(value: float | None) -> str:

@@ -12,7 +12,7 @@ from softmark.interpreter.report.charts.axes import linear, logarithmic
 from softmark.interpreter.report.charts.chart import Chart, Curve
 from softmark.interpreter.report.charts.labels import LETTER, Point
 from softmark.interpreter.report.page.markup import prose, section, tag
-from softmark.interpreter.report.page.plate import Column, crowded, plate
+from softmark.interpreter.report.page.plate import PlateColumn, crowded, plate
 from softmark.interpreter.report.page.sheet import csv_link, short
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.tables.probes import Floats, arc, drawn_first, lines_of, looks
@@ -120,14 +120,16 @@ class _Pair:
         lead = f"Against `{self.reference}`, at probe `{self.probe}`.{error}"
         return prose(f"{lead} {self._ranking()}{cut}{shown}")
 
-    def _columns(self) -> list[Column]:
+    def _columns(self) -> list[PlateColumn]:
         s = arc(self.known.points)
         along, across = scale_of((float(s[-1]),), "m"), scale_of((self.largest,), "m")
         decimals, heading = decimals_of((float(s[-1]),), along, 6), across.heading("distance")
-        found = [Column(along.heading("s"), (along.heading("s"),), [(along.fixed(float(v), decimals),) for v in s])]
+        found = [
+            PlateColumn(along.heading("s"), (along.heading("s"),), [(along.fixed(float(v), decimals),) for v in s])
+        ]
         for name, distance in self.distances.items():
             cells = [(signed(f"{float(d) / across.factor:.4g}"),) for d in distance]
-            found.append(Column(name, (heading,), cells))
+            found.append(PlateColumn(name, (heading,), cells))
         return found
 
     def _save(self) -> str:

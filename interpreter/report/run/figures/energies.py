@@ -13,7 +13,7 @@ from softmark.interpreter.report.charts.axes import linear
 from softmark.interpreter.report.charts.chart import Chart, Curve, sample
 from softmark.interpreter.report.charts.styles import Look, model_look, phase_look
 from softmark.interpreter.report.page.markup import prose, tag, text
-from softmark.interpreter.report.page.plate import Column, plate
+from softmark.interpreter.report.page.plate import PlateColumn, plate
 from softmark.interpreter.report.page.sheet import Cell, csv_link, short
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.tables.probes import Floats
@@ -91,12 +91,12 @@ class _Energies:
         points = tuple((float(self.times[i]), float(self.values[name][i])) for i in self.chosen)
         return Curve(name, replace(phase, role="model", colour=self.look.colour), points, 1 + index, 1)
 
-    def _columns(self) -> list[Column]:
+    def _columns(self) -> list[PlateColumn]:
         scale = scale_of([float(np.abs(v).max()) for v in self.values.values()], "J")
-        found = [Column("t / s", ("t / s",), [(signed(f"{self.times[i]:.5g}"),) for i in self.chosen])]
+        found = [PlateColumn("t / s", ("t / s",), [(signed(f"{self.times[i]:.5g}"),) for i in self.chosen])]
         for name, v in self.values.items():
             cells = [(signed(f"{v[i] / scale.factor:.5g}"),) for i in self.chosen]
-            found.append(Column(name, (scale.heading("E"),), cells))
+            found.append(PlateColumn(name, (scale.heading("E"),), cells))
         return found
 
     def _save(self) -> str:

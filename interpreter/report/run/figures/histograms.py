@@ -12,9 +12,9 @@ from softmark.interpreter.report.charts.axes import Axis, linear
 from softmark.interpreter.report.charts.chart import Chart, Curve
 from softmark.interpreter.report.charts.styles import Look
 from softmark.interpreter.report.page.markup import prose, section, tag
-from softmark.interpreter.report.page.plate import Column, plate
+from softmark.interpreter.report.page.plate import PlateColumn, plate
 from softmark.interpreter.report.page.sheet import Cell, csv_link, short
-from softmark.interpreter.report.run.findings import Findings, Metric
+from softmark.interpreter.report.run.findings import Findings, MetricColumn
 from softmark.interpreter.report.run.tables.probes import Floats, looks
 from softmark.interpreter.results.thinning import picked
 from softmark.records import dataclass
@@ -45,7 +45,7 @@ def section_of(findings: Findings) -> str:
     return section("distribution", "Distribution of errors", tag("p", LEAD, class_="lead"), *blocks)
 
 
-def _samples(findings: Findings, metric: Metric) -> dict[str, Floats]:
+def _samples(findings: Findings, metric: MetricColumn) -> dict[str, Floats]:
     """Finite samples (n,) of the metric by model."""
     found = {}
     for name, model in findings.report.models.items():
@@ -62,7 +62,7 @@ class _Distribution:
 
     findings: Findings
     number: int
-    metric: Metric
+    metric: MetricColumn
 
     @cached_property
     def samples(self) -> Mapping[str, Floats]:
@@ -150,13 +150,13 @@ class _Distribution:
         width = WIDTH * min(1.0, x.at(min(known, self.top)))
         return tag("rect", x=LEFT, y=TOP, width=f"{width:.1f}", height=HEIGHT, class_="uncertain")
 
-    def _columns(self, name: str) -> list[Column]:
+    def _columns(self, name: str) -> list[PlateColumn]:
         x, _ = self.axes
         factor = self.top / BINS
         heading = x.label.replace(f"distance from {self.metric.against}", "error")
         middles = [(signed(f"{_in_unit(factor * (i + 0.5), heading, self.unit):.4g}"),) for i in range(BINS)]
         shares = [(signed(f"{100 * float(c):.3g}"),) for c in self.counts[name]]
-        return [Column(heading, (heading,), middles), Column(name, ("points / %",), shares)]
+        return [PlateColumn(heading, (heading,), middles), PlateColumn(name, ("points / %",), shares)]
 
     def _csv(self, name: str) -> str:
         width = self.top / BINS

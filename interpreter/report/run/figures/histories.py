@@ -11,7 +11,7 @@ from softmark.interpreter.language.amounts import decimals_of, quantity, scale_o
 from softmark.interpreter.report.charts.axes import Axis, linear
 from softmark.interpreter.report.charts.chart import Chart, Curve
 from softmark.interpreter.report.page.markup import prose, section, tag, text
-from softmark.interpreter.report.page.plate import Column, plate
+from softmark.interpreter.report.page.plate import PlateColumn, plate
 from softmark.interpreter.report.page.sheet import Cell, csv_link, short
 from softmark.interpreter.report.run.figures.energies import energy_plates
 from softmark.interpreter.report.run.findings import Findings
@@ -135,7 +135,7 @@ class _Course:
         )
         return f"Probe `{self.probe}`: displacement along {AXES[axis]} of {whole}, which was at {place}.{thin}"
 
-    def _columns(self) -> list[Column]:
+    def _columns(self) -> list[PlateColumn]:
         time, own = (
             scale_of((float(self.moments[-1]),), "s"),
             scale_of([_largest(v) for v in self.values.values()], "m"),
@@ -145,10 +145,10 @@ class _Course:
             decimals_of((own.factor * 100,), own, 6),
         )
         heading = time.heading("t")
-        found = [Column(heading, (heading,), [(time.fixed(float(t), decimals),) for t in self.moments])]
+        found = [PlateColumn(heading, (heading,), [(time.fixed(float(t), decimals),) for t in self.moments])]
         for name, values in self.values.items():
             cells = [(own.fixed(float(v), places) if np.isfinite(v) else "–",) for v in values]
-            found.append(Column(name, (own.heading(self.symbol),), cells))
+            found.append(PlateColumn(name, (own.heading(self.symbol),), cells))
         return found
 
     def _save(self) -> str:

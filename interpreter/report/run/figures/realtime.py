@@ -11,9 +11,9 @@ from softmark.interpreter.language.amounts import quantity, scale_of, signed
 from softmark.interpreter.report.charts.axes import Axis, logarithmic
 from softmark.interpreter.report.charts.labels import LETTER
 from softmark.interpreter.report.page.markup import count, plain, prose, section, tag, text
-from softmark.interpreter.report.page.plate import Column, data_table, details
+from softmark.interpreter.report.page.plate import PlateColumn, data_table, details
 from softmark.interpreter.report.page.sheet import Cell, csv_link, short
-from softmark.interpreter.report.run.findings import Findings, Metric
+from softmark.interpreter.report.run.findings import Findings, MetricColumn
 from softmark.interpreter.report.run.tables.probes import looks
 from softmark.interpreter.results.report import MetricResult
 from softmark.records import dataclass
@@ -27,7 +27,7 @@ Judged = Mapping[str, MetricResult]  # model -> what a metric says of it
 
 def section_of(findings: Findings) -> str:
     """A table and a picture for each clock, however many rates it is held against; empty where there is none."""
-    groups: dict[tuple[Any, ...], dict[Metric, Judged]] = {}
+    groups: dict[tuple[Any, ...], dict[MetricColumn, Judged]] = {}
     for metric in findings.metrics:
         if judged := _judged(findings, metric):
             groups.setdefault(_clock_of(judged), {})[metric] = judged
@@ -35,7 +35,7 @@ def section_of(findings: Findings) -> str:
     return section("realtime", "Real time", *parts) if parts else ""
 
 
-def _judged(findings: Findings, metric: Metric) -> Judged:
+def _judged(findings: Findings, metric: MetricColumn) -> Judged:
     found = {n: m.metrics.get(metric.name) for n, m in findings.report.models.items()}
     return {n: m for n, m in found.items() if m is not None and "verdict" in m.details and "limit_s" in m.details}
 
@@ -51,10 +51,10 @@ class _Clock:
 
     findings: Findings
     number: int
-    judged: Mapping[Metric, Judged]
+    judged: Mapping[MetricColumn, Judged]
 
     @cached_property
-    def first(self) -> tuple[Metric, Judged]:
+    def first(self) -> tuple[MetricColumn, Judged]:
         """The metric that names the files, and whom it judges."""
         return next(iter(self.judged.items()))
 
@@ -116,7 +116,7 @@ class _Clock:
         return tag("p", " ".join(links), class_="save-line")
 
 
-def _titled(metric: Metric, judged: Judged) -> str:
+def _titled(metric: MetricColumn, judged: Judged) -> str:
     """`eye / 25 Hz`."""
     rates = {m.details.get("rate_Hz") for m in judged.values()}
     rate = rates.pop() if len(rates) == 1 else None
@@ -155,7 +155,7 @@ class _Strips:
 
     findings: Findings
     number: int
-    metric: Metric
+    metric: MetricColumn
     sampled: Mapping[str, MetricResult]
     rates: Sequence[float]  # Hz
 
@@ -244,13 +244,13 @@ class _Strips:
             class_=f"strip {looks(self.findings.report)[name].classes}",
         )
 
-    def _columns(self) -> list[Column]:
+    def _columns(self) -> list[PlateColumn]:
         scale = scale_of([t[-1] for t in self.times.values()], "s")
         heads = tuple(scale.heading(w) for w in ("least", "25 %", "median", "75 %", "95 %", "99 %", "worst"))
         shares = (0.0, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
         cells = [tuple(signed(f"{_quantile(t, q) / scale.factor:.4g}") for q in shares) for t in self.times.values()]
         names = [(n,) for n in self.times]
-        return [Column("model", ("model",), names), Column("time of a frame", heads, cells)]
+        return [PlateColumn("model", ("model",), names), PlateColumn("time of a frame", heads, cells)]
 
     def _save(self) -> str:
         rows: list[list[Cell]] = [

@@ -13,10 +13,10 @@ from softmark.interpreter.report.charts.chart import Chart, Curve
 from softmark.interpreter.report.charts.labels import Point
 from softmark.interpreter.report.charts.styles import model_look
 from softmark.interpreter.report.page.markup import listed, prose, section, tag
-from softmark.interpreter.report.page.plate import Column, plate
+from softmark.interpreter.report.page.plate import PlateColumn, plate
 from softmark.interpreter.report.page.sheet import Cell, csv_link
 from softmark.interpreter.report.run.families import by_poisson, by_size
-from softmark.interpreter.report.run.findings import Findings, Metric, value_of
+from softmark.interpreter.report.run.findings import Findings, MetricColumn, value_of
 from softmark.records import dataclass
 
 LEAD = (
@@ -68,7 +68,7 @@ class _Varied:
 
     findings: Findings
     number: int
-    metric: Metric
+    metric: MetricColumn
     families: Families
 
     kind = ""
@@ -149,15 +149,15 @@ class _Varied:
 
     ends = ("", "")
 
-    def _columns(self) -> list[Column]:
+    def _columns(self) -> list[PlateColumn]:
         errors = [e for line in self.lines.values() for _, _, e in line]
         scale = scale_of(errors, self.metric.unit, True)
         longest = max(len(line) for line in self.lines.values())
-        found = [Column("member", ("member",), [(str(i + 1),) for i in range(longest)])]
+        found = [PlateColumn("member", ("member",), [(str(i + 1),) for i in range(longest)])]
         heads = ("model", self.symbol, scale.heading(self.metric.name))
         for family, line in self.lines.items():
             cells = [(n, self.said(v), signed(f"{e / scale.factor:.4g}")) for n, v, e in line]
-            found.append(Column(family, heads, cells))
+            found.append(PlateColumn(family, heads, cells))
         return found
 
     def _save(self) -> str:

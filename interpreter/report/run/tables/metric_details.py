@@ -9,7 +9,7 @@ from softmark.interpreter.language.amounts import grouped, quantity
 from softmark.interpreter.report.page.markup import prose, tag, text
 from softmark.interpreter.report.page.plate import details
 from softmark.interpreter.report.page.sheet import Cell, csv_link
-from softmark.interpreter.report.run.findings import Findings, Metric
+from softmark.interpreter.report.run.findings import Findings, MetricColumn
 
 UNITS = {
     "m": "m",
@@ -47,13 +47,13 @@ def _name(key: str) -> str:
     return (head if head and last in UNITS else key).replace("_", " ")
 
 
-def _known(findings: Findings, metric: Metric) -> dict[str, Mapping[str, Any]]:
+def _known(findings: Findings, metric: MetricColumn) -> dict[str, Mapping[str, Any]]:
     """Details by who has them."""
     found = {n: r.metrics.get(metric.name) for n, r in findings.everyone.items()}
     return {n: m.details for n, m in found.items() if m is not None and m.details}
 
 
-def _table(findings: Findings, metric: Metric) -> str:
+def _table(findings: Findings, metric: MetricColumn) -> str:
     known = _known(findings, metric)
     if not known:
         return ""

@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.grammar import tree
 from softmark.interpreter.report.charts.styles import COLOURS, Look, model_look, reference_look
 from softmark.interpreter.report.page.plate import SHOWN
-from softmark.interpreter.report.run.findings import Findings, value_of
+from softmark.interpreter.report.run.findings import UNKNOWN, Findings, value_of
 from softmark.interpreter.results.report import ProbeResult, Report
 
 Floats = NDArray[np.float64]
@@ -19,8 +18,7 @@ AXES = ("x", "y", "z")
 
 def _kind(findings: Findings, probe: str) -> str:
     """The constructor of a probe: line, point, surface, volume, markers; "" where the scene's text has none."""
-    declared = findings.declared.get(probe)
-    return declared.value.function.text if declared and isinstance(declared.value, tree.Call) else ""
+    return findings.declared.get(probe, UNKNOWN).word
 
 
 def lines_of(findings: Findings) -> dict[str, dict[str, ProbeResult]]:

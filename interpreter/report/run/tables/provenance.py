@@ -6,7 +6,6 @@ import shlex
 from collections.abc import Mapping
 from typing import Any
 
-from softmark.grammar import tree
 from softmark.interpreter.report.page.markup import section, tag, text
 from softmark.interpreter.report.page.plate import details
 from softmark.interpreter.report.run.findings import Findings
@@ -65,7 +64,7 @@ def command(findings: Findings) -> str:
     parts += [part for override in _overrides(findings) for part in ("-p", override)]
     parts += [part for name in _only(findings) for part in ("--model", name)]
     times = [timing for m in findings.report.models.values() if (timing := m.time.get("solve_s"))]
-    runs = max((len(timing.seconds) for timing in times), default=1)
+    runs = max((timing.runs for timing in times), default=1)
     return shlex.join([*parts, "--repeat", str(runs)] if runs > 1 else parts)
 
 
@@ -81,6 +80,6 @@ def _overrides(findings: Findings) -> list[str]:
 
 def _only(findings: Findings) -> list[str]:
     """The models that were asked for, where the finished report has not all that the scene declares."""
-    declared = {n for n, d in findings.declared.items() if isinstance(d, tree.Declare) and d.kind == "model"}
+    declared = set(findings.report.names.of_kind("model"))
     run = list(findings.report.models)
     return run if not findings.report.partial and run and declared - set(run) else []

@@ -8,7 +8,7 @@ from typing import Any
 from softmark.interpreter.language.amounts import Scale, decimals_of, scale_of, signed
 from softmark.interpreter.report.page.markup import listed, prose, section, tag, text
 from softmark.interpreter.report.page.sheet import Cell, csv_link
-from softmark.interpreter.report.run.findings import Findings, Metric, value_of
+from softmark.interpreter.report.run.findings import Findings, MetricColumn, value_of
 from softmark.interpreter.results.report import MetricResult, ModelResult
 from softmark.records import dataclass
 
@@ -34,7 +34,7 @@ def _models(findings: Findings) -> Sequence[ModelResult]:
     return list(findings.report.models.values())
 
 
-def _published(model: ModelResult, metric: Metric) -> float | None:
+def _published(model: ModelResult, metric: MetricColumn) -> float | None:
     found = model.metrics.get(metric.name)
     return None if found is None else found.published
 
@@ -61,7 +61,7 @@ class _Pairs:
     """Metrics of models with what was published about them."""
 
     findings: Findings
-    columns: Sequence[Metric]
+    columns: Sequence[MetricColumn]
 
     @property
     def rows(self) -> dict[str, ModelResult]:
@@ -93,13 +93,13 @@ class _Pairs:
             aria_label="Computed and published values",
         )
 
-    def _scale(self, metric: Metric) -> tuple[Scale, int]:
+    def _scale(self, metric: MetricColumn) -> tuple[Scale, int]:
         values = [value_of(m, metric.name) for m in self.rows.values()]
         values += [_published(m, metric) for m in self.rows.values()]
         scale = scale_of(values, metric.unit, metric.percent)
         return scale, decimals_of(values, scale, 4)
 
-    def _head(self, metric: Metric, scale: Scale) -> str:
+    def _head(self, metric: MetricColumn, scale: Scale) -> str:
         name = tag("a", tag("code", text(metric.name)), href=f"#L{metric.line}") if metric.line else text(metric.name)
         unit = tag("span", text(f" / {scale.unit}"), class_="unit") if scale.unit else ""
         return tag("th", name, unit, colspan=len(HEADS), scope="colgroup")

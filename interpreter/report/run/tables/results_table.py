@@ -17,8 +17,8 @@ from softmark.interpreter.language.amounts import (
     signed,
 )
 from softmark.interpreter.report.page.markup import count, listed, prose, tag, text
-from softmark.interpreter.report.run.bodies import Body
-from softmark.interpreter.report.run.findings import Findings, Metric, Result, value_of
+from softmark.interpreter.report.run.bodies import BodyResults
+from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of
 from softmark.interpreter.results.report import ModelResult, ReferenceResult
 
 WIDE = 6  # a table with more metrics is set more tightly
@@ -48,7 +48,7 @@ def caption(findings: Findings) -> str:
     return text(CAPTION + (BEST if best else "") + (TIED if tied else "") + (CLOCK if clock else ""))
 
 
-def ordered(metrics: Sequence[Metric]) -> list[Metric]:
+def ordered(metrics: Sequence[MetricColumn]) -> list[MetricColumn]:
     """Errors by reference, differences from models, then measurements, then times."""
     from_ = [(m.against, m.model) for m in metrics]
     key = lambda m: (m.clock, m.against is None, m.model is None, from_.index((m.against, m.model)))  # noqa: E731
@@ -101,17 +101,17 @@ class ResultsTable:
     """The results of one body; footnotes gather on the way."""
 
     findings: Findings
-    body: Body
+    body: BodyResults
     notes: Notes = field(default_factory=Notes)
 
     @cached_property
-    def groups(self) -> list[tuple[str, list[Metric]]]:
+    def groups(self) -> list[tuple[str, list[MetricColumn]]]:
         """Metrics under headings: errors by reference, measurements, times."""
         named = groupby(self.columns, key=_heading)
         return [(heading, list(metrics)) for heading, metrics in named]
 
     @cached_property
-    def columns(self) -> list[Metric]:
+    def columns(self) -> list[MetricColumn]:
         """Metrics in the order of the table."""
         return ordered(self.body.metrics)
 
@@ -158,7 +158,7 @@ class ResultsTable:
         low += [tag("th", word, scope="col") for word in ("Iterations", *(TIMES[k] for k in self.times))]
         return tag("thead", tag("tr", *top), tag("tr", *low))
 
-    def _metric_head(self, metric: Metric) -> str:
+    def _metric_head(self, metric: MetricColumn) -> str:
         scale, _ = self.scales[metric.name]
         name = tag("a", text(metric.name), href=f"#L{metric.line}") if metric.line else text(metric.name)
         unit = tag("span", text(f" / {scale.unit}"), class_="unit") if scale.unit else ""
@@ -182,7 +182,7 @@ class ResultsTable:
         below = result.outline if isinstance(result, ModelResult) else result.kind
         return tag("th", tag("a", own, href=f"#L{line}") if line else own, _small(text(below)), scope="row")
 
-    def _metric(self, name: str, result: Result, metric: Metric) -> str:
+    def _metric(self, name: str, result: Result, metric: MetricColumn) -> str:
         value = value_of(result, metric.name)
         if value is None:
             return self.notes.dash(self._reason(name, result, metric))
@@ -197,7 +197,7 @@ class ResultsTable:
             return tag("strong", shown) + tag("small", word, class_="best")
         return shown
 
-    def _stated(self, result: Result, metric: Metric) -> str:
+    def _stated(self, result: Result, metric: MetricColumn) -> str:
         """What a model states of the number, in the unit of the column: `± 0.05`."""
         error = stated_of(result, metric)
         if error is None:
@@ -205,7 +205,7 @@ class ResultsTable:
         own = f"\u00a0±\u00a0{signed(f'{error / self.scales[metric.name][0].factor:.2g}')}"
         return tag("small", tag("data", text(own), value=repr(error)), class_="stated")
 
-    def _text(self, value: float, metric: Metric) -> str:
+    def _text(self, value: float, metric: MetricColumn) -> str:
         """The number as it stands in its column."""
         scale, decimals = self.scales[metric.name]
         if metric.clock:
@@ -214,7 +214,7 @@ class ResultsTable:
         largest = max((abs(v) for v in self.values[metric.name]), default=0.0)
         return "0" if negligible(value, largest, metric.unit) else scale.text(value, decimals)
 
-    def _reason(self, name: str, result: Result, metric: Metric) -> str:
+    def _reason(self, name: str, result: Result, metric: MetricColumn) -> str:
         found = result.metrics.get(metric.name)
         if found is not None:
             return found.reason or "no reason was given"
@@ -249,16 +249,16 @@ class ResultsTable:
         timing = model.time.get(kind)
         if timing is None:
             return self.notes.dash("a static analysis has no time steps" if kind == "step_s" else "not timed")
-        wall, cpu, below = timing.to_json(), model.time.get(kind.replace("_s", "_cpu_s")), []
+        cpu, below = model.time.get(kind.replace("_s", "_cpu_s")), []
         setup = model.time.get("setup_s") if kind == "solve_s" else None
-        if wall["runs"] > 1:
-            below.append(_range(wall["min"], wall["max"]))
-            below.append(count(int(wall["runs"]), "run" if kind == "solve_s" else "step"))
+        if timing.runs > 1:
+            below.append(_range(min(timing.seconds), max(timing.seconds)))
+            below.append(count(timing.runs, "run" if kind == "solve_s" else "step"))
         if setup:
-            below.append(f"setup {seconds(setup.to_json()['median'])}")
-        if cpu and _differ(used := cpu.to_json()["median"], wall["median"]):
-            below.append(f"CPU {seconds(used)}")
-        return seconds(wall["median"]) + _small("<br>".join(below))
+            below.append(f"setup {seconds(setup.median)}")
+        if cpu and _differ(cpu.median, timing.median):
+            below.append(f"CPU {seconds(cpu.median)}")
+        return seconds(timing.median) + _small("<br>".join(below))
 
 
 def _differ(cpu: float, wall: float) -> bool:
@@ -290,7 +290,7 @@ def _verdict(good: bool) -> str:
     return tag("span", sign, " ", said, class_=f"status {mood}")
 
 
-def _heading(metric: Metric) -> str:
+def _heading(metric: MetricColumn) -> str:
     if metric.clock:
         return "Real time"
     if metric.model:
@@ -312,8 +312,7 @@ def _small(markup: str) -> str:
     return tag("small", markup) if markup else ""
 
 
-def stated_of(result: Result, metric: Metric) -> float | None:
+def stated_of(result: Result, metric: MetricColumn) -> float | None:
     """The error that a model states of a number, SI; None where it states none."""
     said = result.stated.get(metric.name) if isinstance(result, ModelResult) and not metric.clock else None
-    value = None if said is None else said.get("value")
-    return None if value is None else float(value)
+    return None if said is None else said.value

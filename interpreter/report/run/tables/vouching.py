@@ -18,10 +18,10 @@ def words(model: ModelResult) -> str | None:
         return None
     first = next((n for n in model.metrics if n in model.stated), next(iter(model.stated)))
     said = model.stated[first]
-    doubts = f" (and doubts it: {', '.join(said['doubts'])})" if said.get("doubts") else ""
-    if said.get("value") is None:
-        return f"states no error of `{first}`: {said.get('reason') or 'no reason was given'}{doubts}"
-    value = amount(float(said["value"]), str(said.get("unit", "1")))
+    doubts = f" (and doubts it: {', '.join(said.doubts)})" if said.doubts else ""
+    if said.value is None:
+        return f"states no error of `{first}`: {said.reason or 'no reason was given'}{doubts}"
+    value = amount(said.value, said.unit or "1")
     return f"states an error of at most {value} in `{first}`{doubts}"
 
 
@@ -34,7 +34,7 @@ def amount(value: float, unit: str = "1") -> str:
 def unasked(model: ModelResult) -> bool:
     """Whether it states nothing because nobody asked it to."""
     each = model.stated.values()
-    return all(s.get("value") is None and NOT_ASKED in (s.get("reason") or "") for s in each)
+    return all(s.value is None and NOT_ASKED in (s.reason or "") for s in each)
 
 
 NOT_ASKED = "`--stated` does"  # in the reason of what would cost something
@@ -42,8 +42,8 @@ NOT_ASKED = "`--stated` does"  # in the reason of what would cost something
 
 def beside(model: ModelResult, name: str, found: MetricResult) -> str | None:
     """`± 0.05`: what a model states of a metric, in the unit that its value is shown in, if it does."""
-    value = (model.stated.get(name) or {}).get("value")
-    if value is None or found.value is None:
+    said = model.stated.get(name)
+    if said is None or (value := said.value) is None or found.value is None:
         return None
     dimension = units.parse(found.unit).dimension
     if dimension == units.NONE:

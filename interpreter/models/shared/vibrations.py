@@ -1,0 +1,51 @@
+"""Small vibrations of a model about its equilibrium, found where a metric asks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.metrics.undefined import Undefined
+from softmark.solvers.energies.energy import Floats
+
+if TYPE_CHECKING:
+    from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.linear.systems import Linear
+
+UNSTABLE = 1e-9  # of the largest value found: below it, under zero, a motion grows
+
+
+def about(assembly: Assembly, x: Floats, mass: Callable[[], Any], linear: Linear) -> Callable[[int], Floats]:
+    """A function of `count` that gives the lowest frequencies (count,), Hz, in the state x under the full load.
+
+    `mass` makes the mass matrix or its diagonal, of the first degrees of freedom; those behind them have none. It
+    raises Undefined, with a reason.
+    """
+    return lambda count: _frequencies(assembly, x, mass(), linear, count)
+
+
+def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: Linear, count: int) -> Floats:
+    import numpy as np
+    from scipy import sparse
+
+    from softmark.solvers.dynamics.vibrations import CLOSE, NotSettled, lowest, unsettled
+    from softmark.solvers.linear.factorisations import Singular
+    from softmark.solvers.linear.systems import Linear, Systems
+
+    if not assembly.conservative:
+        raise Undefined("its forces have no energy: what follows them may grow, and has no modes of its own")
+    whole = sparse.csr_matrix(sparse.diags(mass) if mass.ndim == 1 else mass)
+    whole.resize(assembly.dofs, assembly.dofs)
+    free = assembly.free
+    K, M = assembly.tangent(x.astype(np.float64), 1.0), whole[free][:, free]
+    try:
+        plain = Linear(modes=linear.modes, spare=linear.spare)
+        values, modes = lowest(K, M, count, lambda: Systems(plain).direct(K))
+    except (NotSettled, Singular) as error:
+        raise Undefined(str(error)) from error
+    if (left := unsettled(K, M, values, modes)) > CLOSE:
+        raise Undefined(f"its modes were found to {left:.1g} of their forces only")
+    if values[0] < -UNSTABLE * np.abs(values).max():
+        raise Undefined("the equilibrium is unstable: what moves away from it does not come back")
+    found: Floats = np.sqrt(np.maximum(values, 0.0)) / (2.0 * np.pi)
+    return found
