@@ -36,7 +36,8 @@ def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]
     carried = found.solution.carried()
     scale, allowed = _measures(carried, known, float(found.solution.facts.get("residual") or 0.0))
     if scale == 0.0:
-        return {"reactions": {"force": 0.0, "moment": 0.0, "allowed": 0.0}}, None
+        nothing = {"force": 0.0, "moment": 0.0, "allowed": 0.0, "apart": None, "reason": "nothing acts"}
+        return {"reactions": nothing}, None
     force, moment = _relative(_total(carried, known), carried, scale)
     facts: dict[str, Any] = {"force": force, "moment": moment, "allowed": allowed / scale}
     reason = None
