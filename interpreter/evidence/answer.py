@@ -13,6 +13,7 @@ import numpy as np
 from softmark.interpreter.evidence.budget import Budget
 from softmark.interpreter.evidence.probe_answers import Floats, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.models.shared.at_rest import at_rest
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.models.shared.stressed import stressed
 from softmark.interpreter.problem.case import Case, Fault, case_for
@@ -71,8 +72,9 @@ class Answer:
 
             prepared, _ = prepared_model(declared, case, Workshop(scene=self.scene, measured=self.measured))
             with np.errstate(all="ignore"):
-                solution = prepared.solve(self.budget.check)
-            return stressed(self.scene, declared, case, solution), dict(prepared.size)
+                found = prepared.solve(self.budget.check)
+            found = replace(found, at_rest=at_rest(declared, case, prepared, found))
+            return stressed(self.scene, declared, case, found), dict(prepared.size)
 
         solution, size = self.once(key, solve)
         if solution.displacement is None:

@@ -31,6 +31,7 @@ from softmark.interpreter.evidence.selection_error import selection
 from softmark.interpreter.front.course_steps import shows
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
+from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.shared.prepared import Prepared
 from softmark.interpreter.problem.parts.resultants import of_selections
@@ -106,6 +107,8 @@ class Stated(Answer):
         residual = float(self.result.solve.get("residual") or 0.0)
         if isinstance(self.case.analysis, Dynamic):
             return 10.0 * residual * seen.size
+        if seen.in_forces:
+            return 100.0 * residual * seen.size
         step: Floats | None = self.once("step", self.next_step)
         if step is None:
             return 100.0 * residual * seen.size
@@ -202,11 +205,21 @@ def _asked(scene: Scene, result: ModelResult, view: View) -> dict[str, ProbeAnsw
         probe = metric.thing.looked_at
         if probe in result.probes:
             found[name] = _seen(result.probes[probe], metric.thing, view)
+        elif _in_forces(scene, metric.thing, view):
+            nothing = np.zeros((0, 3))
+            found[name] = _seen(ProbeResult(nothing, nothing), metric.thing, view)
     return found | {name: _seen(probe, None, view) for name, probe in result.probes.items()}
+
+
+def _in_forces(scene: Scene, metric: Any, view: View) -> bool:
+    """Whether a metric is about forces that a view knows."""
+    known = view.at_rest is not None and view.at_rest.reason is None
+    return known and isinstance(metric, OfForces) and metric.body_in(scene) in (None, view.body)
 
 
 def _seen(probe: ProbeResult, metric: Any, view: View) -> ProbeAnswer:
     course = probe.course is not None and (metric is None or isinstance(metric, CourseNorm))
     u, times = (probe.course, probe.times) if course else (probe.displacement, None)
     assert u is not None
-    return ProbeAnswer(probe.points, u, times, metric, view.displacement, probe, view, view.history, view.stress)
+    known = (view.history, view.stress, view.at_rest)
+    return ProbeAnswer(probe.points, u, times, metric, view.displacement, probe, view, *known)

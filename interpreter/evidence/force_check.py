@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.evidence import reaction_check
 from softmark.interpreter.evidence.kinds import voucher_of
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
-from softmark.interpreter.evidence.kinds.voucher import Found
+from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
 from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
@@ -126,19 +127,25 @@ def _checked(
     try:
         result, claimed = voucher.balance(looked)
     except Unchecked as reason:
-        return {"residual": None, "reason": str(reason), **found}, None
+        return _held(voucher, looked, {"residual": None, "reason": str(reason), **found})
     found = {"residual": result.residual, "rounding": result.rounding, "nodes": result.nodes, **found}
     if not math.isfinite(result.residual):
         return found, "the forces of its solution are not finite numbers"
     # what meets the tolerance is what was asked for, however much better the solver thought it was
     allowed = max(AGREES * (claimed or 0.0), case.analysis.tolerance) + LEFT * result.rounding
     if claimed is None or result.residual <= allowed:
-        return found, None
+        return _held(voucher, looked, found)
     problem = (
         f"its forces do not balance: found again by other formulas, {result.residual:.1e} of the loads is left, where "
         f"the solver says {claimed:.1e}"
     )
     return found, problem
+
+
+def _held(voucher: Voucher, looked: Found, found: dict[str, Any]) -> tuple[dict[str, Any], str | None]:
+    """The same with what supports and loads come to together."""
+    own, reason = reaction_check.checked(voucher, looked)
+    return found | own, reason if looked.solution.status == "converged" else None
 
 
 def _cells(solution: Solution) -> dict[str, Any]:

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from softmark.interpreter.metrics.measure import measured_by
 from softmark.interpreter.metrics.measurement import Known
 from softmark.interpreter.metrics.measurement import Seen as Looked
-from softmark.interpreter.metrics.metric import Metric, OfDisplacements
+from softmark.interpreter.metrics.metric import Metric, OfDisplacements, OfForces
 from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.history import History
+from softmark.interpreter.results.reactions import AtRest
 from softmark.interpreter.results.report import ProbeResult
 from softmark.records import dataclass
 
@@ -48,12 +49,12 @@ class ProbeAnswer:
     view: View | None = None
     history: History | None = None
     stress: Callable[[], Any] | None = None
+    at_rest: AtRest | None = None
 
     def of(self, solution: Solution) -> ProbeAnswer:
         """What the same probe sees of another solution, at the same times. Raises Unknown."""
-        return replace(
-            self, u=self._of(solution), field=solution.displacement, history=solution.history, stress=solution.stress
-        )
+        seen = replace(self, u=self._of(solution), field=solution.displacement, history=solution.history)
+        return replace(seen, stress=solution.stress, at_rest=solution.at_rest)
 
     def at(self, field: Field) -> ProbeAnswer:
         """What it would see of a static field."""
@@ -75,6 +76,11 @@ class ProbeAnswer:
         return plain or self.times is not None or self.unit == "m"
 
     @property
+    def in_forces(self) -> bool:
+        """Whether it is about forces, which displacements at points do not tell."""
+        return isinstance(self.metric, OfForces)
+
+    @property
     def unit(self) -> str:
         """In which its error is: that of the metric; of a probe relative."""
         return "1" if self.metric is None else str(self.metric.unit)
@@ -86,6 +92,11 @@ class ProbeAnswer:
             return float(np.linalg.norm(self.u, axis=-1).max(initial=0.0))
         if isinstance(self.metric, OfTensors):
             return self._of_tensors(self.metric)
+        if isinstance(self.metric, OfForces):
+            try:
+                return self.metric.extent(self.at_rest)
+            except Undefined as undefined:
+                raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
         return abs(self.value) if self.unit == "s" else 1.0
 
     def _of_tensors(self, metric: OfTensors) -> float:
@@ -102,6 +113,8 @@ class ProbeAnswer:
     def _of(self, solution: Solution) -> Floats:
         if solution.displacement is None:
             raise Unknown(solution.message or "there is no solution")
+        if self.in_forces:  # and at no points
+            return self.u
         if self.times is None or solution.history is None:
             return np.asarray(solution.displacement(self.X))
         theirs = np.asarray(solution.history.displacement(self.X))
@@ -115,6 +128,8 @@ class ProbeAnswer:
             raise Unknown("another solution is not finite")
         if self.metric is None or self.times is not None:
             return self._norm(other)
+        if isinstance(self.metric, OfForces):
+            return self._forces_apart(self.metric, other)
         if self.unit == "m":
             return self._distance(other)
         if self.metric.measured_from is None:
@@ -122,6 +137,12 @@ class ProbeAnswer:
         if self.metric.summed_by.endswith("sd"):
             raise Unknown(f"{NO_ERROR}: a spread is no distance of two solutions")
         return self._measured(other, Known(self.view.name if self.view else "", self.u, self.field))
+
+    def _forces_apart(self, metric: OfForces, other: ProbeAnswer) -> float:
+        try:
+            return metric.apart(other.at_rest, self.at_rest)
+        except Undefined as undefined:
+            raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
 
     def _norm(self, other: ProbeAnswer) -> float:
         size = float(np.linalg.norm(self.u))
@@ -151,7 +172,7 @@ class ProbeAnswer:
         weights = view.weights.get(metric.looked_at or "")
         looked = Looked(
             view.name, view.case, self.X, other.u, probe.triangles, weights, known, other.field,
-            history=other.history, stress=other.stress,
+            history=other.history, stress=other.stress, at_rest=other.at_rest,
         )  # fmt: skip
         try:
             return measured_by(metric, looked).value

@@ -38,20 +38,26 @@ def part(result: ModelResult, case: Case, mesh: Moved | None, cells: int, seen: 
     return found * seen.size
 
 
-def _points(mesh: Moved | None, seen: ProbeAnswer) -> Floats:
-    return seen.X if mesh is None or not len(mesh.points) else mesh.points
+def _points(case: Case, mesh: Moved | None, seen: ProbeAnswer) -> Floats:
+    """Those of the mesh; without one those that are looked at, or the ends of the body."""
+    if mesh is not None and len(mesh.points):
+        return mesh.points
+    if len(seen.X) or not isinstance(case.shape, Prism):
+        return seen.X
+    root, along = np.array(case.shape.root), np.array(case.shape.axis)
+    return np.array([root, root + case.shape.length * along])
 
 
 def _extent(case: Case, mesh: Moved | None, seen: ProbeAnswer) -> float:
     """Of the body, m."""
-    bounds = np.ptp(_points(mesh, seen), axis=0).max()
+    bounds = np.ptp(_points(case, mesh, seen), axis=0).max()
     return float(bounds) or (case.shape.length if isinstance(case.shape, Prism) else 0.0) or 1.0
 
 
 def _reach(case: Case, mesh: Moved | None, count: int, seen: ProbeAnswer) -> tuple[float, float]:
     """The largest coordinate, before or after deformation, and the shortest side of a cell, m."""
-    points, cells = _points(mesh, seen), None if mesh is None else mesh.cells
-    far = float(np.abs(points).max() + np.abs(seen.u).max())
+    points, cells = _points(case, mesh, seen), None if mesh is None else mesh.cells
+    far = float(np.abs(points).max() + np.abs(seen.u).max(initial=0.0))
     if cells is not None and len(cells) and points is not seen.X:
         corners = points[np.asarray(cells)]  # (m, a, 3)
         sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)

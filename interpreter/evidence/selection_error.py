@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from softmark.interpreter.evidence.answer import Answer
@@ -17,13 +17,18 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.shared.gripping import Grip
     from softmark.interpreter.models.shared.prepared import Prepared
     from softmark.interpreter.problem.case import Case
+    from softmark.interpreter.results.reactions import AtRest
 
 
-def reactions(case: Case, prepared: Prepared) -> dict[str, dict[str, float]]:
-    """What a report says of the supports of a model that has a mesh, by name."""
+def reactions(case: Case, prepared: Prepared, known: AtRest) -> dict[str, dict[str, Any]]:
+    """What a report says of the supports of a model, by name: what of its selection each holds, and what it carries."""
+    grips, nothing = _grips(case, prepared), {"force": None, "moment": None, "reason": known.reason}
     found = {}
-    for name, own in _grips(case, prepared).items():
-        found[name] = {"held": own.held} | ({"beyond": own.beyond} if own.beyond else {})
+    for support in case.supports:
+        carried = nothing if known.reason is not None else known.reactions[support.name].to_json()
+        own = grips.get(support.name)
+        held = {} if own is None else {"held": own.held} | ({"beyond": own.beyond} if own.beyond else {})
+        found[support.name] = {**held, **carried}
     return found
 
 

@@ -22,6 +22,7 @@ from softmark.interpreter.language.message_limit import shortened
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.overrides import Override
 from softmark.interpreter.language.scene import Declared, Location, Scene
+from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
 from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, reach
@@ -188,7 +189,8 @@ def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Bodies that models compute although nothing moves them, and nobody asks how they vibrate."""
-    ringing = {metric.thing.about for metric in scene.of_kind("metric").values()}
+    asked = (metric.thing for metric in scene.of_kind("metric").values())
+    ringing = {thing.concerned for thing in asked if not isinstance(thing, OfForces)}
     cases = (case for _, case in _cases(scene, "model") if not case.loads and not _driven(case))
     still = {case.body.name: case for case in cases if case.body.name not in ringing}
     for case in still.values():
@@ -321,8 +323,8 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _looks_at(scene: Scene, metric: str) -> str | None:
     """The body whose points a metric compares."""
-    probe = scene.declared[metric].thing.looked_at
-    return None if probe is None else scene.declared[probe].thing.body
+    body: str | None = scene.declared[metric].thing.body_in(scene)
+    return body
 
 
 def _body(scene: Scene, worker: str) -> str | None:

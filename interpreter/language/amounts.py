@@ -27,7 +27,12 @@ def quantity(value: float, unit: str, digits: int = 6, percent: bool = False) ->
         shown = f"{near:.6g} {unit}".strip()
     if "e-" in shown:  # smaller than the smallest unit that people use
         shown = f"{near:.6g} {unit}"
-    return signed(shown)
+    return signed(as_asked(shown, unit))
+
+
+def as_asked(shown: str, unit: str) -> str:
+    """`mN*m` for `mJ` where the unit is that of a moment, which no energy is."""
+    return f"{shown[:-1]}N*m" if unit == "N*m" and shown.endswith("J") else shown
 
 
 def is_ratio(unit: str) -> bool:
@@ -82,7 +87,7 @@ def scale_of(values: Iterable[float | None], unit: str, percent: bool = False) -
         return Scale(0.01, "%") if percent else Scale(1.0, "")
     try:
         symbol = units.show(rounded(largest, 4), units.parse(unit).dimension).partition(" ")[2]
-        return Scale(units.parse(symbol).factor, symbol) if symbol else Scale(1.0, unit)
+        return Scale(units.parse(symbol).factor, as_asked(symbol, unit)) if symbol else Scale(1.0, unit)
     except units.UnitError:
         return Scale(1.0, unit)
 

@@ -232,7 +232,7 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "integer", "interval": Interval.read(spec)}
     if spec in ("shape", "material", "element", "course", "stiffness"):
         return {"form": "value", "kind": spec}
-    if spec in ("body", "reference", "probe", "analysis", "metric", "model", "study"):
+    if spec in ("body", "support", "load", "reference", "probe", "analysis", "metric", "model", "study"):
         return {"form": "name", "kind": spec}
     if spec == "reference or model":
         return {"form": "name", "kind": "reference", "also": ("model",)}

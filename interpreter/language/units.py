@@ -309,5 +309,6 @@ _SHOWN: dict[Dimension, tuple[tuple[float, str], ...]] = {
     PRESSURE: ((1e12, "TPa"), (1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
     TIME: ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")),
     FORCE: ((1e3, "kN"), (1.0, "N"), (1e-3, "mN"), (1e-6, "µN")),
+    ENERGY: ((1e3, "kJ"), (1.0, "J"), (1e-3, "mJ"), (1e-6, "µJ")),
     ANGLE: ((0.017453292519943295, "deg"),),
 }

@@ -15,19 +15,23 @@ from typing import Any
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.displacement import Displacement
 from softmark.interpreter.metrics.energy_norm import EnergyNorm
+from softmark.interpreter.metrics.force import Force
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.hausdorff import Hausdorff
 from softmark.interpreter.metrics.max_error import MaxError
 from softmark.interpreter.metrics.mean_error import MeanError
+from softmark.interpreter.metrics.moment import Moment
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.realtime import RealTime
 from softmark.interpreter.metrics.strain import Strain
+from softmark.interpreter.metrics.strain_energy import StrainEnergy
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
 from softmark.interpreter.metrics.stress import Stress
 from softmark.interpreter.metrics.stretch import Stretch
 from softmark.interpreter.metrics.surface_distance import SurfaceDistance
 from softmark.interpreter.metrics.tip_error import TipError
 from softmark.interpreter.metrics.volume_change import VolumeChange
+from softmark.interpreter.metrics.work import LoadWork
 
 METRICS: dict[str, type[Any]] = {
     "energy_norm": EnergyNorm,
@@ -43,6 +47,10 @@ METRICS: dict[str, type[Any]] = {
     "stress": Stress,
     "strain": Strain,
     "stretch": Stretch,
+    "force": Force,
+    "moment": Moment,
+    "strain_energy": StrainEnergy,
+    "work": LoadWork,
     "period": Period,
     "frequency": Frequency,
     "realtime": RealTime,

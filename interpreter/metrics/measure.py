@@ -39,8 +39,8 @@ def _concerns(scene: Scene, metric: Declared, view: View) -> bool:
     if metric.thing.measured_from == view.name:
         return False
     probe, model = metric.thing.looked_at, scene.declared[view.name].kind == "model"
-    if probe is None:  # about the computation itself
-        return model and metric.thing.about in (None, view.body)
+    if probe is None:  # about forces, or the computation itself
+        return model and metric.thing.body_in(scene) in (None, view.body)
     if not model and view.message is None and probe not in view.probes:  # measured elsewhere
         return False
     return bool(scene.declared[probe].thing.body == view.body)
@@ -108,6 +108,7 @@ def seen_of(thing: Metric, view: View, views: Mapping[str, View]) -> Seen:
         own.times,
         own.course,
         view.stress,
+        view.at_rest,
         view.vibrations,
     )
 
@@ -131,6 +132,7 @@ def _known(against: str, reference: View | None, probe: str | None, own: ProbeRe
         reference.uncertainty,
         seen.times if seen else None,
         seen.course if seen else None,
+        reference.at_rest,
     )
 
 

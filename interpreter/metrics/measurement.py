@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.problem.case import Case
     from softmark.interpreter.results.history import History
+    from softmark.interpreter.results.reactions import AtRest
     from softmark.interpreter.results.report import Timing
     from softmark.references.measured import MeasuredSurface
     from softmark.solvers.stresses.field import Stresses
@@ -34,6 +35,7 @@ class Known:
     uncertainty: float = 0.0  # m
     times: Floats | None = None  # (t,) s, and
     course: Floats | None = None  # (t, n, 3) m at the points of the probe, of a model with a history
+    at_rest: AtRest | None = None  # of a model
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,7 @@ class Seen:
     times: Floats | None = None  # (t,) s, and
     course: Floats | None = None  # (t, n, 3) m at the points of the probe, where there is a history
     stress: Callable[[], Stresses] | None = None  # of a model on a mesh; it raises NoStress
+    at_rest: AtRest | None = None  # of a model: what supports carry, and energies
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from softmark.interpreter.metrics.undefined import Undefined
@@ -10,7 +11,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from softmark.interpreter.language.scene import Scene
     from softmark.interpreter.metrics.measurement import Measurement, Seen
+    from softmark.interpreter.results.reactions import AtRest
 
     Floats = NDArray[np.float64]
 
@@ -36,9 +39,16 @@ class Metric:
         return vars(self).get("probe")
 
     @property
-    def about(self) -> str | None:
-        """The body whose models it asks, where no probe says it; None: all."""
+    def concerned(self) -> str | None:
+        """The declaration whose body it is about, if not a probe: a support, a load, a body; None of all bodies."""
         return vars(self).get("body")
+
+    def body_in(self, scene: Scene) -> str | None:
+        """The body that it is about; None of all."""
+        if (name := self.looked_at or self.concerned) is None:
+            return None
+        declared = scene.declared[name]
+        return name if declared.kind == "body" else vars(declared.thing).get("body")
 
     @property
     def measured_from(self) -> str | None:
@@ -58,6 +68,70 @@ class Metric:
     def measure(self, seen: Seen) -> Measurement:
         """Its value, and what else it knows. Raises Undefined, with a reason, where it has none."""
         raise NotImplementedError(f"{type(self).__name__} measures nothing")
+
+
+class OfForces(Metric):
+    """One that is made of what a state of rest says of forces; against another model it is relative to that."""
+
+    natural: ClassVar[str]  # the unit of its value
+
+    @property
+    def unit(self) -> str:
+        """Of its value: a plain number where it is an error."""
+        return self.natural if self.measured_from is None else "1"
+
+    def amount(self, rest: AtRest) -> Floats:
+        """A number (), or a vector of which it is a component (3,), in its natural unit. Raises Undefined."""
+        raise NotImplementedError(f"{type(self).__name__} has no value")
+
+    def measure(self, seen: Seen) -> Measurement:
+        """Its value, or how far it is from that of another model, relative to its size. Raises Undefined."""
+        from softmark.interpreter.metrics.measurement import Measurement
+
+        own = self._known(seen.at_rest)
+        if self.measured_from is None:
+            return Measurement(self._along(own), self.details(own))
+        right = self._known(None if seen.known is None else seen.known.at_rest)
+        if (size := self.size(right)) == 0.0:
+            raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
+        return Measurement(abs(self._along(own) - self._along(right)) / size)
+
+    def size(self, value: Floats) -> float:
+        """What an error is relative to: of a vector its size, whatever component is looked at."""
+        return math.sqrt(float((value**2).sum()))
+
+    def apart(self, rest: AtRest | None, right: AtRest | None) -> float:
+        """How far it is from that of a solution taken as right: of vectors all components, for one may agree by chance.
+
+        In its unit, so that it is relative where it is an error. Raises Undefined.
+        """
+        far = self.distance(*(self._sound(known) for known in (rest, right)))
+        return far if self.measured_from is None else far / self.size(self._known(right))
+
+    def distance(self, rest: AtRest, right: AtRest) -> float:
+        """The same in its natural unit. Raises Undefined."""
+        return self.size(self.amount(rest) - self.amount(right))
+
+    def extent(self, rest: AtRest | None) -> float:
+        """What a relative error of it is multiplied by, in its unit. Raises Undefined."""
+        return self.size(self._known(rest)) if self.measured_from is None else 1.0
+
+    def details(self, value: Floats) -> dict[str, Any]:
+        """What a report has beside the value."""
+        return {}
+
+    def _along(self, value: Floats) -> float:
+        return float(value @ self.direction) if self.direction is not None else float(value)
+
+    def _known(self, rest: AtRest | None) -> Floats:
+        return self.amount(self._sound(rest))
+
+    def _sound(self, rest: AtRest | None) -> AtRest:
+        if rest is None:
+            raise Undefined("a reference has no forces")
+        if rest.reason is not None:
+            raise Undefined(rest.reason)
+        return rest
 
 
 class OfDisplacements(Metric):

@@ -77,7 +77,8 @@ def _askers(scene: Scene) -> dict[tuple[str, str], Location]:
 def _bodies(scene: Scene, question: Declared) -> tuple[str, ...]:
     """The body that a probe or metric looks at; all where a metric is about the computation itself."""
     if question.kind == "metric" and question.thing.looked_at is None:
-        return tuple(scene.of_kind("body"))
+        own = question.thing.body_in(scene)
+        return tuple(scene.of_kind("body")) if own is None else (own,)
     probe = question if question.kind == "probe" else scene.declared[question.thing.probe]
     return (probe.thing.body,)
 

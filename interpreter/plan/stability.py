@@ -21,7 +21,7 @@ MAPPED = 3  # quantities up to which `maps = auto` maps every pair
 
 @dataclass(frozen=True)
 class StudyUnderway:
-    """A study as it is carried out: `against` is the reference of its metric, `probe` where that looks."""
+    """A study as it is carried out: `against` is the reference of its metric, `probe` where that looks, if anywhere."""
 
     name: str
     metric: str
@@ -45,7 +45,7 @@ def asked_of(scene: Scene, study: Declared | None, only: tuple[str, ...] = ()) -
         quantities = tuple(quantity_of(scene, target.name) for target in thing.over)
     mapped = thing.maps == "pairs" or (thing.maps == "auto" and len(quantities) <= MAPPED)
     return StudyUnderway(
-        name, metric.name, metric.thing.against, metric.thing.probe, thing.within, thing.until,
+        name, metric.name, metric.thing.against, metric.thing.looked_at or "", thing.within, thing.until,
         _models(scene, metric, only or thing.models or ()), quantities, mapped,
     )  # fmt: skip
 
@@ -54,7 +54,7 @@ def judges(scene: Scene) -> Iterator[str]:
     """Metrics that can judge: relative errors against something, whose own error is known in their terms."""
     for metric in scene.of_kind("metric").values():
         thing = metric.thing
-        relative = thing.measured_from and thing.looked_at and thing.unit == "1"
+        relative = thing.measured_from and (thing.looked_at or thing.concerned) and thing.unit == "1"
         if relative and _comparable(scene, metric):
             yield metric.name
 
@@ -70,11 +70,11 @@ def _comparable(scene: Scene, metric: Declared) -> bool:
 
 def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str, ...]:
     """Models of the body that the metric looks at, without the one that it is measured from."""
-    body = scene.declared[metric.thing.probe].thing.body
+    body = metric.thing.body_in(scene)
     found = []
     for name, model in scene.of_kind("model").items():
         try:
-            own = body_of(scene, model) == body
+            own = body in (None, body_of(scene, model))
         except Fault:
             continue
         if own and name != metric.thing.against and (not asked or name in asked):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.history import History
+from softmark.interpreter.results.reactions import AtRest
 from softmark.interpreter.results.report import ProbeResult, Timing
 from softmark.records import dataclass
 
@@ -37,4 +38,5 @@ class View:
     history: History | None = None
     solve: Mapping[str, Any] = field(default_factory=dict)
     stress: Callable[[], Any] | None = None  # of a model on a mesh: its stresses, made when they are asked for
+    at_rest: AtRest | None = None  # of a model: what supports carry, and energies
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined

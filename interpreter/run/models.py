@@ -13,6 +13,7 @@ from softmark.interpreter.evidence.selection_error import reactions
 from softmark.interpreter.evidence.stress_notes import asks, unresolved
 from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.models.prepare import prepared_model
+from softmark.interpreter.models.shared.at_rest import at_rest
 from softmark.interpreter.models.shared.pieces import facts
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.models.shared.stressed import stressed
@@ -68,6 +69,7 @@ def solve(work: Work, name: str) -> None:
         if not all(map(seen_finite, seen.values())):
             reason, seen = "the displacements are not finite numbers", {}
             solution = Solution("failed", reason, solution.facts, notes=solution.notes)
+    rest = at_rest(declared, case, prepared, solution)
     work.warn((*doubts(case, declared, loads := resultants(case, prepared)), *solution.notes))
     message = solution.message if solution.displacement is None else None
     work.views[name] = View(
@@ -82,10 +84,12 @@ def solve(work: Work, name: str) -> None:
         history=solution.history,
         solve=solution.facts,
         stress=solution.stress,
+        at_rest=rest,
         vibrations=solution.vibrations,
     )
     work.warn([d for d in unresolved(work.scene, work.views[name], prepared) if d not in work.warnings])
-    outline, kind, held = declared.thing.outline(case), declared.thing.kind(case), reactions(case, prepared)
+    outline, kind = declared.thing.outline(case), declared.thing.kind(case)
+    held = reactions(case, prepared, rest)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)
     work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind,
                                     stress=solution.stress if asks(work.scene) else None)  # fmt: skip

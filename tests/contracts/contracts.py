@@ -40,6 +40,7 @@ from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.problem.case import Case, case_for, case_of
 from softmark.interpreter.problem.points import place_of
+from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.results.report import ModelKind, ModelResult
 from softmark.interpreter.run.pipeline import Options, run
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
@@ -303,6 +304,12 @@ def check_probe(cls: type[Any], words: str) -> None:
 # ------------------------------------------------------------------ metrics
 
 
+def _at_rest(share: float) -> AtRest:
+    """A state of rest with one support and one load, all forces times a share."""
+    f, m = (1.0 * share, 2.0 * share, 3.0 * share), (0.1 * share, 0.2 * share, 0.3 * share)
+    return AtRest({"hold": Reaction(f, m, (0.0, 0.0, 0.0), m)}, {"push": share}, share)
+
+
 def check_metric(cls: type[Any], metric: Any, case: Case) -> None:
     """A finite number with a unit or a reason; an error is zero of what agrees, more of what does not, in JSON's types.
 
@@ -313,13 +320,14 @@ def check_metric(cls: type[Any], metric: Any, case: Case) -> None:
     units.parse(metric.unit)
     X = np.array([[x, 0.0, 0.0] for x in np.linspace(0.0, 0.04, 6)])
     u = np.outer(np.linspace(0.0, 1e-3, 6), [0.0, 0.0, -1.0])
-    same, other = (Known("truth", v, lambda Y, v=v: np.interp(Y[:, 0], X[:, 0], v[:, 2])[:, None] * [0.0, 0.0, 1.0])
-                   for v in (u, 1.5 * u))  # fmt: skip
+    rests = [_at_rest(share) for share in (1.0, 1.5)]
+    same, other = (Known("truth", v, lambda Y, v=v: np.interp(Y[:, 0], X[:, 0], v[:, 2])[:, None] * [0.0, 0.0, 1.0],
+                         at_rest=rest) for v, rest in zip((u, 1.5 * u), rests, strict=True))  # fmt: skip
     known = "against" in {f.name for f in dataclasses.fields(cls)}
     told = []
     for truth in (same, other) if known else (None,):
         try:
-            found: Any = measured_by(metric, Seen("m", case, X, u, known=truth))
+            found: Any = measured_by(metric, Seen("m", case, X, u, known=truth, at_rest=rests[0]))
         except Undefined as why:
             found = why
         if isinstance(found, Undefined):

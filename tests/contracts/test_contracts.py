@@ -91,6 +91,9 @@ MEASURED: dict[str, dict[str, Any]] = {
     "displacement": {"along": (0.0, 0.0, -1.0)},
     "period": {"along": (0.0, 0.0, -1.0)},
     "realtime": {"rate": 25.0},
+    "force": {"of": "hold", "along": (0.0, 0.0, 1.0)},
+    "moment": {"of": "hold", "along": (0.0, 1.0, 0.0), "about": (0.0, 0.0, 0.1)},
+    "work": {"of": "push"},
 }
 
 

@@ -152,6 +152,8 @@ def test_the_report_says_it(tmp_path: Path) -> None:
     assert of_selections({}) == {}
     page = render(report)
     assert '<h2 id="loads-heading">Loads</h2>' in page
+    assert '<th scope="col">Moment</th><th scope="col">Taken</th>' in page
+    assert "N\N{MIDDLE DOT}m</td>" in page
     assert "(0, 0, −140) mN" in page
 
 

@@ -127,7 +127,8 @@ def test_stated_errors_hold_the_right_answer(tmp_path: Path, monkeypatch: pytest
     assert main(["run", "a.scene", "--stated", "--json", "a.json"]) == 0
     model = json.loads(Path("a.json").read_text())["models"]["m"]
     said, found = model["stated"]["tip"], -model["probes"]["tip"]["displacement"][0][2]
-    assert model["reactions"] == {"wall": {"held": 1.0}}
+    assert model["reactions"]["wall"]["held"] == 1.0
+    assert "beyond" not in model["reactions"]["wall"]
     assert "selection" not in said["parts"]
     assert said["doubts"] == []
     assert abs(found - 117e-6) < said["value"] * found

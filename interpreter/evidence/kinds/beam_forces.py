@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found
 from softmark.interpreter.evidence.load_check import Unchecked
+from softmark.interpreter.evidence.reaction_check import summed
 from softmark.interpreter.models.beam.words import Beam6Dof, station
+from softmark.interpreter.models.shared.carried import Wrench
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
@@ -98,21 +102,39 @@ def rod_of(found: Found) -> tuple[CheckedRod, float]:
 
 def balance_of(found: Found) -> ForceBalance:
     """The forces of a beam found again. Raises Unchecked."""
-    beam, model, case = line_of(found), found.declared.thing, found.case
+    inside, outside, fixed, noise = _forces(found)
+    result = solids.balance(inside[:, :3], outside[:, :3], fixed[:, :3], noise, None)
+    whole = solids.balance(inside, outside, fixed, noise, None)
+    return whole if whole.residual >= result.residual else result
+
+
+def reactions_of(found: Found) -> tuple[dict[str, Wrench], float]:
+    """What every support does, and what rounding leaves of it, N. Raises Unchecked."""
+    inside, outside, _, noise = _forces(found)
+    beam, left = line_of(found), (inside - outside) / _per_length(found)
+    masks = {s.name: replace(beam, case=replace(beam.case, supports=(s,))).held() for s in beam.case.supports}
+    return summed(masks, left, rod_of(found)[0].x), LEFT * noise
+
+
+def _per_length(found: Found) -> Floats:
+    """What makes forces of forces and moments (6,)."""
+    return np.array([1.0, 1.0, 1.0, *[1.0 / found.case.prism.length] * 3])
+
+
+def _forces(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
+    """What is inside, what loads do, moments over the length (n, 6), N; what is held; rounding, N. Raises Unchecked."""
+    beam, model = line_of(found), found.declared.thing
     if found.solution.displacement is None or (len(beam.s) > 200 and not (model.shear and model.axial)):
         raise Unchecked("constraints of so many elements are not looked at again")
     rod, arm = rod_of(found)
     inside, by = rod.forces()
     outside, fixed = np.zeros_like(inside), beam.held()
     outside[:, :3] = beam.loads()
-    scale = np.array([1.0, 1.0, 1.0, *[1.0 / case.prism.length] * 3])
+    scale = _per_length(found)
     inside, by = inside * scale, by * scale[:, None, None]
     if rod.rigid:
         inside = inside + _carried(inside - outside, by, fixed)
-    noise = rod.rounding(arm)
-    result = solids.balance(inside[:, :3], outside[:, :3], fixed[:, :3], noise, None)
-    whole = solids.balance(inside, outside, fixed, noise, None)
-    return whole if whole.residual >= result.residual else result
+    return inside, outside, fixed, rod.rounding(arm)
 
 
 def _carried(left: Floats, by: Floats, fixed: NDArray[np.bool_]) -> Floats:

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.evidence.answer import Answer
-from softmark.interpreter.evidence.kinds.beam_forces import balance_of, rod_of
+from softmark.interpreter.evidence.kinds.beam_forces import balance_of, reactions_of, rod_of
 from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
 from softmark.interpreter.evidence.orders import COARSE
 from softmark.interpreter.evidence.probe_answers import NO_ERROR, ProbeAnswer, Unknown
 from softmark.interpreter.models.beam import ribbon
 from softmark.interpreter.models.beam.words import Beam6Dof
+from softmark.interpreter.models.shared.carried import Wrench
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.report import ModelResult
@@ -45,6 +46,10 @@ class Beams(Voucher):
         """By the formulas of solvers/checks/rods.py. Raises Unchecked."""
         return balance_of(found), found.solution.facts.get("residual")
 
+    def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
+        """By the same formulas. Raises Unchecked."""
+        return reactions_of(found)
+
     def coarser(self, answer: Answer) -> list[tuple[Solution, float]]:
         """Of half and a quarter as many segments. Raises Unknown."""
         thing = answer.declared.thing
@@ -68,6 +73,8 @@ class Beams(Voucher):
 
     def model(self, answer: Answer, seen: ProbeAnswer) -> float:
         """What the theory of beams leaves out. Raises Unknown."""
+        if seen.in_forces:  # an energy goes with the square of what bends
+            return 2.0 * left_out(answer.declared.thing, answer.case, answer.result) * seen.size
         if not seen.in_displacements:
             raise Unknown(f"{NO_ERROR}: what the theory of beams leaves out is known of displacements alone")
         return left_out(answer.declared.thing, answer.case, answer.result) * seen.size

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,9 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.evidence.load_check import Unchecked, loads_on
 from softmark.interpreter.evidence.materials import INWARD, alone
+from softmark.interpreter.evidence.reaction_check import summed
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.shared.carried import Wrench
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.solvers.checks import solids
@@ -42,6 +45,35 @@ def balance_of(model: Fem, case: Case, mesh: Moved | None) -> ForceBalance:
             inside, noise = inside + f, noise + left
     outside, unsure = loads_on(case, mesh, u, model.strain == "small", model.mass)
     return solids.balance(inside, outside, held(case, mesh), noise + unsure / LEFT, chosen, lacking)
+
+
+def reactions_of(model: Fem, case: Case, mesh: Moved) -> tuple[dict[str, Wrench], float]:
+    """What every support does, from the cells around what it holds, and what rounding leaves, N. Raises Unchecked."""
+    u = np.asarray(mesh.displacement, dtype=np.float64)
+    near = _near(np.flatnonzero(held(case, mesh).any(axis=1)), mesh)
+    inside, noise = np.zeros_like(mesh.points), 0.0
+    for own, which in alone(case, mesh):
+        if model.formulation != "displacement":
+            f, _, left = pressed(model, own, mesh, which).forces()
+        else:
+            terms, stiff = terms_of(model, own)
+            cells = mesh.cells[which][near[which]]
+            body = CheckedBody(mesh.points, cells, mesh.kind, u, terms, stiff, turned=model.rotation == "element")
+            f, left = body.forces(cells)
+        inside, noise = inside + f, noise + left
+    small = model.strain == "small"
+    outside, unsure = loads_on(case, mesh, u, small, model.mass)
+    x = mesh.points if small else mesh.points + u
+    return by_support(case, mesh, inside - outside, x), LEFT * noise + unsure
+
+
+def by_support(case: Case, mesh: Moved, left: NDArray[np.float64], x: NDArray[np.float64]) -> dict[str, Wrench]:
+    """Of what is left (n, 3) at nodes x (n, 3): what each support of a mesh has."""
+    masks = {}
+    for support in case.supports:
+        own = held(replace(case, supports=(support,)), mesh)
+        masks[support.name] = np.hstack([own, np.zeros_like(own)])
+    return summed(masks, np.hstack([left, np.zeros_like(left)]), x)
 
 
 def _near(chosen: Any, mesh: Moved) -> Any:

@@ -11,12 +11,13 @@ import numpy as np
 from softmark.interpreter.evidence import finer
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.budget import NOT_ASKED
-from softmark.interpreter.evidence.kinds.solid_forces import balance_of, pressed
+from softmark.interpreter.evidence.kinds.solid_forces import balance_of, pressed, reactions_of
 from softmark.interpreter.evidence.kinds.voucher import FINER, HOPELESS, Found, Sized, from_coarser
 from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.evidence.materials import alone
 from softmark.interpreter.evidence.probe_answers import Field, ProbeAnswer, Unknown
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.shared.carried import Wrench
 from softmark.interpreter.problem.case import case_for
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.checks.solids import ForceBalance
@@ -47,6 +48,12 @@ class Solids(Sized):
         solution = found.solution
         return balance_of(found.declared.thing, found.case, solution.mesh), solution.facts.get("residual")
 
+    def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
+        """By the same formulas, from the cells around what is held. Raises Unchecked."""
+        if found.solution.mesh is None:
+            raise Unchecked("the displacements of its nodes are not known")
+        return reactions_of(found.declared.thing, found.case, found.solution.mesh)
+
     def cells(self, answer: Answer) -> int:
         """Of the mesh, whether they are evaluated or not."""
         return super().cells(answer) if answer.mesh is None else len(answer.mesh.cells)
@@ -69,6 +76,8 @@ class Solids(Sized):
             raise Unknown(f"{why}; {unknown}" if why and why != str(unknown) else str(unknown)) from unknown
 
     def _from_finer(self, answer: Answer, seen: ProbeAnswer) -> float:
+        if seen.in_forces:
+            raise Unknown("a finer space over the same cells has no reactions of its own")
         thing: Fem = answer.solid.thing
         fine = seen.at(self._finer(answer))
         apart, size = fine.apart(seen), fine.size
@@ -136,11 +145,15 @@ class Solids(Sized):
     def _another(self, answer: Answer, seen: ProbeAnswer, key: str, thing: Fem, **changes: Any) -> ProbeAnswer:
         """What is seen of another model on the same mesh. Raises Unknown."""
         other = replace(answer.solid, thing=thing.plain(**changes))
+        if seen.in_forces:
+            return seen.of(answer.solved(f"{key} at rest", other, case_for(answer.scene, other))[0])
         own = (answer.scene, other, case_for(answer.scene, other))
         return seen.at(answer.once(key, lambda: finer.alike(*own, answer.on_nodes(), answer.budget)))
 
     def _grown(self, answer: Answer, seen: ProbeAnswer) -> float:
         """What a mesh that is too stiff hides of the error of its strain, which grows with the square of the motion."""
+        if seen.in_forces:
+            return 1.0
         try:
             fine = seen.at(self._finer(answer))
         except Unknown:

@@ -10,6 +10,7 @@ from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.models.shared.carried import Wrench
 from softmark.interpreter.models.shared.prepared import Prepared, Solution
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
@@ -47,6 +48,10 @@ class Voucher:
         """Its forces found again by other formulas, and what its solver claims of them. Raises Unchecked."""
         raise Unchecked("there is no other formula for this model")
 
+    def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
+        """What every support does, by the same formulas, and what rounding may make of it, N. Raises Unchecked."""
+        raise Unchecked("there is no other formula for this model")
+
     # ------------------------------------------------------------------ the error that it states
 
     def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:
@@ -75,6 +80,8 @@ def from_coarser(coarser: list[tuple[Solution, float]], seen: ProbeAnswer, order
     farther = None
     if second and abs(second[0][1] - ratio) <= 0.25 * ratio:
         farther = near.apart(near.of(second[0][0]))
+    if seen.in_forces and farther is not None and farther > apart * ratio ** (order + orders.NEAR):
+        apart = farther / ratio  # closer than any order says: an energy may pass its limit, and come back
     found = orders.index(apart, ratio, order, farther)
     orders.must_tell([found], seen.size, HOPELESS)
     return found

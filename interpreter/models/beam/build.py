@@ -10,6 +10,7 @@ import numpy as np
 
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.beam import holding
+from softmark.interpreter.models.beam.carrying import on_rod
 from softmark.interpreter.models.beam.words import Beam6Dof, station
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_rod
@@ -61,26 +62,34 @@ class PreparedBeam(Meshless):
 
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest."""
-        problem = replace(self.problem, watch=watch)
-        return outcome.solution(lambda: self._equilibrium(problem), "try more segments or a smaller load", self._finish)
+        problem, last = replace(self.problem, watch=watch), [self.problem.assembly]
+        remedy = "try more segments or a smaller load"
+        return outcome.solution(
+            lambda: self._equilibrium(problem, last), remedy, lambda found: self._finish(found, last[-1])
+        )
 
-    def _equilibrium(self, problem: Statics) -> Equilibrium:
-        """The equilibrium; modes that are switched off lose their last strain in a second solution from the first."""
+    def _equilibrium(self, problem: Statics, solved: list[Assembly]) -> Equilibrium:
+        """The equilibrium; modes that are switched off lose their last strain in a second solution from the first.
+
+        The assembly of that joins those that were `solved`.
+        """
         put = self.disturbance
         found = equilibrium(problem) if put is None else of_rod(put, problem, self.rest)
         if not self.elastic.stiffness.rigid:
             return found
         stiff = problem.assembly.with_internal([self.elastic.tightened(found.x)])
+        solved.append(stiff)
         still = np.zeros_like(problem.target)
         again = equilibrium(replace(problem, assembly=stiff, rest=found.x, target=still, path="load"))
         known = {**found.facts, **again.facts}
         history = found.history + again.history
         return replace(again, history=history, facts=known, critical=found.critical or again.critical)
 
-    def _finish(self, found: Equilibrium) -> Solution:
+    def _finish(self, found: Equilibrium, assembly: Assembly) -> Solution:
         solution = outcome.found(found, lambda X: displacement_at(found.x, self.rest, X))
         modes = about(self.problem.assembly, found.x, self._mass, self.problem.linear)
-        return replace(solution, notes=outcome.doubts(self.declared, found), vibrations=modes)
+        seen = replace(solution, notes=outcome.doubts(self.declared, found), vibrations=modes)
+        return replace(seen, carried=cache(lambda: on_rod(assembly, self.rest, found.x, self.applied)))
 
     def _mass(self) -> Floats:
         """Of the nodes and of the sections that turn with them (6 n,): a half of each segment's at both its ends."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softmark.interpreter.models.beam.rigid import AXES, point_rows
 from softmark.interpreter.models.shared.holding import Held, moved_by
@@ -37,6 +38,17 @@ def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats]:
             for turn in _body_axes(case.prism.axis, turns):
                 held.impose(6 * node + 3 + turn, 0.0, support, points[node], AXES[turn])
     return held.finished()
+
+
+def held_by(case: Case, stations: Sequence[float]) -> dict[str, NDArray[np.bool_]]:
+    """Of every support the degrees of freedom that it holds (nodes, 6), by name."""
+    found = {}
+    for support in case.supports:
+        components = support.thing.components
+        own = [*components, *(3 + t for t in _body_axes(case.prism.axis, _held_turns(case.prism.axis, components)))]
+        where = [coverage(support.thing.where, case.prism, s) == "all" for s in stations]
+        found[support.name] = np.outer(where, np.isin(np.arange(6), own))
+    return found
 
 
 def _held_turns(axis: tuple[float, float, float], components: tuple[int, ...]) -> list[int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields, replace
-from functools import reduce
+from functools import cache, reduce
 from operator import add
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -19,7 +19,7 @@ from softmark.interpreter.models.fem import formulations, levers
 from softmark.interpreter.models.fem.formulations import Unknowns
 from softmark.interpreter.models.fem.start import Start, start_of
 from softmark.interpreter.models.fem.words import LARGE_ANGLE, Fem
-from softmark.interpreter.models.shared import outcome
+from softmark.interpreter.models.shared import carried, outcome
 from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_solid
 from softmark.interpreter.models.shared.gripping import held_notes
@@ -145,10 +145,15 @@ class PreparedSolid(OnMesh):
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
         moved = self._deformed(u, found.x, left)
         modes = about(self.assembly, found.x, self._mass, self.problem.linear)
-        return replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
+        seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
+        return replace(seen, carried=cache(lambda: self._carried(found.x, x)))
 
     def _mass(self) -> Any:
         return _mass(self.model, self.pieces)
+
+    def _carried(self, state: Floats, u: Floats) -> carried.Carried:
+        small, whole = self.model.strain == "small", self.model.rotation != "element"
+        return carried.on_mesh(self.mesh, state, u, self.assembly, self.applied, small, whole)
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""

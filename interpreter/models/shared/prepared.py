@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.results.history import History
+from softmark.interpreter.results.reactions import AtRest
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.language.scene import Declared, Scene
+    from softmark.interpreter.models.shared.carried import Carried
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.mesh.mesh import Mesh
@@ -82,6 +84,8 @@ class Solution:
     history: History | None = None  # of a dynamic analysis; `displacement` is then that of its end
     mesh: Moved | None = None  # of a model that has one
     stress: Callable[[], Stresses] | None = None  # of a model on a mesh (`shared/stressed.py`); it raises NoStress
+    carried: Callable[[], Carried] | None = None  # what acts at its nodes, of a state of rest; found when asked for
+    at_rest: AtRest | None = None  # what that comes to: of solutions that an error is stated from
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz, about a static equilibrium
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.fem.build import mesh_of, volume_note
-from softmark.interpreter.models.shared import outcome
+from softmark.interpreter.models.shared import carried, outcome
 from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_springs
 from softmark.interpreter.models.shared.gripping import held_notes
@@ -98,12 +99,17 @@ class PreparedSprings(OnMesh):
         solution = outcome.found(found, displacement_of(self.mesh, found.x.reshape(-1, 3)))
         doubts = (*self._folded(found.x), *outcome.doubts(self.declared, found))
         modes = about(self.problem.assembly, found.x, self.mass, self.problem.linear)
-        return replace(solution, notes=doubts, mesh=Deformed(self.mesh, found.x.reshape(-1, 3)), vibrations=modes)
+        moved = Deformed(self.mesh, found.x.reshape(-1, 3))
+        seen = replace(solution, notes=doubts, mesh=moved, vibrations=modes)
+        return replace(seen, carried=cache(lambda: self._carried(found.x)))
 
     def mass(self) -> Floats:
         """Of the nodes (3 n,), kg."""
         found: Floats = mass_matrix(self.mesh, self.parts, self.density, "lumped")
         return found
+
+    def _carried(self, x: Floats) -> carried.Carried:
+        return carried.on_mesh(self.mesh, x, x, self.assembly, self.applied, small=False)
 
     def _folded(self, x: Floats) -> tuple[Diagnostic, ...]:
         """A warning where cells are inside out: no spring notices."""

@@ -11,10 +11,10 @@ from typing import Any
 
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language import units
-from softmark.interpreter.language.amounts import negligible
+from softmark.interpreter.language.amounts import as_asked, negligible
 from softmark.interpreter.report.run.bodies import BodyResults, bodies
 from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of
-from softmark.interpreter.report.run.tables import vouching
+from softmark.interpreter.report.run.tables import reactions, vouching
 from softmark.interpreter.report.run.tables.results_table import ordered
 from softmark.interpreter.results.report import ExpectationResult, MetricResult, ModelResult, Report
 from softmark.records import dataclass
@@ -48,7 +48,7 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
         parts += [""] if number else []
         parts += [paint.bold(body.name)] if body.name else []
         parts.append(_Rows(findings, body, paint).text(room))
-    if notes := [*_uncertain(report), *_reasons(report), *vouching.lines(report)]:
+    if notes := [*_uncertain(report), *_reasons(report), *vouching.lines(report), *reactions.lines(report)]:
         parts += ["", *notes]
     if report.expectations:
         parts += ["", *(_expectation(e, paint) for e in report.expectations)]
@@ -197,7 +197,7 @@ def _amount(value: float, unit_text: str) -> str:
     if dimension == units.NONE:
         return f"{100 * value:.3g} %"
     number, _, unit = units.show(value, dimension).partition(" ")
-    return f"{float(number):.6g} {unit}"
+    return as_asked(f"{float(number):.6g} {unit}", unit_text)
 
 
 def _uncertain(report: Report) -> list[str]:

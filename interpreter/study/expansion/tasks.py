@@ -163,7 +163,9 @@ def _stated(scene: Scene, model: ModelResult) -> PointStated:
         n for n, m in scene.of_kind("metric").items()
         if n in model.stated and m.thing.unit == "1" and m.thing.measured_from is not None
     )  # fmt: skip
-    first = next(relative, next(n for n, said in model.stated.items() if said.unit in ("1", None)))
+    plain = next((n for n, said in model.stated.items() if said.unit in ("1", None)), None)
+    if (first := next(relative, plain)) is None:  # forces alone, none of them relative
+        return PointStated(None, "1", {}, "no relative error is asked for", (), None, model.stated)
     own = model.stated[first]
     return PointStated(own.value, own.unit, own.parts, own.reason, own.doubts, first, model.stated)
 
@@ -199,7 +201,8 @@ def _errors(scene: Scene, report: Report, model: ModelResult) -> dict[str, Point
     asked = scene.of_kind("metric")
     found = {
         name: PointError(result.value, result.unit, _against(asked[name]), result.reason, result.uncertainty)
-        for name, result in model.metrics.items() if asked[name].thing.looked_at is not None
+        for name, result in model.metrics.items()
+        if (asked[name].thing.looked_at or asked[name].thing.concerned) is not None
     }  # fmt: skip
     if not any(_against(m) for m in asked.values()):
         found |= _automatic(report, model)

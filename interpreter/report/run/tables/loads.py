@@ -8,9 +8,12 @@ from softmark.interpreter.language import units
 from softmark.interpreter.problem.parts.resultants import SHOWN
 from softmark.interpreter.report.page.markup import prose, section, tag, text
 from softmark.interpreter.report.run.findings import Findings
-from softmark.interpreter.results.loads import Resultant
+from softmark.interpreter.results.loads import Resultant, Vector
 
-LEAD = "The resultant of every load at full size on the undeformed body, and the part of it that the meshes take."
+LEAD = (
+    "The resultant of every load at full size on the undeformed body, its moment about the origin, and the part of it "
+    "that the meshes take."
+)
 
 
 def section_of(findings: Findings) -> str:
@@ -18,7 +21,7 @@ def section_of(findings: Findings) -> str:
     rows = [_row(name, own) for name, own in _loads(findings)]
     if not rows:
         return ""
-    head = tag("tr", *(tag("th", text(h), scope="col") for h in ("Load", "Force", "Taken")))
+    head = tag("tr", *(tag("th", text(h), scope="col") for h in ("Load", "Force", "Moment", "Taken")))
     table = tag("table", tag("caption", text(LEAD)), tag("thead", head), tag("tbody", *rows))
     return section("loads", "Loads", tag("div", table, class_="scroll"))
 
@@ -33,8 +36,15 @@ def _row(name: str, own: Mapping[str, Resultant]) -> str:
     one = next(iter(own.values()))
     shown = units.show_all([_near(c, one) for c in one.exact_force or one.force], units.FORCE)
     force = shown.replace("-", "\N{MINUS SIGN}")
-    cells = (tag("td", text(force)), tag("td", prose(_taken(own))))
+    moment = units.show_all(_rounded(one.moment), units.FORCE).replace("-", "\N{MINUS SIGN}")
+    cells = (tag("td", text(force)), tag("td", text(f"{moment}\N{MIDDLE DOT}m")), tag("td", prose(_taken(own))))
     return tag("tr", tag("th", tag("code", text(name)), scope="row"), *cells)
+
+
+def _rounded(moment: Vector) -> list[float]:
+    """Components in N m to five digits; nothing where they are rounding beside the largest."""
+    largest = max(abs(c) for c in moment)
+    return [0.0 if abs(c) <= 1e-9 * largest else float(f"{c:.5g}") for c in moment]
 
 
 def _near(component: float, of: Resultant) -> float:

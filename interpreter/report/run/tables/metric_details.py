@@ -19,6 +19,7 @@ UNITS = {
     "Pa": "Pa",
     "kg": "kg",
     "N": "N",
+    "Nm": "N*m",
     "m2": "m^2",
     "m3": "m^3",
     "rad": "rad",

@@ -1,0 +1,114 @@
+"""Supports and loads hold each other: forces and moments of a state of rest add up to nothing, or it is no answer.
+
+And what each support does is found again by the formulas that forces are found again by (evidence/kinds): at the nodes
+that it holds, from the cells around them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.evidence.load_check import MOST_UNSURE, Unchecked
+from softmark.interpreter.models.shared.at_rest import at_rest
+from softmark.interpreter.models.shared.carried import NOTHING, Carried, Wrench
+from softmark.interpreter.results.reactions import Reaction
+from softmark.interpreter.vocabulary.loads import Follower, PerArea
+from softmark.solvers.checks.solids import EPS, Floats
+
+if TYPE_CHECKING:
+    from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
+    from softmark.interpreter.problem.case import Case
+
+EXACT = 1e-8  # of the largest load: what supports and loads may leave
+AGREES = 2.0  # times what the solver says that it left
+ROUNDING = 100.0  # times eps, of all that acts at nodes
+UNTURNED = "internal forces of cells that turn as a whole (`rotation = element`) have a moment: it is left over"
+
+
+def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]:
+    """What the report says of supports and loads together, and why the state is no answer, if they do not balance."""
+    known = at_rest(found.declared, found.case, found.prepared, found.solution).reactions
+    if not known or found.solution.carried is None:
+        return {}, None
+    carried = found.solution.carried()
+    scale, allowed = _measures(carried, known, float(found.solution.facts.get("residual") or 0.0))
+    if scale == 0.0:
+        nothing = {"force": 0.0, "moment": 0.0, "allowed": 0.0, "apart": None, "reason": "nothing acts"}
+        return {"reactions": nothing}, None
+    force, moment = _relative(_total(carried, known), carried, scale)
+    facts: dict[str, Any] = {"force": force, "moment": moment, "allowed": allowed / scale}
+    reason = None
+    if not carried.turns_freely:
+        facts["note"] = UNTURNED
+    if not max(force, moment if carried.turns_freely else 0.0) * scale <= allowed:
+        reason = (
+            f"its supports and loads do not balance: {force:.1e} of the largest load is left of forces, and "
+            f"{moment:.1e} of it times the extent of the body of moments"
+        )
+    try:
+        apart, noise = _found_again(voucher, found, carried, known, scale)
+    except Unchecked as unknown:
+        return {"reactions": facts | {"apart": None, "reason": str(unknown)}}, reason
+    if reason is None and not apart * scale <= max(allowed, _unsure(found.case) * scale) + noise:
+        reason = f"the reaction of a support is {apart:.1e} of the largest load away from what other formulas find"
+    return {"reactions": facts | {"apart": apart}}, reason
+
+
+def _unsure(case: Case) -> float:
+    """How much of the loads, relative, was perhaps not found again: near the borders of what is loaded."""
+    return MOST_UNSURE if any(isinstance(load.thing.action, PerArea | Follower) for load in case.loads) else EXACT
+
+
+def _total(carried: Carried, known: Mapping[str, Reaction]) -> Wrench:
+    """Supports and loads together."""
+    supports = (Wrench(np.array(r.force), np.array(r.moment)) for r in known.values())
+    return sum((*supports, *carried.applied.values()), NOTHING)
+
+
+def _relative(left: Wrench, carried: Carried, scale: float) -> tuple[float, float]:
+    """A force relative to the largest load, and its moment about the middle of the body to that times its extent."""
+    moment = np.linalg.norm(left.about(carried.middle)) / carried.extent
+    return float(np.linalg.norm(left.force)) / scale, float(moment) / scale
+
+
+def _measures(carried: Carried, known: Mapping[str, Reaction], residual: float) -> tuple[float, float]:
+    """The largest load or reaction, N, moments over the extent included, and what balance may leave, N.
+
+    A load counts by the sizes of its forces at nodes: a pressure all around comes to no force, and is none the less.
+    """
+    per_length = 1.0 / np.array([1.0, 1.0, 1.0, *[carried.extent] * 3])
+    sizes = [float(np.linalg.norm(f * per_length, axis=1).sum()) for f in carried.loads.values()]
+    forces = (float(np.linalg.norm(r.force)) for r in known.values())
+    moments = (float(np.linalg.norm(r.own_moment)) / carried.extent for r in known.values())
+    scale = max((*sizes, *forces, *moments), default=0.0)
+    left, n = carried.left * per_length, len(carried.left)
+    norms = [np.linalg.norm(left), *(np.linalg.norm(f * per_length) for f in carried.loads.values())]
+    rounding = ROUNDING * EPS * float(np.linalg.norm(left, axis=1).sum() + sum(sizes))
+    return scale, EXACT * scale + AGREES * residual * float(np.sqrt(n) * max(norms)) + rounding
+
+
+def _found_again(
+    voucher: Voucher, found: Found, carried: Carried, known: Mapping[str, Reaction], scale: float
+) -> tuple[float, float]:
+    """How far reactions are from those by other formulas, and what rounding may make of that, N. Raises Unchecked."""
+    again, noise = voucher.reactions(found)
+    most = 0.0
+    for name, own in known.items():
+        other = again[name]
+        apart = Wrench(np.array(own.force) - other.force, np.array(own.moment) - other.moment)
+        most = max(most, *_relative(apart, carried, scale))
+    return most, noise
+
+
+def summed(masks: Mapping[str, Any], left: Floats, x: Floats) -> dict[str, Wrench]:
+    """Of what is left (n, 6) at nodes x (n, 3), in space: what each support has by its mask (n, 6), the first first."""
+    found, taken = {}, np.zeros(left.shape, dtype=np.bool_)
+    for name, mask in masks.items():
+        own = np.where(mask & ~taken, left, 0.0)
+        moment = own[:, 3:].sum(axis=0) + np.cross(x, own[:, :3]).sum(axis=0)
+        found[name] = Wrench(own[:, :3].sum(axis=0), moment)
+        taken |= mask
+    return found

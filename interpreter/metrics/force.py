@@ -1,0 +1,52 @@
+"""The force with which a support holds or moves a body."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from softmark.interpreter.metrics.metric import OfForces
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.interpreter.metrics.metric import Floats
+    from softmark.interpreter.results.reactions import AtRest
+else:
+    from softmark.solvers.base.deferred import np
+
+
+@dataclass(frozen=True)
+class Force(OfForces):
+    """Force of a support on the body at rest, along a direction: what pulls, presses or holds it.
+
+    The sum of internal less applied forces over what the support holds, found again by other formulas and balanced with
+    all loads to 1e-8 (`checks` of the report). What two supports both hold counts as that of the first in the scene;
+    the report says what acts there. Of a plate that pulls along +z it is positive along +z. Against another model it is
+    the difference relative to the size of that model's force.
+
+    Beside its value a report has size_N, that of the force whatever its direction.
+    """
+
+    of: Annotated[str, "support", "the support"]
+    along: Annotated[tuple[float, float, float], "direction", "the direction, `+z` for a pull upwards"]
+    against: Annotated[str | None, "model", "the model that is taken as right"] = None
+    natural: ClassVar[str] = "N"
+
+    @property
+    def concerned(self) -> str:
+        """The support."""
+        return self.of
+
+    @property
+    def direction(self) -> tuple[float, float, float]:
+        """The one direction that it looks along."""
+        return self.along
+
+    def amount(self, rest: AtRest) -> Floats:
+        """The force (3,), N."""
+        return np.array(rest.reactions[self.of].force)
+
+    def details(self, value: Floats) -> dict[str, Any]:
+        """The size of the force."""
+        return {"size_N": self.size(value)}

@@ -1,0 +1,59 @@
+"""The moment with which a support holds or turns a body."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from softmark.interpreter.metrics.metric import OfForces
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.interpreter.metrics.metric import Floats
+    from softmark.interpreter.results.reactions import AtRest
+else:
+    from softmark.solvers.base.deferred import np
+
+Vector3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Moment(OfForces):
+    """Moment of a support on the body at rest, about an axis through a point: a torque, or what a clamp resists.
+
+    Forces act where their points came to lie; in a model of small strain where they were. Without `about` the point is
+    the middle of what is held (by area where it is a face), there where it came to lie: `at` of the reaction in the
+    report. Found again and balanced as forces are. Against another model it is the difference relative to the size of
+    that model's moment.
+
+    Beside its value a report has size_Nm, that of the moment whatever its direction.
+    """
+
+    of: Annotated[str, "support", "the support"]
+    along: Annotated[Vector3, "direction", "the axis, right-handed"]
+    about: Annotated[Vector3 | None, "m", "a point of the axis; without it the middle of what is held"] = None
+    against: Annotated[str | None, "model", "the model that is taken as right"] = None
+    natural: ClassVar[str] = "N*m"
+
+    @property
+    def concerned(self) -> str:
+        """The support."""
+        return self.of
+
+    @property
+    def direction(self) -> Vector3:
+        """The one direction that it looks along."""
+        return self.along
+
+    def amount(self, rest: AtRest) -> Floats:
+        """The moment (3,), N m."""
+        own = rest.reactions[self.of]
+        if self.about is None:
+            return np.array(own.own_moment)
+        moment: Floats = np.array(own.moment) - np.cross(self.about, own.force)
+        return moment
+
+    def details(self, value: Floats) -> dict[str, Any]:
+        """The size of the moment."""
+        return {"size_Nm": self.size(value)}

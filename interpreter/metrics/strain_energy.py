@@ -1,0 +1,50 @@
+"""The energy that a deformed body stores."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from softmark.interpreter.metrics.metric import OfForces
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.interpreter.metrics.metric import Floats
+    from softmark.interpreter.results.reactions import AtRest
+else:
+    from softmark.solvers.base.deferred import np
+
+
+@dataclass(frozen=True)
+class StrainEnergy(OfForces):
+    """Strain energy of a body at rest, as the model integrates it over its cells, segments or springs.
+
+    Under loads alone a linear solid stores half of what they do along their displacements (Clapeyron), and meshes store
+    less than the body; where displacements are imposed they store more. Modes of a beam that are switched off store
+    nothing. Against another model it is the difference relative to that model's.
+    """
+
+    body: Annotated[str, "body", "the body"]
+    against: Annotated[str | None, "model", "the model that is taken as right"] = None
+    natural: ClassVar[str] = "J"
+
+    @property
+    def concerned(self) -> str:
+        """The body."""
+        return self.body
+
+    def amount(self, rest: AtRest) -> Floats:
+        """U in J."""
+        return np.array(rest.energy)
+
+    def distance(self, rest: AtRest, right: AtRest) -> float:
+        """Not less than what reactions are apart, relative: too little here and too much there is no agreement."""
+        own = super().distance(rest, right)
+        sizes = [float(np.linalg.norm(r.force)) for r in right.reactions.values()]
+        gaps = (
+            float(np.linalg.norm(np.subtract(r.force, rest.reactions[name].force)))
+            for name, r in right.reactions.items()
+        )
+        most, largest = max(gaps, default=0.0), max(sizes, default=0.0)
+        return max(own, most / largest * right.energy) if largest > 0.0 else own

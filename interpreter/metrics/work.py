@@ -1,0 +1,42 @@
+"""What a load does along the displacements of a body."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from softmark.interpreter.metrics.metric import OfForces
+from softmark.interpreter.metrics.undefined import Undefined
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.interpreter.metrics.metric import Floats
+    from softmark.interpreter.results.reactions import AtRest
+else:
+    from softmark.solvers.base.deferred import np
+
+
+@dataclass(frozen=True)
+class LoadWork(OfForces):
+    """Work of a load at full size along the displacements that the body comes to: f . u, the potential that it loses.
+
+    Of a load that is put on slowly a linear solid stores half. A pressure that follows the surface has none that the
+    state alone would tell, and no value; in a model of small strain it does not follow. Gravity acts on every body, and
+    each model tells that of its own. Against another model it is the difference relative to that model's.
+    """
+
+    of: Annotated[str, "load", "the load"]
+    against: Annotated[str | None, "model", "the model that is taken as right"] = None
+    natural: ClassVar[str] = "J"
+
+    @property
+    def concerned(self) -> str:
+        """The load."""
+        return self.of
+
+    def amount(self, rest: AtRest) -> Floats:
+        """f . u in J. Raises Undefined of a load that follows."""
+        if (found := rest.work[self.of]) is None:
+            raise Undefined(f"the work of `{self.of}`, which follows the surface, depends on the way")
+        return np.array(found)

@@ -1,0 +1,32 @@
+"""What a solution says of forces: what supports carry, the work of loads, and the energy that is stored."""
+
+from __future__ import annotations
+
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.shared.carried import holders, reactions
+from softmark.interpreter.models.shared.prepared import Prepared, Solution
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.results.reactions import AtRest
+from softmark.interpreter.vocabulary.analyses import Dynamic
+
+
+def at_rest(declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> AtRest:
+    """What a solution says of forces."""
+    if (why := _unknown(declared, case, solution)) is not None or solution.carried is None:
+        return AtRest(reason=why)
+    carried = solution.carried()
+    held = reactions(carried, holders(case, prepared.mesh, declared.thing))
+    return AtRest(held, carried.work, carried.energy)
+
+
+def _unknown(declared: Declared, case: Case, solution: Solution) -> str | None:
+    """Why it says nothing of them, if it does not."""
+    if solution.displacement is None:
+        return "there is no solution"
+    if solution.carried is None:
+        if isinstance(case.analysis, Dynamic):
+            return "reactions are those of a state of rest, and this is a motion"
+        if declared.thing.reduces is not None:
+            return "a reduced model balances forces along its fields alone, so that supports carry what it leaves"
+        return "this kind of model does not say what its supports carry"
+    return None

@@ -1,0 +1,182 @@
+"""What acts at the nodes of a body at rest: loads, and what supports carry of what loads and stress leave over.
+
+A solver's own out-of-balance forces, internal less applied, are zero but where a support holds: there they are what it
+does to the body. Each support has what acts on the degrees of freedom that it holds; of those that several hold, the
+first in the scene has it, so that nothing counts twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.results.loads import Vector
+from softmark.interpreter.results.reactions import Reaction
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Energy, Floats
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.problem.case import Case
+    from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.mesh.mesh import Mesh
+
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """A force, N, and its moment about the origin, N m: (3,) each."""
+
+    force: Floats
+    moment: Floats
+
+    def __add__(self, other: Wrench) -> Wrench:
+        return Wrench(self.force + other.force, self.moment + other.moment)
+
+    def about(self, point: Floats) -> Floats:
+        """Its moment about a point (3,), N m."""
+        found: Floats = self.moment - np.cross(point, self.force)
+        return found
+
+
+NOTHING = Wrench(np.zeros(3), np.zeros(3))
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A state of rest: nodes `x` (n, 3) where forces act, m, and the unbalanced ones `left` (n, 6), N and N m.
+
+    Nodes stand where they are, or undeformed where strains are small: there the moments of what is inside add up to
+    nothing. Moments are about the columns of `frames` (n, 3, 3), or in space. `u` (n, 3) are displacements, m, `loads`
+    (n, 6) what each load does at full size, `energy` the strain energy, J. `work` is that of each load at full size
+    along these displacements, J, None of one that depends on the way. It `turns_freely` where internal forces have no
+    moment, as those of an energy that does not see rotations.
+    """
+
+    X: Floats
+    u: Floats
+    x: Floats
+    left: Floats
+    loads: Mapping[str, Floats]
+    energy: float
+    work: Mapping[str, float | None]
+    frames: Floats | None = None
+    turns_freely: bool = True
+
+    def wrench(self, forces: Floats) -> Wrench:
+        """What forces and moments (n, 6) at the nodes come to."""
+        f, m = forces[:, :3], forces[:, 3:]
+        if self.frames is not None:
+            m = np.einsum("nij,nj->ni", self.frames, m)
+        return Wrench(f.sum(axis=0), m.sum(axis=0) + np.cross(self.x, f).sum(axis=0))
+
+    @cached_property
+    def applied(self) -> dict[str, Wrench]:
+        """Of every load, by name."""
+        return {name: self.wrench(f) for name, f in self.loads.items()}
+
+    @cached_property
+    def middle(self) -> Floats:
+        """The middle of what its nodes span (3,), m."""
+        found: Floats = 0.5 * (self.x.min(axis=0) + self.x.max(axis=0))
+        return found
+
+    @cached_property
+    def extent(self) -> float:
+        """The diagonal of the same, m."""
+        return float(np.linalg.norm(np.ptp(self.x, axis=0)))
+
+
+@dataclass(frozen=True)
+class Holder:
+    """A support, the degrees of freedom that it holds (n, 6), and how much each node stands for (n,)."""
+
+    name: str
+    holds: Bools
+    weights: Floats
+
+
+def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Sequence[tuple[Declared, Energy]],
+            small: bool, turns_freely: bool = True) -> Carried:  # fmt: skip
+    """Of a state of a mesh whose nodes move by u (3 n,), m; other unknowns of the `state` follow these."""
+    exact = np.asarray(state, dtype=np.float64)
+    moved = np.ascontiguousarray(u, dtype=np.float64).reshape(-1, 3)
+    left = assembly.gradient(exact, 1.0)[: mesh.points.size].reshape(-1, 3)
+    own = {load.name: _plain(_force(energy, moved.ravel())) for load, energy in loads}
+    energy = float(sum(e.value(exact) for e in assembly.internal))
+    work = {load.name: -float(e.value(moved.ravel())) if e.conservative else None for load, e in loads}
+    x = mesh.points if small else mesh.points + moved
+    return Carried(mesh.points, moved, x, _plain(left), own, energy, work, turns_freely=turns_freely)
+
+
+def _force(load: Energy, u: Floats) -> Floats:
+    """What a load does at the nodes (n, 3), N, in a state u (3 n,)."""
+    g = np.zeros_like(u)
+    load.add_gradient(u, g)
+    return -g.reshape(-1, 3)
+
+
+def _plain(forces: Floats) -> Floats:
+    """Forces without moments (n, 6)."""
+    return np.hstack([forces, np.zeros_like(forces)])
+
+
+# ------------------------------------------------------------------ who carries it
+
+
+def holders(case: Case, mesh: Mesh | None, thing: Any) -> list[Holder]:
+    """The supports of a model on a mesh, or else of a beam, in the order of the scene, and what each holds of it."""
+    if mesh is not None:
+        return [_of_mesh(case, support, mesh) for support in case.supports]
+    from softmark.interpreter.models.beam.holding import held_by
+
+    found = held_by(case, thing.stations(case))
+    return [Holder(name, mask, mask[:, :3].any(axis=1).astype(float)) for name, mask in found.items()]
+
+
+def _of_mesh(case: Case, support: Declared, mesh: Mesh) -> Holder:
+    from softmark.interpreter.models.shared.holding import selected
+
+    nodes = selected(case, support, mesh)
+    holds = np.zeros((len(nodes), 6), dtype=np.bool_)
+    holds[:, list(support.thing.components)] = nodes[:, None]
+    return Holder(support.name, holds, _weights(mesh, nodes))
+
+
+def _weights(mesh: Mesh, nodes: Bools) -> Floats:
+    """What each held node stands for (n,): of the area of facets that are held, or where there are none, one."""
+    facets = mesh.facets[nodes[mesh.facets].all(axis=1)]
+    if not len(facets):
+        return nodes.astype(float)
+    corners = mesh.points[facets][:, np.array(mesh.element.facet.triangles)]
+    sides = corners[:, :, 1:] - corners[:, :, :1]
+    areas = 0.5 * np.linalg.norm(np.cross(sides[:, :, 0], sides[:, :, 1]), axis=2).sum(axis=1)
+    each = np.repeat(areas / facets.shape[1], facets.shape[1])
+    found: Floats = np.bincount(facets.ravel(), each, minlength=len(mesh.points)).astype(np.float64)
+    return found
+
+
+def reactions(carried: Carried, supports: Sequence[Holder]) -> dict[str, Reaction]:
+    """What every support does to the body, by name."""
+    found, taken = {}, np.zeros(carried.left.shape, dtype=np.bool_)
+    for support in supports:
+        others = [s for s in supports if s is not support and bool((s.holds & support.holds).any())]
+        own = carried.wrench(np.where(support.holds & ~taken, carried.left, 0.0))
+        at: Floats = support.weights @ carried.x / support.weights.sum()
+        both = np.any([s.holds for s in others], axis=0) & support.holds if others else taken & False
+        found[support.name] = Reaction(
+            _vector(own.force), _vector(own.moment), _vector(at), _vector(own.about(at)), tuple(s.name for s in others),
+            _vector(np.where(both, carried.left, 0.0)[:, :3].sum(axis=0)),
+        )  # fmt: skip
+        taken |= support.holds
+    return found
+
+
+def _vector(v: Floats) -> Vector:
+    x, y, z = (float(c) for c in v)
+    return x, y, z

@@ -1,0 +1,181 @@
+"""What supports carry: against closed forms, loads, and formulas that share nothing with the solvers'."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import softmark
+from softmark.interpreter.models.shared.prepared import Solution
+from softmark.interpreter.report.run import html, terminal
+from softmark.interpreter.run import models as runner
+
+BEAM = """softmark 1
+scene "held"
+material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1070 kg/m^3)
+body beam = solid(box(size = (100, 20, 20) mm, origin = (0, -10, -10) mm), gel)
+support wall = fixed(beam, where = x <= 0 mm)
+load weight = gravity(9.81 m/s^2, direction = -z)
+probe tip = point(beam, at = (100, 0, 0) mm)
+"""
+MODELS = """
+model tet     = fem(tet4, strain = corotational, size = 10 mm)
+model hex     = fem(hex8, strain = finite, integration = selective, size = 10 mm)
+model ten     = fem(tet10, strain = small, size = 20 mm)
+model mixed   = fem(tet10, strain = finite, formulation = mixed, size = 20 mm)
+model cell    = fem(hex8, strain = corotational, rotation = element, size = 10 mm)
+model springs = mass_spring(size = 10 mm, stiffness = from_material())
+model rod     = beam6dof(segments = 10)
+model stiff   = beam6dof(segments = 10, shear = no, axial = no)
+model few     = modal(tet, modes = 8)
+"""
+WEIGHT = 1070 * 9.81 * 0.1 * 0.02**2  # N
+EXACT = 1e-8  # of the largest load: the bar of every static answer
+
+
+def reactions(report: Any, model: str) -> dict[str, Any]:
+    found: dict[str, Any] = report.models[model].to_json()["reactions"]
+    return found
+
+
+def test_every_kind_of_model_holds_its_weight_and_no_more() -> None:
+    """Of a box meshes have the whole volume. A rod that does not bend far has rho g A L^2 / 2 at its root (3.2)."""
+    report = softmark.loads(BEAM + MODELS).run()
+    for name, model in report.models.items():
+        wall, checks = reactions(report, name)["wall"], model.solve["checks"]
+        if name == "few":
+            assert wall["force"] is None
+            assert "reduced model" in wall["reason"]
+            continue
+        assert wall["force"] == pytest.approx([0.0, 0.0, WEIGHT], abs=EXACT * WEIGHT), name
+        assert checks["reactions"]["force"] <= EXACT, name
+        assert checks["reactions"]["apart"] <= 1e-10, name  # by other formulas, of the same state: rounding
+        if name == "cell":  # its forces have a moment: half a per mille of the weight times the length, and it says so
+            assert 1e-5 < checks["reactions"]["moment"] < 1e-2
+            assert "have a moment" in checks["reactions"]["note"]
+        else:
+            assert checks["reactions"]["moment"] <= EXACT, name
+    root = WEIGHT * 0.1 / 2
+    # of small strain loads stay where they were, so that the closed form is exact; others bend inwards
+    assert reactions(report, "ten")["wall"]["own_moment"] == pytest.approx([0, -root, 0], abs=1e-8 * root)
+    assert 0.8 < -reactions(report, "rod")["wall"]["own_moment"][1] / root < 1.0
+
+
+def test_moments_are_those_of_where_forces_act() -> None:
+    """Of the deformed state: the moment of the weight about the root is that of its centre where that came to lie."""
+    report = softmark.loads(BEAM + "model rod = beam6dof(segments = 40)\nprobe axis = line(beam, "
+                            "from = (0, 0, 0) mm, to = (100, 0, 0) mm, points = 41)").run()  # fmt: skip
+    x = report.models["rod"].probes["axis"].position[:, 0]
+    lever = float(np.mean(0.5 * (x[1:] + x[:-1])))
+    moment = reactions(report, "rod")["wall"]["moment"]
+    assert moment == pytest.approx([0.0, -WEIGHT * lever, 0.0], abs=1e-9 * WEIGHT)
+
+
+STRETCH = """softmark 1
+scene "pulled"
+material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body bar = solid(box(size = (20, 10, 10) mm, origin = (5, 5, 5) mm), gel)
+support left  = fixed(bar, where = x <= 5 mm, components = x)
+support front = fixed(bar, where = y <= 5 mm, components = y)
+support below = fixed(bar, where = z <= 5 mm, components = z)
+support right = displaced(bar, where = x >= 25 mm, by = (10, 0, 0) mm, components = x)
+model cubes = fem(hex8, strain = finite, size = 5 mm)
+model tens  = fem(tet10, strain = finite, formulation = mixed, size = 10 mm)
+probe end = point(bar, at = (25, 15, 15) mm)
+"""
+
+
+def test_a_pull_is_that_of_uniaxial_stress() -> None:
+    """REFERENCES 3.5, log form, nu = 0.3, lambda = 1.5: P = 22696.811 Pa of the undeformed section, 1 cm^2."""
+    report = softmark.loads(STRETCH).run()
+    for name in ("cubes", "tens"):
+        found = reactions(report, name)
+        assert found["right"]["force"] == pytest.approx([2.2696811, 0, 0], rel=1e-7, abs=1e-8)
+        assert found["left"]["force"] == pytest.approx([-2.2696811, 0, 0], rel=1e-7, abs=1e-8)
+        assert found["right"]["own_moment"] == pytest.approx([0, 0, 0], abs=1e-9)
+        side = 10e-3 * 0.880175  # as the law has it sideways
+        assert found["right"]["at"] == pytest.approx([0.035, 0.005 + side / 2, 0.005 + side / 2], abs=1e-8)
+        assert "shared" not in found["right"]  # they hold other directions of the same nodes
+
+
+def test_supports_that_hold_the_same_share_it_openly() -> None:
+    """The first in the scene has the edge, and the sum is that of the body."""
+    both = BEAM.replace("support wall", "support floor = fixed(beam, where = x <= 40 mm and z <= -10 mm)\nsupport wall")
+    report = softmark.loads(both + "model hex = fem(hex8, strain = small, size = 10 mm)").run()
+    found = reactions(report, "hex")
+    assert found["floor"]["shared"] == ["wall"]
+    assert found["wall"]["shared"] == ["floor"]
+    assert found["wall"]["shared_force"] == found["floor"]["shared_force"]
+    assert math.hypot(*found["wall"]["shared_force"]) > 0.01 * WEIGHT
+    total = np.sum([found[n]["force"] for n in ("wall", "floor")], axis=0)
+    assert total == pytest.approx([0, 0, WEIGHT], abs=EXACT * WEIGHT)
+
+
+def test_a_following_pressure_is_balanced_where_it_came_to_act() -> None:
+    report = softmark.loads(BEAM.replace(
+        "probe", "load push = pressure(beam, where = x >= 100 mm, magnitude = 1 kPa)\n"
+        "load prod = point_force(beam, at = (60, 5, 5) mm, vector = (1, 20, 3) mN)\nprobe", 1
+    ) + "model ten = fem(tet10, strain = finite, size = 20 mm)").run()  # fmt: skip
+    checks = report.models["ten"].solve["checks"]["reactions"]
+    assert max(checks["force"], checks["moment"]) <= EXACT
+    assert checks["apart"] <= 1e-10
+
+
+def test_a_state_whose_supports_do_not_balance_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thousandth more of what one support carries, which no residual of free nodes would notice."""
+
+    def wrong(work: Any, name: str, prepared: Any) -> tuple[Solution, list[float], list[float]]:
+        solution, wall, cpu = right(work, name, prepared)
+        assert solution.carried is not None
+        carried = solution.carried()
+        off = replace(carried, left=carried.left * 1.001)
+        return replace(solution, carried=lambda: off), wall, cpu
+
+    right = runner._timed
+    monkeypatch.setattr(runner, "_timed", wrong)
+    report = softmark.loads(BEAM + "model rod = beam6dof(segments = 10)").run()
+    assert report.models["rod"].status == "failed"
+    assert "its supports and loads do not balance: 1.0e-03" in str(report.models["rod"].message)
+
+
+def test_reactions_that_other_formulas_do_not_find_are_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A load that one support is given and another loses: the sum is right, and each is wrong."""
+
+    def wrong(work: Any, name: str, prepared: Any) -> tuple[Solution, list[float], list[float]]:
+        solution, wall, cpu = right(work, name, prepared)
+        assert solution.carried is not None
+        carried = solution.carried()
+        left = carried.left.copy()
+        ends = [np.flatnonzero(carried.X[:, 0] <= 0.0051), np.flatnonzero(carried.X[:, 0] >= 0.0249)]
+        for nodes, more in zip(ends, (1.0, -1.0), strict=True):
+            left[nodes, 0] += more * 1e-3 / len(nodes)
+        return replace(solution, carried=lambda: replace(carried, left=left)), wall, cpu
+
+    right = runner._timed
+    monkeypatch.setattr(runner, "_timed", wrong)
+    report = softmark.loads(STRETCH.replace("model tens", "# model tens")).run()
+    assert report.models["cubes"].status == "failed"
+    assert "away from what other formulas find" in str(report.models["cubes"].message)
+
+
+def test_reports_have_a_table_of_supports_and_a_line() -> None:
+    report = softmark.loads(BEAM + MODELS).run()
+    page = html.render(report)
+    assert '<h2 id="supports-heading">Supports</h2>' in page
+    assert "(0, 0, 419.87) mN" in page
+    assert "mN\N{MIDDLE DOT}m" in page
+    assert "wall carries 420 mN in 8 models" in terminal.table(report, terminal=False)
+
+
+def test_a_motion_says_that_it_has_no_reactions() -> None:
+    swing = "analysis swing = dynamic(duration = 20 ms, step = 10 ms)\n"
+    swing += "model tet = fem(tet4, strain = small, size = 20 mm)\n"
+    report = softmark.loads(BEAM + swing).run()
+    wall = reactions(report, "tet")["wall"]
+    assert wall["force"] is None
+    assert "a motion" in wall["reason"]
+    assert 'id="supports-heading"' not in html.render(report)
