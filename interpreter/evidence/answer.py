@@ -13,9 +13,9 @@ import numpy as np
 from softmark.interpreter.evidence.budget import Budget
 from softmark.interpreter.evidence.probe_answers import Floats, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.models.shared.at_rest import at_rest
+from softmark.interpreter.models.answers.at_rest import at_rest
+from softmark.interpreter.models.answers.stressed import stressed
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
-from softmark.interpreter.models.shared.stressed import stressed
 from softmark.interpreter.problem.case import Case, Fault, case_for
 from softmark.interpreter.results.report import ModelResult
 

@@ -16,9 +16,9 @@ import numpy as np
 from softmark.interpreter.evidence.budget import Budget
 from softmark.interpreter.evidence.probe_answers import Field, Floats, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.models.answers.stressed import stress_of
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.prepared import Moved, Workshop
-from softmark.interpreter.models.shared.stressed import stress_of
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
 from softmark.solvers.elements import element_of

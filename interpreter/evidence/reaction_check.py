@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.evidence.load_check import MOST_UNSURE, Unchecked
-from softmark.interpreter.models.shared.at_rest import at_rest
-from softmark.interpreter.models.shared.carried import NOTHING, Carried, Wrench
+from softmark.interpreter.models.answers.at_rest import at_rest
+from softmark.interpreter.models.answers.carried import NOTHING, Carried, Wrench
 from softmark.interpreter.results.reactions import Reaction
 from softmark.interpreter.vocabulary.loads import Follower, PerArea
 from softmark.solvers.checks.solids import EPS, Floats

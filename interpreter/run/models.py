@@ -12,11 +12,11 @@ from softmark.interpreter.evidence.force_check import watched
 from softmark.interpreter.evidence.selection_error import reactions
 from softmark.interpreter.evidence.stress_notes import asks, unresolved
 from softmark.interpreter.language.scene import SceneError
+from softmark.interpreter.models.answers.at_rest import at_rest
+from softmark.interpreter.models.answers.stressed import stressed
 from softmark.interpreter.models.prepare import prepared_model
-from softmark.interpreter.models.shared.at_rest import at_rest
 from softmark.interpreter.models.shared.pieces import facts
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
-from softmark.interpreter.models.shared.stressed import stressed
 from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.parts.resultants import doubts, resultants
 from softmark.interpreter.problem.points import seen_finite

@@ -12,8 +12,8 @@ from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found
 from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.evidence.reaction_check import summed
+from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.beam.words import Beam6Dof, station
-from softmark.interpreter.models.shared.carried import Wrench
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass

@@ -12,9 +12,9 @@ from softmark.interpreter.evidence.kinds.beam_forces import balance_of, reaction
 from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
 from softmark.interpreter.evidence.orders import COARSE
 from softmark.interpreter.evidence.probe_answers import NO_ERROR, ProbeAnswer, Unknown
+from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.beam import ribbon
 from softmark.interpreter.models.beam.words import Beam6Dof
-from softmark.interpreter.models.shared.carried import Wrench
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.report import ModelResult

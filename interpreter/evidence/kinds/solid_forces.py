@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from softmark.interpreter.evidence.load_check import Unchecked, loads_on
 from softmark.interpreter.evidence.materials import INWARD, alone
 from softmark.interpreter.evidence.reaction_check import summed
+from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.fem.words import Fem
-from softmark.interpreter.models.shared.carried import Wrench
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.solvers.checks import solids

@@ -16,8 +16,8 @@ from softmark.interpreter.evidence.kinds.voucher import FINER, HOPELESS, Found, 
 from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.evidence.materials import alone
 from softmark.interpreter.evidence.probe_answers import Field, ProbeAnswer, Unknown
+from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.fem.words import Fem
-from softmark.interpreter.models.shared.carried import Wrench
 from softmark.interpreter.problem.case import case_for
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.checks.solids import ForceBalance

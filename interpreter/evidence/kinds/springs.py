@@ -11,7 +11,7 @@ from softmark.interpreter.evidence.kinds.solid_forces import LEFT, by_support, h
 from softmark.interpreter.evidence.kinds.voucher import Found, Sized
 from softmark.interpreter.evidence.load_check import Unchecked, loads_on
 from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Unknown
-from softmark.interpreter.models.shared.carried import Wrench
+from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.solids import Floats, ForceBalance

@@ -10,7 +10,7 @@ from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.models.shared.carried import Wrench
+from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.shared.prepared import Prepared, Solution
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass

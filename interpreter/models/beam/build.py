@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.answers.vibrations import about
 from softmark.interpreter.models.beam import holding
 from softmark.interpreter.models.beam.carrying import on_rod
 from softmark.interpreter.models.beam.words import Beam6Dof, station
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_rod
 from softmark.interpreter.models.shared.prepared import Meshless, Solution, Workshop
-from softmark.interpreter.models.shared.vibrations import about
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.shared.carried import Carried
+from softmark.interpreter.models.answers.carried import Carried
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.rod import RodElastic, RodLoad

@@ -15,11 +15,13 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.answers import carried
+from softmark.interpreter.models.answers.vibrations import about
 from softmark.interpreter.models.fem import formulations, levers
 from softmark.interpreter.models.fem.formulations import Unknowns
 from softmark.interpreter.models.fem.start import Start, start_of
 from softmark.interpreter.models.fem.words import LARGE_ANGLE, Fem
-from softmark.interpreter.models.shared import carried, outcome
+from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_solid
 from softmark.interpreter.models.shared.gripping import held_notes
@@ -30,7 +32,6 @@ from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.pieces import Piece, pieces
 from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
-from softmark.interpreter.models.shared.vibrations import about
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.problem.data import located

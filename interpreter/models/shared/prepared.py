@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.language.scene import Declared, Scene
-    from softmark.interpreter.models.shared.carried import Carried
+    from softmark.interpreter.models.answers.carried import Carried
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.mesh.mesh import Mesh
@@ -83,7 +83,7 @@ class Solution:
     notes: tuple[Diagnostic, ...] = ()
     history: History | None = None  # of a dynamic analysis; `displacement` is then that of its end
     mesh: Moved | None = None  # of a model that has one
-    stress: Callable[[], Stresses] | None = None  # of a model on a mesh (`shared/stressed.py`); it raises NoStress
+    stress: Callable[[], Stresses] | None = None  # of a model on a mesh (`answers/stressed.py`); it raises NoStress
     carried: Callable[[], Carried] | None = None  # what acts at its nodes, of a state of rest; found when asked for
     at_rest: AtRest | None = None  # what that comes to: of solutions that an error is stated from
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz, about a static equilibrium

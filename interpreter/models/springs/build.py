@@ -12,8 +12,10 @@ import numpy as np
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.answers import carried
+from softmark.interpreter.models.answers.vibrations import about
 from softmark.interpreter.models.fem.build import mesh_of, volume_note
-from softmark.interpreter.models.shared import carried, outcome
+from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_springs
 from softmark.interpreter.models.shared.gripping import held_notes
@@ -23,7 +25,6 @@ from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note
 from softmark.interpreter.models.shared.motion import PreparedMotion, in_motion
 from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
-from softmark.interpreter.models.shared.vibrations import about
 from softmark.interpreter.models.springs.calibration import Fit, FitTarget, NoFit, least, target_of
 from softmark.interpreter.models.springs.words import Calibrated, MassSpring, Uniform
 from softmark.interpreter.problem.case import Case, fault

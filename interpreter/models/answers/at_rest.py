@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.shared.carried import holders, reactions
+from softmark.interpreter.models.answers.carried import holders, reactions
 from softmark.interpreter.models.shared.prepared import Prepared, Solution
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.reactions import AtRest
