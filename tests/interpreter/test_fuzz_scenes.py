@@ -47,7 +47,7 @@ def test_many_more_generated_scenes(fuzz_folder: Path, text: str) -> None:
 def test_some_are_sound_and_every_constructor_occurs(fuzz_folder: Path) -> None:
     """What is made is neither all refused, which would try no check of whole scenes, nor of a few words only."""
     generate, scene = import_module("generate"), import_module("scene")
-    texts = [generate.scene(random.Random(i).choice) for i in range(220)]
+    texts = [generate.scene(random.Random(i).choice) for i in range(600)]
     words = {scene.examine(text, fuzz_folder) for text in texts[:40]}
     assert words == {"accepted", "refused"}
     known = {name for constructors in CATALOGUE.values() for name in constructors}

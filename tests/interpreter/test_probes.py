@@ -193,7 +193,7 @@ def test_an_integral_of_squared_strains_is_exact_on_any_mesh(size: float) -> Non
     def wrong(X: np.ndarray) -> np.ndarray:
         return np.outer(0.5 * c * L * X[:, 0], [1.0, 0.0, 0.0])
 
-    case: Any = SimpleNamespace(material=LinearElastic(7.875, 0.3125, 1.0))  # mu = 3, lam = 5
+    case: Any = SimpleNamespace(materials=(LinearElastic(7.875, 0.3125, 1.0),), parts=())  # mu = 3, lam = 5
     known = Known("theory", right(place.X), right)
     seen = Seen("m", case, place.X, wrong(place.X), weights=place.weights, known=known, displacement=wrong)
     assert StrainEnergyNorm("all", "theory").measure(seen).value == pytest.approx(0.5, rel=1e-5)

@@ -12,13 +12,18 @@ NONE: tuple[str, ...] = ()
 STEPS = ("trapezoidal", "bdf2", "central_differences")  # one step with velocities, several steps, explicit
 
 QUICK: dict[str, dict[str, tuple[str, ...]]] = {
-    "tests/interpreter/test_authors_mesh.py": {"test_tip": NONE},
+    "tests/interpreter/test_authors_mesh.py": {"test_tip": NONE, "test_distance_from_the_scan": NONE},
     "tests/interpreter/test_cli_run.py": {"test_interruption_keeps_what_was_finished": NONE},
     "tests/interpreter/test_compare_page.py": {"test_in_chromium": ("usual",)},
     "tests/interpreter/test_compile.py": {"test_ten_thousand_lines": NONE},
     "tests/interpreter/test_converged_beam.py": {"test_tip_within_half_a_per_cent_of_the_length": ("hex8",)},
     "tests/interpreter/test_fuzz_corpus.py": {"test_reading_a_scene_does_nothing_but_read": NONE},
-    "tests/interpreter/test_incompressible.py": {"test_the_limit_in_a_scene": ("0.4999-", "0.5")},
+    "tests/interpreter/test_environment.py": {"test_a_journal_that_does_not_fit": NONE},
+    "tests/interpreter/test_incompressible.py": {
+        "test_the_limit_in_a_scene": ("0.4999-", "0.5"),
+        "test_forms_agree_and_say_nothing_of_locking": NONE,
+    },
+    "tests/interpreter/test_levers.py": {"test_levers_that_cost_no_accuracy": NONE},
     "tests/interpreter/test_large_stretch.py": {
         "test_three_times_its_length_in_every_formulation": ("equibiaxial",),
         "test_a_gripped_strip_at_three_times_its_length": NONE,
@@ -62,11 +67,15 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_shares_of_cross_sections": tuple(f"shape{i}-" for i in range(7)),
         "test_shares_of_oblique_sections_against_points": ("0", "3", "5"),
     },
-    "tests/interpreter/test_study_clock.py": {"test_a_run_beside_a_busy_loop_is_flagged": NONE},
+    "tests/interpreter/test_study_clock.py": {
+        "test_a_run_beside_a_busy_loop_is_flagged": NONE,
+        "test_rounds_are_interleaved_and_every_run_is_a_process_of_its_own": NONE,
+    },
+    "tests/interpreter/test_study_pool.py": {"test_a_cluster_finds_the_same": NONE},
     "tests/interpreter/test_supports_as_geometry.py": {
         "test_narrow_and_wide_hold_the_conforming_answer_between_them": ("0", "1"),
     },
-    "tests/interpreter/test_watchdog.py": {"test_solids_with_pressures_are_checked_again": ("0.5",)},
+    "tests/interpreter/test_watchdog.py": {"test_solids_with_pressures_are_checked_again": NONE},
     "tests/solvers/test_damping_state.py": {
         "test_the_first_overshoot_of_a_nearly_incompressible_body_does_not_hang_on_the_step": (
             "mean_dilatation-trapezoidal", "tet10-bdf2",
@@ -99,6 +108,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_a_source_that_is_edited_while_a_process_starts": NONE,
         "test_a_folder_in_the_place_of_a_kernel_is_done_without": NONE,
         "test_a_kernel_elsewhere_whose_constant_is_edited": NONE,
+        "test_a_kernel_under_the_name_of_another_is_not_taken": NONE,
     },
     "tests/solvers/test_mesh.py": {"test_other_cells_fill_the_same_body": ("tet10", "hex8", "hex20")},
     "tests/solvers/test_mesh_distort.py": {
