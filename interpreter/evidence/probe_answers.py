@@ -130,6 +130,8 @@ class ProbeAnswer:
             return self._norm(other)
         if isinstance(self.metric, OfForces):
             return self._forces_apart(self.metric, other)
+        if isinstance(self.metric, OfTensors):
+            return self._tensors_apart(self.metric, other)
         if self.unit == "m":
             return self._distance(other)
         if self.metric.measured_from is None:
@@ -143,6 +145,16 @@ class ProbeAnswer:
             return metric.apart(other.at_rest, self.at_rest)
         except Undefined as undefined:
             raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
+
+    def _tensors_apart(self, metric: OfTensors, other: ProbeAnswer) -> float:
+        if self.stress is None or other.stress is None:
+            raise Unknown(NO_ERROR)
+        from softmark.solvers.stresses.sampled import NoStress
+
+        try:
+            return metric.apart(self.stress(), other.stress(), self.X)
+        except NoStress as refused:
+            raise Unknown(f"{NO_ERROR}: {refused}") from refused
 
     def _norm(self, other: ProbeAnswer) -> float:
         size = float(np.linalg.norm(self.u))

@@ -1,9 +1,10 @@
 """What a mesh makes of parts that its cells do not follow: the error that comes of cells of the wrong material.
 
-Every cell that a border passes is of the material that it holds the most of. With all of them of the one material, or
-of the other, whichever is farther from what was taken, the answer is off to one side of that of the parts themselves by
-more than it is: how far the two are apart is a part of the stated error. Where next to nothing is missed, as a polygon
-misses of a circle, what is missed is that part.
+Every cell that a border passes is of the material that it holds the most of. With all cells that the border of one part
+passes its own, or none of them, whichever is farther from what was taken, the answer is off to one side of that of the
+part itself by more than it is. How far these answers are from the one that was found, summed over the parts, for two
+that err in opposite ways must not make up for each other, is a part of the stated error. Where next to nothing is
+missed, as a polygon misses of a circle, what is missed is that part, relative to the smallest volume beside it.
 """
 
 from __future__ import annotations
@@ -21,15 +22,15 @@ def parts(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     """The part of the stated error that comes of parts of other materials; none where meshes follow them."""
     from softmark.interpreter.models.shared.regions import missed
 
-    left, side = missed(whole.case, whole.prepared)
-    if left == 0.0:
+    found = missed(whole.case, whole.prepared)
+    if not found:
         return {}
-    if not side:
-        return {"regions": lambda seen: left * seen.size}
-    return {"regions": lambda seen: _apart(whole, seen, side)}
+    return {"regions": lambda seen: sum(_apart(whole, seen, left, way) for left, way in found)}
 
 
-def _apart(whole: Answer, seen: ProbeAnswer, side: int) -> float:
-    """How far the same is with every cell that a border passes of one material."""
-    solution, _ = whole.solved("leaning", whole.declared, replace(whole.case, leaning=side))
+def _apart(whole: Answer, seen: ProbeAnswer, left: float, way: tuple[int, int]) -> float:
+    """How far the same is with every cell that the border of a part passes of one material."""
+    if way == (0, 0):
+        return left * seen.size
+    solution, _ = whole.solved(f"leaning {way}", whole.declared, replace(whole.case, leaning=way))
     return seen.apart(seen.of(solution))

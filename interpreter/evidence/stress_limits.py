@@ -62,7 +62,8 @@ def _places(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
     """Points (n, 3) of the mesh where stress has no limit, with words for each kind."""
     rim = _rim(case, mesh) if case.material.poisson != 0.0 else np.zeros(0, dtype=np.int64)
     if len(rim):
-        names = ", ".join(f"`{s.name}`" for s in case.supports if len(s.thing.components) == 3)
+        whole = [s for s in case.supports if len(s.thing.components) == 3]
+        names = ", ".join(f"`{s.name}`" for s in whole or case.supports)
         yield f"the edge of what {names} holds", mesh.points[rim]
     for load in case.loads:
         if isinstance(load.thing.action, AtPoint):

@@ -26,7 +26,7 @@ from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
 from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, reach
-from softmark.interpreter.problem.mirrors import plane_fault
+from softmark.interpreter.problem.mirrors import plane_fault, pull_fault
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint
 from softmark.interpreter.vocabulary.probes import Nodes
@@ -109,6 +109,9 @@ def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             fault = plane_fault(support, body.name, body.thing.shape.bounds)
             if fault is not None:
                 yield fault
+            for load in scene.acting("load", body.name):
+                if (fault := pull_fault(support, load)) is not None:
+                    yield fault
 
 
 def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:

@@ -69,6 +69,14 @@ def untaken(scene: Scene) -> Iterator[Diagnostic]:
                              f"`{model.name}` knows one material, and `{case.body.name}` has parts of others: {names}",
                              "one material only",
                              "use `fem(...)` in full, or leave out the `material` of the regions")  # fmt: skip
+        elif (
+            "mass" in model.fields
+            and str(model.value("mass")) == "uniform"
+            and len({m.density for m in case.materials}) > 1
+        ):
+            yield diagnostic("E593", model.at("mass"), f"`{model.name}` gives every node the same mass, and the parts"
+                             f" of `{case.body.name}` differ in density: {names}", "one density only",
+                             "use `mass = lumped` or `consistent`")  # fmt: skip
         elif model.thing.other_material is not None:
             yield diagnostic("E593", model.at("material"), f"`{model.name}` takes a material in place of that of"
                              f" `{case.body.name}`, which has parts of others: {names}", "in place of which?",

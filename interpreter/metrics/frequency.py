@@ -20,8 +20,10 @@ class Frequency(Metric):
     K phi = w^2 M phi with the tangent K under the full load: a body that loads stretch sounds higher than at rest, and
     one that they press lower, down to none where it buckles. Modes are counted from the slowest; those of a round or
     square body come in pairs. The mass is that of the model (`mass` of `fem`); a beam has its mass and the turning of
-    its sections at its nodes. Followed loads have no modes. The residual of each mode is checked; it is not checked by
-    other formulas, and no error is stated: refine with a `convergence` study.
+    its sections at its nodes. Loads do not change the tangent of `strain = small`, which has no frequency under any;
+    pressures that follow the surface have no modes. A body with planes of symmetry has those of its modes that are
+    symmetric, and not the others, one of which may be slower. The residual of each mode is checked; it is not checked
+    by other formulas, and no error is stated: refine with a `convergence` study.
 
     Beside its value a report has frequencies_Hz, all up to this mode.
 

@@ -12,6 +12,7 @@ from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
 from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.problem.case import body_of
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.plain import clean
 from softmark.interpreter.results.report import MetricResult, ProbeResult
@@ -35,12 +36,14 @@ def metrics_of(
 
 
 def _concerns(scene: Scene, metric: Declared, view: View) -> bool:
-    """Whether a metric looks at the body of a view, and does not compare it with itself."""
-    if metric.thing.measured_from == view.name:
+    """Whether a metric looks at the body of a view, and does not compare it with itself or with another body."""
+    against = metric.thing.measured_from
+    if against == view.name:
         return False
     probe, model = metric.thing.looked_at, scene.declared[view.name].kind == "model"
     if probe is None:  # about forces, or the computation itself
-        return model and metric.thing.body_in(scene) in (None, view.body)
+        same = against is None or body_of(scene, scene.declared[against]) == view.body
+        return model and same and metric.thing.body_in(scene) in (None, view.body)
     if not model and view.message is None and probe not in view.probes:  # measured elsewhere
         return False
     return bool(scene.declared[probe].thing.body == view.body)

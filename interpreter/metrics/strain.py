@@ -40,7 +40,11 @@ class Strain(OfTensors):
         """(n,)."""
         from softmark.solvers.stresses.measures import component_of
 
-        return component_of(tensors.strain(self.measure_), self.component)
+        return component_of(self.tensors(tensors), self.component)
+
+    def tensors(self, tensors: Tensors) -> Floats:
+        """(n, 3, 3)."""
+        return tensors.strain(self.measure_)
 
     def usual(self, field: Stresses) -> float:
         """No unit."""

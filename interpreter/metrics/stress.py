@@ -53,8 +53,11 @@ class Stress(OfTensors):
         """(n,), Pa."""
         from softmark.solvers.stresses.measures import component_of
 
-        own = tensors.cauchy if self.measure_ == "cauchy" else tensors.nominal
-        return component_of(own, self.component)
+        return component_of(self.tensors(tensors), self.component)
+
+    def tensors(self, tensors: Tensors) -> Floats:
+        """(n, 3, 3), Pa."""
+        return tensors.cauchy if self.measure_ == "cauchy" else tensors.nominal
 
     def usual(self, field: Stresses) -> float:
         """Pa."""

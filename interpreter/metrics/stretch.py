@@ -37,6 +37,10 @@ class Stretch(OfTensors):
         """(n,)."""
         return tensors.stretches(self.component)
 
+    def tensors(self, tensors: Tensors) -> Floats:
+        """Those of Biot's strain (n, 3, 3), which is U - 1."""
+        return tensors.strain("biot")
+
     def usual(self, field: Stresses) -> float:
         """No unit."""
         return field.usual[1]

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.base.deferred import np
 
+WORST = 1.5**0.5  # of a tensor's norm: von Mises' stress
 EVEN = 1e-9  # relative: steps between points that are one line
 Over = Literal["largest", "mean"]
 
@@ -30,6 +31,21 @@ class OfTensors(Metric):
     def values(self, tensors: Tensors) -> Floats:
         """The number of each tensor (n,), in the metric's unit."""
         raise NotImplementedError(f"{type(self).__name__} has no values")
+
+    def tensors(self, tensors: Tensors) -> Floats:
+        """What the numbers are of (n, 3, 3), in the metric's unit."""
+        raise NotImplementedError(f"{type(self).__name__} has no tensors")
+
+    def apart(self, one: Stresses, other: Stresses, X: Floats) -> float:
+        """How far two fields are apart at points X (n, 3), in the metric's unit: by all of the tensor.
+
+        One component may agree by chance. The norm of the difference bounds that of every component and principal value
+        (Weyl 1912), and that of von Mises' stress with sqrt(3/2).
+        """
+        difference = self.tensors(one.at(X)) - self.tensors(other.at(X))
+        if self.over == "mean":
+            difference = difference.mean(axis=0, keepdims=True)
+        return WORST * float(np.linalg.norm(difference, axis=(1, 2)).max())
 
     def usual(self, field: Stresses) -> float:
         """What tensors of the body come to in the mean square, in the metric's unit."""

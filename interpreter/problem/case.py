@@ -40,9 +40,10 @@ class Case:
     other_material: Any = None  # that a model takes instead of the body's
     parts: tuple[Declared, ...] = ()  # regions with a material of their own
     wide: bool = False  # supports hold whatever cells and facets they select a part of, on meshes that do not end there
-    leaning: int = (
-        0  # 1 or -1: cells that a border of parts passes are of the last or first material, not of most of it
-    )
+    leaning: tuple[int, int] = (
+        0,
+        0,
+    )  # a part by its number and 1 or -1: cells that its border passes are all, or none, its
 
     @property
     def shape(self) -> Shape:
@@ -91,12 +92,15 @@ def case_of(scene: Scene, body: str) -> Case:
 
 def _made(scene: Scene, body: str) -> Case:
     analyses = list(scene.of_kind("analysis").values())
+    regions = [r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.material]
+    if all(r.thing.material == scene.declared[body].thing.material for r in regions):
+        regions = []  # parts of the body's own material are parts in name only
     return Case(
         body=scene.declared[body],
         supports=scene.acting("support", body),
         loads=scene.acting("load", body),
         analysis=analyses[0].thing if analyses else Static(),
-        parts=tuple(r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.material),
+        parts=tuple(regions),
     )
 
 

@@ -9,6 +9,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault
+from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.interpreter.vocabulary.supports import Symmetric
 
 if TYPE_CHECKING:
@@ -35,6 +36,31 @@ def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnost
                       f"`{body}` lies on both sides of the plane of symmetry `{support.name}`",
                       f"it goes from {units.show(low, units.LENGTH)} to {units.show(high, units.LENGTH)} here",
                       "model the half on one side of it, as in `sphere(radius = 10 mm, part = half)`")  # fmt: skip
+
+
+def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
+    """What is wrong with a load beside a plane of symmetry: gravity across it, which the mirror image has turned."""
+    normal, action = support.thing.normal, load.thing.action
+    if normal is None or not isinstance(action, PerMass) or not action.acceleration[normal[0]]:
+        return None
+    way = "xyz"[normal[0]]
+    return diagnostic("E582", load.at(), f"`{load.name}` pulls across the plane of symmetry `{support.name}`",
+                      f"along {way}; the mirror image is pulled the other way",
+                      f"a wall in place of the plane is `fixed(..., components = {way})`")  # fmt: skip
+
+
+def must_not_load_plane(case: Case, load: Declared, X: Floats) -> None:
+    """No facet with nodes X (f, k, 3), m, that a load takes lies in a plane of symmetry. Raises Fault."""
+    extent = max((b - a for a, b in zip(*case.shape.bounds, strict=True)), default=0.0) if case.shape.bounds else 0.0
+    for support in case.supports:
+        if not isinstance(support.thing, Symmetric) or support.thing.normal is None or not len(X):
+            continue
+        axis, place = support.thing.normal
+        if bool((abs(X[..., axis] - place).max(axis=1) <= IN_PLANE * extent).any()):
+            raise Fault(diagnostic("E582", load.at("where"),
+                                   f"`{load.name}` acts on the plane of symmetry `{support.name}`",
+                                   "within the whole body, where there is no surface",
+                                   "select the outer surface alone, without the plane"))  # fmt: skip
 
 
 def must_lie_in_plane(case: Case, support: Declared, X: Floats, points: Floats) -> None:

@@ -15,12 +15,16 @@ MOST = 3000  # boxes in which an overlap is looked for when a scene is checked
 
 
 def remaining(case: Case) -> tuple[Condition, ...]:
-    """Where each part has its material: what it selects, without the parts that lie over it."""
+    """Where each part has its material: what it selects, without the parts that lie over it.
+
+    What parts of one material share counts for the first of them.
+    """
     found = []
-    for part in case.parts:
+    for i, part in enumerate(case.parts):
         where = part.thing.where
-        for other in case.parts:
-            if part.name in other.thing.over:
+        for j, other in enumerate(case.parts):
+            alike = other.thing.material == part.thing.material and other.name not in part.thing.over
+            if part.name in other.thing.over or (alike and j < i):
                 where = Condition.junction("and", where, Condition.negation(other.thing.where))
         found.append(where)
     return tuple(found)

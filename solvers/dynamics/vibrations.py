@@ -41,7 +41,7 @@ def lowest(
     try:
         values, modes = eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)
     except ArpackError as error:
-        raise NotSettled(f"the modes were not found ({error})") from error
+        raise NotSettled(f"{count} modes were not found: pressures may leave fewer, ask for a lower one") from error
     order = np.argsort(values)
     return values[order], modes[:, order]
 

@@ -179,3 +179,26 @@ def test_a_motion_says_that_it_has_no_reactions() -> None:
     assert wall["force"] is None
     assert "a motion" in wall["reason"]
     assert 'id="supports-heading"' not in html.render(report)
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_a_section_that_two_supports_hold_is_found_again_in_either_order(first: int) -> None:
+    """F L at the root is that of the support that holds the tilt; `post` holds the twist and what is across."""
+    two = [
+        "support post = fixed(beam, where = x <= 0 mm, components = (y, z))",
+        "support half = symmetric(beam, where = x <= 0 mm)",
+    ]
+    report = softmark.loads(f"""
+material m = linear_elastic(young = 60 MPa, poisson = 0.3, density = 1000 kg/m^3)
+body beam = solid(box(size = (200, 20, 20) mm, origin = (0, -10, -10) mm), m)
+{two[first]}
+{two[1 - first]}
+load push = point_force(beam, at = (200, 0, 0) mm, vector = (0, 0, -0.4) N)
+model rod = beam6dof(segments = 20)
+metric root = moment(half, along = +y)
+metric up = force(post, along = +z)
+""").run()
+    rod = report.models["rod"]
+    assert rod.status == "converged", rod.message
+    assert rod.metrics["up"].value == pytest.approx(0.4, rel=1e-9)
+    assert abs(rod.metrics["root"].value) == pytest.approx(0.08, rel=1e-3)  # the tip comes back by 1e-5 of its length

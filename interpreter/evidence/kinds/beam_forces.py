@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found
 from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.evidence.reaction_check import summed
+from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.beam.words import Beam6Dof, station
 from softmark.interpreter.problem.case import Case
@@ -86,6 +86,17 @@ class BeamLine:
                     found[node, [*support.thing.components, 3, 4, 5]] = True
         return found
 
+    def carries(self, support: Declared) -> NDArray[np.bool_]:
+        """Forces and moments that one support carries (n, 6): those of turns omega x r along what it holds."""
+        held = [*support.thing.components]
+        way = np.abs(np.cross(self.axes[1:, None], np.eye(3)[held])).max(axis=(0, 1))  # omega . (r x e_c), r across
+        turns = np.flatnonzero((way > 0.5) | (len(held) == 3))
+        found = np.zeros((len(self.s), 6), dtype=np.bool_)
+        for node, s in enumerate(self.s.tolist()):
+            if coverage(support.thing.where, self.case.prism, s) == "all":
+                found[node, [*held, *(3 + turns)]] = True
+        return found
+
 
 def line_of(found: Found) -> BeamLine:
     """The beam of a solution."""
@@ -112,7 +123,7 @@ def reactions_of(found: Found) -> tuple[dict[str, Wrench], float]:
     """What every support does, and what rounding leaves of it, N. Raises Unchecked."""
     inside, outside, _, noise = _forces(found)
     beam, left = line_of(found), (inside - outside) / _per_length(found)
-    masks = {s.name: replace(beam, case=replace(beam.case, supports=(s,))).held() for s in beam.case.supports}
+    masks = {support.name: beam.carries(support) for support in beam.case.supports}
     return summed(masks, left, rod_of(found)[0].x), LEFT * noise
 
 

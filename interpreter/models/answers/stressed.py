@@ -38,7 +38,9 @@ def stress_of(model: Model, case: Case, mesh: Moved) -> Callable[[], Stresses]:
         from softmark.solvers.stresses.sampled import NoStress, State
 
         if case.parts:  # what is recovered is continuous, and stress is not where they meet
-            raise NoStress("stress is told of bodies of one material only, and this has parts of another")
+            raise NoStress(
+                "stress and strain at points are told of bodies of one material only, and this has parts of another"
+            )
         how = model.stress_law
         if isinstance(how, str):
             raise NoStress(how)

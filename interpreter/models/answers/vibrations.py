@@ -15,6 +15,15 @@ if TYPE_CHECKING:
 UNSTABLE = 1e-9  # of the largest value found: below it, under zero, a motion grows
 
 
+def none(reason: str) -> Callable[[int], Floats]:
+    """Of a state that has no frequencies: raises Undefined with the reason."""
+
+    def refused(count: int) -> Floats:
+        raise Undefined(reason)
+
+    return refused
+
+
 def about(assembly: Assembly, x: Floats, mass: Callable[[], Any], linear: Linear) -> Callable[[int], Floats]:
     """A function of `count` that gives the lowest frequencies (count,), Hz, in the state x under the full load.
 
@@ -44,7 +53,7 @@ def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: Linear, count
     except (NotSettled, Singular) as error:
         raise Undefined(str(error)) from error
     if (left := unsettled(K, M, values, modes)) > CLOSE:
-        raise Undefined(f"its modes were found to {left:.1g} of their forces only")
+        raise Undefined(f"{count} modes were not found, to {left:.1g} of their forces only: ask for fewer")
     if values[0] < -UNSTABLE * np.abs(values).max():
         raise Undefined("the equilibrium is unstable: what moves away from it does not come back")
     found: Floats = np.sqrt(np.maximum(values, 0.0)) / (2.0 * np.pi)

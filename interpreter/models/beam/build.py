@@ -88,7 +88,7 @@ class PreparedBeam(Meshless):
     def _finish(self, found: Equilibrium, assembly: Assembly) -> Solution:
         solution = outcome.found(found, lambda X: displacement_at(found.x, self.rest, X))
         modes = about(self.problem.assembly, found.x, self._mass, self.problem.linear)
-        seen = replace(solution, notes=outcome.doubts(self.declared, found), vibrations=modes)
+        seen = replace(solution, notes=outcome.doubts(self.declared, found), vibrations=modes if found.solved else None)
         return replace(seen, carried=cache(lambda: on_rod(assembly, self.rest, found.x, self.applied)))
 
     def _mass(self) -> Floats:

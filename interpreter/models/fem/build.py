@@ -15,7 +15,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.answers import carried
+from softmark.interpreter.models.answers import carried, vibrations
 from softmark.interpreter.models.answers.vibrations import about
 from softmark.interpreter.models.fem import formulations, levers
 from softmark.interpreter.models.fem.formulations import Unknowns
@@ -146,6 +146,10 @@ class PreparedSolid(OnMesh):
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
         moved = self._deformed(u, found.x, left)
         modes = about(self.assembly, found.x, self._mass, self.problem.linear)
+        if not found.solved:
+            modes = vibrations.none("it was stopped before it came to an equilibrium")
+        elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
+            modes = vibrations.none("loads do not change the tangent of small strain: leave them out, or use another")
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
         return replace(seen, carried=cache(lambda: self._carried(found.x, x)))
 
@@ -255,7 +259,7 @@ def at_rest(
     unknowns = Unknowns.of(internal, mesh)
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
     assembly = Assembly(dofs, fixed, internal, unknowns.loads(together(applied, mesh.points.size)), points)
-    formulations.must_breathe(declared, case, assembly)
+    formulations.must_breathe(declared, case, each, assembly)
     problem = Statics(
         assembly,
         VectorSpace(dofs),

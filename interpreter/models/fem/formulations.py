@@ -220,7 +220,7 @@ class Unknowns:
         return u if u is None or not self.pressures else np.concatenate([u, np.zeros(self.pressures)])
 
 
-def must_breathe(declared: Declared, case: Case, assembly: Assembly) -> None:
+def must_breathe(declared: Declared, case: Case, pieces: Sequence[Piece], assembly: Assembly) -> None:
     """Raises Fault where no displacement feels the same pressure everywhere in an incompressible body.
 
     Supports then hold its surface all around: any change of volume they ask for is impossible, and without one the
@@ -229,7 +229,7 @@ def must_breathe(declared: Declared, case: Case, assembly: Assembly) -> None:
     import numpy as np
 
     energies: Any = assembly.internal
-    if not assembly.saddle or not all(material.incompressible for material in case.materials):
+    if not assembly.saddle or not all(own.case.material.incompressible for own in pieces):
         return
     same = np.zeros(assembly.dofs)  # the same pressure everywhere, in the units of the state
     for energy in energies:

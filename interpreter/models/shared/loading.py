@@ -12,6 +12,7 @@ from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.pieces import pieces
 from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.mirrors import must_not_load_plane
 from softmark.interpreter.problem.parts.surface import Loaded, loaded
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass, Vector3
 from softmark.solvers.energies.energy import Energy, Floats
@@ -117,4 +118,6 @@ def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> Loaded
             "selects nothing",
             "the condition must hold on a part of the surface that has an area",
         )
+    if isinstance(load.thing.action, PerArea):  # of a pressure, the plane's support takes all
+        must_not_load_plane(case, load, mesh.points[np.concatenate([found.whole, found.nodes[found.w > 0.0]])])
     return found

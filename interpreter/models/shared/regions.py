@@ -35,18 +35,21 @@ CUBIC: units.Dimension = units.power(units.LENGTH, 3)
 class Taken:
     """What of a part a mesh has, m^3: `asked` of it by the scene, `taken` by its cells.
 
-    `missed` lies in cells of another material, `beyond` in its own cells and not in the part.
+    `missed` lies in cells of another material, `beyond` in its own cells and not in the part. `beside` is the smallest
+    volume, m^3, of the body and of the other parts: what is missed of a large part may be most of a small one.
     """
 
     asked: float
     taken: float
     missed: float
     beyond: float
+    beside: float
 
     @property
     def off(self) -> float:
-        """What is of the wrong material, as a part of what was asked for."""
-        return (self.missed + self.beyond) / self.asked
+        """What is of the wrong material, as a part of what was asked for, or of what lies beside it if that is less."""
+        wrong = self.missed + self.beyond
+        return wrong / min(self.asked, self.beside) if wrong else 0.0
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,7 @@ class Owners:
 
     cells: Ints
     taken: tuple[Taken, ...]
-    crossed: Floats  # m^3 of cells that a border passes and that would change their material: leaning by 1, by -1
+    sides: tuple[int, ...]  # of each part: the way to lean, 1 or -1, by which more changes its material
 
 
 def pieces(case: Case, mesh: Mesh, parts: Integration) -> Iterator[tuple[Case, Mesh, Integration, Ints]]:
@@ -83,14 +86,31 @@ def _found(case: Case, mesh: Mesh) -> Owners:
     shares = np.array([fractions(where, kind, mesh) for where in remaining(case)])  # (r, m)
     shares = np.vstack([np.clip(1.0 - shares.sum(axis=0), 0.0, 1.0), shares])
     shares[0, shares[0] <= SMALL] = 0.0  # of the body: what rounding leaves
-    held = shares > SMALL
     most = _most(shares)
-    low, high = np.argmax(held, axis=0), len(held) - 1 - np.argmax(held[::-1], axis=0)
-    cells = {0: most, 1: high, -1: low}[case.leaning]
-    crossed = np.array([float(kind.sizes[most != other].sum()) for other in (high, low)])
-    taken = tuple(_taken(part, kind.sizes, own, cells == i) for i, (part, own) in
-                  enumerate(zip(case.parts, shares[1:], strict=True), start=1))  # fmt: skip
-    return Owners(cells, taken, crossed)
+    cells = most if case.leaning == (0, 0) else _leaning(shares, most, *case.leaning)
+    asked = shares @ kind.sizes
+    taken, sides = [], []
+    for i, part in enumerate(case.parts, start=1):
+        beside = np.delete(asked, i)
+        least = float(beside[beside > SMALL * asked.sum()].min(initial=asked[i]))
+        alike = any(other.thing.material == part.thing.material for other in case.parts[: i - 1])
+        if alike and asked[i] <= SMALL * asked.sum():  # it lies within another of the same material
+            taken.append(Taken(0.0, 0.0, 0.0, 0.0, least))
+            sides.append(1)
+            continue
+        taken.append(_taken(part, kind.sizes, shares[i], cells == i, least))
+        more, less = (float(kind.sizes[_leaning(shares, most, i, side) != most].sum()) for side in (1, -1))
+        sides.append(1 if more >= less else -1)
+    return Owners(cells, tuple(taken), tuple(sides))
+
+
+def _leaning(shares: Floats, most: Ints, part: int, side: int) -> Ints:
+    """The materials of cells (m,) where those that the border of a part passes are all its own, or none of them."""
+    own, others = shares[part], shares.copy()
+    others[part] = -1.0
+    crossed = (own > SMALL) & (own < 1.0 - WHOLE)
+    found: Ints = np.where(crossed, part if side > 0 else _most(others), most)
+    return found
 
 
 def _most(shares: Floats) -> Ints:
@@ -99,7 +119,7 @@ def _most(shares: Floats) -> Ints:
     return found
 
 
-def _taken(part: Declared, sizes: Floats, share: Floats, own: Any) -> Taken:
+def _taken(part: Declared, sizes: Floats, share: Floats, own: Any, beside: float) -> Taken:
     asked = float(share @ sizes)
     if asked <= SMALL * float(sizes.sum()):
         raise fault(
@@ -108,7 +128,7 @@ def _taken(part: Declared, sizes: Floats, share: Floats, own: Any) -> Taken:
         )  # fmt: skip
     missed, beyond = float((share * sizes)[~own].sum()), float(((1.0 - share) * sizes)[own].sum())
     missed, beyond = (0.0 if v <= WHOLE * asked else v for v in (missed, beyond))
-    return Taken(asked, float(sizes[own].sum()), missed, beyond)
+    return Taken(asked, float(sizes[own].sum()), missed, beyond, beside)
 
 
 def _disjoint(case: Case, mesh: Mesh) -> None:
@@ -140,23 +160,26 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
         if own.off <= MISSED:
             continue
         at = declared.at("size" if declared.thing.own_mesh is None else "mesh")
+        of = f"`{part.name}`" if own.asked <= own.beside else f"what lies beside `{part.name}`"
         yield diagnostic(
             "W391", at,
-            f"cells of `{declared.name}` with {100 * own.off:.3g} % of the volume of `{part.name}` are of the wrong "
-            "material",
+            f"cells of `{declared.name}` with {100 * own.off:.3g} % of the volume of {of} are of the wrong material",
             f"{100 * own.missed / own.asked:.3g} % missed, {100 * own.beyond / own.asked:.3g} % too much",
             "its cells do not end at the border of the part: use a finer mesh, or one with nodes along the border; "
             "`--stated` says what it makes",
         )  # fmt: skip
 
 
-def missed(case: Case, prepared: Prepared) -> tuple[float, int]:
-    """The largest part of a region that is of the wrong material, and to which side its cells are to lean for a bound.
+def missed(case: Case, prepared: Prepared) -> list[tuple[float, tuple[int, int]]]:
+    """Of every part that cells do not follow what is of the wrong material, and how they are to lean for a bound.
 
-    That side is 0 where nothing is to be gained by it: all is taken, but for what a polygon leaves of a circle.
+    They do not, (0, 0), where next to nothing is missed: what a polygon leaves of a circle.
     """
     if not case.parts or prepared.mesh is None:
-        return 0.0, 0
+        return []
     own = owners(case, prepared.mesh)
-    most = max(taken.off for taken in own.taken)
-    return most, 0 if most <= MISSED else (1 if own.crossed[0] >= own.crossed[1] else -1)
+    return [
+        (taken.off, (number, side) if taken.off > MISSED else (0, 0))
+        for number, (taken, side) in enumerate(zip(own.taken, own.sides, strict=True), start=1)
+        if taken.off > 0.0
+    ]

@@ -101,7 +101,7 @@ class PreparedSprings(OnMesh):
         doubts = (*self._folded(found.x), *outcome.doubts(self.declared, found))
         modes = about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         moved = Deformed(self.mesh, found.x.reshape(-1, 3))
-        seen = replace(solution, notes=doubts, mesh=moved, vibrations=modes)
+        seen = replace(solution, notes=doubts, mesh=moved, vibrations=modes if found.solved else None)
         return replace(seen, carried=cache(lambda: self._carried(found.x)))
 
     def mass(self) -> Floats:
