@@ -70,7 +70,7 @@ LOADED = {
 SUPPORTED = {
     "fixed": "fixed(bar, where = x >= 40 mm, components = (y, z))",
     "displaced": "displaced(bar, where = x >= 40 mm, by = (0, 0, 1) mm)",
-    "symmetric": "symmetric(bar, where = z <= -10 mm)",
+    "symmetric": "symmetric(bar, where = y <= -10 mm)",
     "follows": "follows(bar, where = x >= 40 mm, of = beads, reach = 15 mm)",
 }
 ANALYSED = {
