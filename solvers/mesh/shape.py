@@ -11,11 +11,13 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from softmark.solvers.elements.cells import Tetrahedron
+from softmark.solvers.mesh.cuts import Cut
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.solvers.mesh.cuts import Cut
     from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
     Surface = tuple[Floats, Ints]
@@ -122,6 +124,33 @@ class Section:
         return x, y, z
 
 
+class Circular(Section):
+    """A section with a circular border, and no other but that of a round hole in its middle."""
+
+    radius: float
+
+    @property
+    def extents(self) -> tuple[float, float]:
+        """Its diameter, m."""
+        return 2.0 * self.radius, 2.0 * self.radius
+
+    @property
+    def torsion(self) -> float:
+        """Saint-Venant torsion constant, m^4: as round sections do not warp, the polar second moment."""
+        return sum(self.moments)
+
+    def outline(self, around: int) -> Floats:
+        """Points of its outer border (around, 2), m, counter-clockwise."""
+        turn = 2 * math.pi * np.arange(around) / around
+        circle: Floats = self.radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        return circle
+
+    def reach(self, axis: Vector3) -> Vector3:
+        """How far it reaches from its centre along x, y and z, m: all of it, points of its rim may miss that."""
+        x, y, z = (self.radius * math.sqrt(max(0.0, 1.0 - a * a)) for a in axis)
+        return x, y, z
+
+
 class Side:
     """A curved part of a shape's boundary: facets of meshes are inscribed in it."""
 
@@ -196,7 +225,9 @@ class Shape:
 
     def surface(self, size: float) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of its surface, outward, with edges of about `size` (m)."""
-        raise NotImplementedError(f"{type(self).__name__} has no surface")
+        from softmark.solvers.mesh.mesh import surface
+
+        return surface(self.mesh(Tetrahedron.linear, size))
 
     @property
     def sides(self) -> tuple[Side, ...]:
@@ -229,13 +260,19 @@ class Prism(Shape):
         def section(self) -> Section:
             """The cross-section."""
 
-        @property
-        def bounds(self) -> Bounds:
-            """Lowest and highest coordinates, m."""
+    @property
+    def bounds(self) -> Bounds:
+        """Lowest and highest coordinates, m."""
+        reach = self.section.reach(self.axis)
+        ends = [(o, o + self.length * a) for o, a in zip(self.root, self.axis, strict=True)]
+        low = tuple(min(e) - r for e, r in zip(ends, reach, strict=True))
+        high = tuple(max(e) + r for e, r in zip(ends, reach, strict=True))
+        return low, high  # type: ignore[return-value]
 
-        @property
-        def volume(self) -> float:
-            """Exact volume, m^3."""
+    @property
+    def volume(self) -> float:
+        """Exact volume, m^3."""
+        return self.section.area * self.length
 
     def contains(self, point: Vector3) -> bool:
         """Whether it holds a point, give or take 1e-9 of its length."""
@@ -244,3 +281,45 @@ class Prism(Shape):
         first, second = transverse(self.axis)
         s, u, v = (sum(a * o for a, o in zip(t, offset, strict=True)) for t in (self.axis, first, second))
         return -slack <= s <= self.length + slack and self.section.contains(u, v, slack)
+
+
+class RoundPrism(Prism):
+    """A straight body of circular section, its axis starting at `origin`."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def radius(self) -> float:
+            """Of its outer side, m."""
+
+        @property
+        def origin(self) -> Vector3:
+            """The centre of the end where the axis starts, m."""
+
+    @property
+    def root(self) -> Vector3:
+        """Where the axis starts, m."""
+        return self.origin
+
+    @property
+    def spans(self) -> dict[str, Span]:
+        """Its own coordinates: distance from the axis and along it, m, and the angle from the first transverse axis."""
+        inner = self.section.hollow or 0.0
+        return {"radius": (inner, self.radius), "turn": (0.0, 2.0 * math.pi), "along": (0.0, self.length)}
+
+    def place(self, radius: float, turn: float, along: float) -> Vector3:
+        """The point of its own coordinates, m."""
+        first, second = transverse(self.axis)
+        u, v = radius * math.cos(turn), radius * math.sin(turn)
+        return moved(self.origin, (u, first), (v, second), (along, self.axis))
+
+    def chord(self, plane: Plane) -> Cut | None:
+        """The cut of a plane a x + b y + c z + d = 0 along the axis; None where it is not along it, or outside."""
+        normal = plane[:3]
+        norm = math.hypot(*normal)
+        if norm == 0.0 or abs(dot(normal, self.axis)) > 1e-9 * norm:
+            return None
+        first, second = transverse(self.axis)
+        at = -(dot(normal, self.origin) + plane[3]) / norm
+        turn = math.atan2(dot(normal, second), dot(normal, first))
+        return Cut("chord", at, turn=turn) if abs(at) < self.radius else None

@@ -2,8 +2,8 @@
 
 A shape derives from `Shape` (shape.py), which says what may be asked of it, and makes a mesh only when it is asked. A
 straight prism derives from `Prism`: it has `section`, `length`, `axis` and `root`, which is all that a beam model needs
-of it. A shape with `spans` has coordinates of its own: its meshes take `cuts`, surfaces on which one of these is
-constant, and put nodes there.
+of it; one of circular section from `RoundPrism`. A shape with `spans` has coordinates of its own: its meshes take
+`cuts`, surfaces on which one of these is constant, and put nodes there.
 """
 
 from __future__ import annotations
@@ -13,19 +13,18 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.records import dataclass
-from softmark.solvers.elements.cells import Tetrahedron
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rectangle
 from softmark.solvers.mesh.shape import (
     Bounds,
-    Plane,
+    Circular,
     Prism,
+    RoundPrism,
     Section,
     Shape,
     Span,
     Vector3,
     dot,
-    moved,
     placed,
     transverse,
 )
@@ -36,23 +35,17 @@ from softmark.solvers.mesh.tube import Tube
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
-
-    Surface = tuple[Floats, Ints]
+    from softmark.solvers.mesh.mesh import Floats, Mesh
+    from softmark.solvers.mesh.shape import Surface
 else:
     from softmark.solvers.base.deferred import np
 
 
 @dataclass(frozen=True)
-class Disc(Section):
+class Disc(Circular):
     """A circular cross-section, radius in m."""
 
     radius: float
-
-    @property
-    def extents(self) -> tuple[float, float]:
-        """Its diameter, m."""
-        return 2.0 * self.radius, 2.0 * self.radius
 
     @property
     def area(self) -> float:
@@ -63,11 +56,6 @@ class Disc(Section):
     def moments(self) -> tuple[float, float]:
         """Second moments of area about the two axes of the section, m^4."""
         return math.pi * self.radius**4 / 4, math.pi * self.radius**4 / 4
-
-    @property
-    def torsion(self) -> float:
-        """Saint-Venant torsion constant, m^4."""
-        return math.pi * self.radius**4 / 2
 
     def shear_factor(self, poisson: float) -> float:
         """Cowper (1966): 6 (1 + nu) / (7 + 6 nu)."""
@@ -87,17 +75,6 @@ class Disc(Section):
         """How far points of its plane (n,) lie outside (n,), m."""
         far: Floats = np.maximum(np.hypot(u, v) - self.radius, 0.0)
         return far
-
-    def outline(self, around: int) -> Floats:
-        """Points of its border (around, 2), m, counter-clockwise."""
-        turn = 2 * math.pi * np.arange(around) / around
-        circle: Floats = self.radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        return circle
-
-    def reach(self, axis: Vector3) -> Vector3:
-        """How far it reaches from its centre along x, y and z, m: all of it, points of its rim may miss that."""
-        x, y, z = (self.radius * math.sqrt(max(0.0, 1.0 - a * a)) for a in axis)
-        return x, y, z
 
 
 @dataclass(frozen=True)
@@ -161,7 +138,7 @@ class Rectangle(Section):
 
 
 @dataclass(frozen=True)
-class Cylinder(Prism):
+class Cylinder(RoundPrism):
     """A straight circular cylinder, its axis starting at `origin`.
 
     Meshed with rings of well-shaped cells around a square core. The mesh is inscribed: its points lie on the cylinder,
@@ -181,50 +158,9 @@ class Cylinder(Prism):
         return Disc(self.radius)
 
     @property
-    def root(self) -> Vector3:
-        """Where the axis starts, m."""
-        return self.origin
-
-    @property
-    def bounds(self) -> Bounds:
-        """Lowest and highest coordinates, m."""
-        reach = [self.radius * max(0.0, 1.0 - a * a) ** 0.5 for a in self.axis]
-        ends = [(o, o + self.length * a) for o, a in zip(self.origin, self.axis, strict=True)]
-        low = tuple(min(e) - r for e, r in zip(ends, reach, strict=True))
-        high = tuple(max(e) + r for e, r in zip(ends, reach, strict=True))
-        return low, high
-
-    @property
-    def volume(self) -> float:
-        """Exact volume, m^3."""
-        return math.pi * self.radius**2 * self.length
-
-    @property
     def even(self) -> float:
         """Sizes that are this by whole numbers give meshes whose sections are similar, m."""
         return self.radius / 2.5
-
-    @property
-    def spans(self) -> dict[str, Span]:
-        """Its own coordinates: distance from the axis and along it, m, and the angle from the first transverse axis."""
-        return {"radius": (0.0, self.radius), "turn": (0.0, 2.0 * math.pi), "along": (0.0, self.length)}
-
-    def place(self, radius: float, turn: float, along: float) -> Vector3:
-        """The point of its own coordinates, m."""
-        first, second = transverse(self.axis)
-        u, v = radius * math.cos(turn), radius * math.sin(turn)
-        return moved(self.origin, (u, first), (v, second), (along, self.axis))
-
-    def chord(self, plane: Plane) -> Cut | None:
-        """The cut of a plane a x + b y + c z + d = 0 along the axis; None where it is not along it, or outside."""
-        normal = plane[:3]
-        norm = math.hypot(*normal)
-        first, second = transverse(self.axis)
-        if norm == 0.0 or abs(dot(normal, self.axis)) > 1e-9 * norm:
-            return None
-        at = -(dot(normal, self.origin) + plane[3]) / norm
-        turn = math.atan2(dot(normal, second), dot(normal, first))
-        return Cut("chord", at, turn=turn) if abs(at) < self.radius else None
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
         """Cells of a mesh of a size (m) along the square's side, across the rings and along the axis."""
@@ -239,12 +175,6 @@ class Cylinder(Prism):
 
         mesh = solid(disc(self.radius, size, cuts=cuts), self.length, size, kind, cuts)
         return rounded(placed(mesh, self.axis, self.origin), self.sides)
-
-    def surface(self, size: float) -> Surface:
-        """Points (n, 3) in m and triangles (t, 3) of the surface, outward, with edges of about `size` (m)."""
-        from softmark.solvers.mesh.mesh import surface
-
-        return surface(self.mesh(Tetrahedron.linear, size))
 
     @property
     def sides(self) -> tuple[Around, ...]:
@@ -340,12 +270,6 @@ class Box(Prism):
         own = self._turned(cuts)
         section = rectangle(self.section.width, self.section.height, size, own)
         return placed(solid(section, self.length, size, kind, own), self.axis, self.root)
-
-    def surface(self, size: float) -> Surface:
-        """Points (n, 3) in m and triangles (t, 3) of the surface, outward, with edges of about `size` (m)."""
-        from softmark.solvers.mesh.mesh import surface
-
-        return surface(self.mesh(Tetrahedron.linear, size))
 
 
 @dataclass(frozen=True)

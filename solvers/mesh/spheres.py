@@ -9,7 +9,6 @@ import math
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.records import dataclass
-from softmark.solvers.elements.cells import Tetrahedron
 from softmark.solvers.mesh.cuts import Cut
 from softmark.solvers.mesh.divisions import divisions
 from softmark.solvers.mesh.shape import Bounds, Shape, Vector3
@@ -18,7 +17,6 @@ from softmark.solvers.mesh.tube import INSIDE_OUT
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
-    from softmark.solvers.mesh.shape import Surface
 
 Part = Literal["whole", "half", "quarter", "octant"]
 KEPT = {"whole": 0, "half": 1, "quarter": 2, "octant": 3}  # of x, y and z: those along which half of it is left
@@ -77,12 +75,6 @@ class Round(Shape):
         side, shells = self.counts(size)
         blocks = shell(side, shells, self.hollow) if self.hollow else ball(side, shells)
         return rounded(filled(blocks, kind, self.outer, self.origin, self.kept), self.sides)
-
-    def surface(self, size: float) -> Surface:
-        """Points (n, 3) in m and triangles (t, 3) of the surface, outward, with edges of about `size` (m)."""
-        from softmark.solvers.mesh.mesh import surface
-
-        return surface(self.mesh(Tetrahedron.linear, size))
 
     @property
     def sides(self) -> tuple[Ellipsoidal, ...]:

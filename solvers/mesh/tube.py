@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.elements.cells import Tetrahedron
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import divisions
-from softmark.solvers.mesh.shape import Bounds, Plane, Prism, Section, Span, Vector3, dot, moved, placed, transverse
+from softmark.solvers.mesh.shape import Circular, Plane, RoundPrism, Vector3, placed
 from softmark.solvers.mesh.sides import Around
 
 if TYPE_CHECKING:
     import numpy as np
 
     from softmark.solvers.mesh.mesh import Floats, Mesh
-    from softmark.solvers.mesh.shape import Surface
 else:
     from softmark.solvers.base.deferred import np
 
@@ -25,16 +24,11 @@ INSIDE_OUT = "`inner`, the radius of the hollow, must be less than `radius`"
 
 
 @dataclass(frozen=True)
-class Annulus(Section):
+class Annulus(Circular):
     """A ring between two circles, radii in m."""
 
     radius: float
     inner: float
-
-    @property
-    def extents(self) -> tuple[float, float]:
-        """Its outer diameter, m."""
-        return 2.0 * self.radius, 2.0 * self.radius
 
     @property
     def area(self) -> float:
@@ -46,11 +40,6 @@ class Annulus(Section):
         """Second moments of area about the two axes of the section, m^4."""
         both = self.area * (self.radius**2 + self.inner**2) / 4
         return both, both
-
-    @property
-    def torsion(self) -> float:
-        """Saint-Venant torsion constant, m^4: as round sections do not warp, the polar second moment."""
-        return sum(self.moments)
 
     def shear_factor(self, poisson: float) -> float:
         """Cowper (1966), a hollow circle: 6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2)."""
@@ -73,12 +62,6 @@ class Annulus(Section):
         far: Floats = np.maximum(np.maximum(r - self.radius, self.inner - r), 0.0)
         return far
 
-    def outline(self, around: int) -> Floats:
-        """Points of its outer border (around, 2), m, counter-clockwise."""
-        turn = 2 * math.pi * np.arange(around) / around
-        circle: Floats = self.radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        return circle
-
     @property
     def hollow(self) -> float:
         """The radius of its hole, m."""
@@ -89,14 +72,9 @@ class Annulus(Section):
         circle: Floats = self.outline(around) * (self.inner / self.radius)
         return circle
 
-    def reach(self, axis: Vector3) -> Vector3:
-        """How far it reaches from its centre along x, y and z, m: all of it, points of its rim may miss that."""
-        x, y, z = (self.radius * math.sqrt(max(0.0, 1.0 - a * a)) for a in axis)
-        return x, y, z
-
 
 @dataclass(frozen=True)
-class Tube(Prism):
+class Tube(RoundPrism):
     """A straight hollow circular cylinder, its axis starting at `origin`.
 
     Meshed with rings of hexahedra, or of tetrahedra made of them. The mesh is inscribed in both circles: a coarse
@@ -120,46 +98,10 @@ class Tube(Prism):
         """The cross-section."""
         return Annulus(self.radius, self.inner)
 
-    @property
-    def root(self) -> Vector3:
-        """Where the axis starts, m."""
-        return self.origin
-
-    @property
-    def bounds(self) -> Bounds:
-        """Lowest and highest coordinates, m."""
-        reach = self.section.reach(self.axis)
-        ends = [(o, o + self.length * a) for o, a in zip(self.origin, self.axis, strict=True)]
-        low = tuple(min(e) - r for e, r in zip(ends, reach, strict=True))
-        high = tuple(max(e) + r for e, r in zip(ends, reach, strict=True))
-        return low, high  # type: ignore[return-value]
-
-    @property
-    def volume(self) -> float:
-        """Exact volume, m^3."""
-        return self.section.area * self.length
-
-    @property
-    def spans(self) -> dict[str, Span]:
-        """Its own coordinates: distance from the axis and along it, m, and the angle from the first transverse axis."""
-        return {"radius": (self.inner, self.radius), "turn": (0.0, 2.0 * math.pi), "along": (0.0, self.length)}
-
-    def place(self, radius: float, turn: float, along: float) -> Vector3:
-        """The point of its own coordinates, m."""
-        first, second = transverse(self.axis)
-        u, v = radius * math.cos(turn), radius * math.sin(turn)
-        return moved(self.origin, (u, first), (v, second), (along, self.axis))
-
     def chord(self, plane: Plane) -> Cut | None:
         """The cut of a plane a x + b y + c z + d = 0 through the axis; None where it does not hold the axis."""
-        normal = plane[:3]
-        norm = math.hypot(*normal)
-        if norm == 0.0 or abs(dot(normal, self.axis)) > 1e-9 * norm:
-            return None
-        first, second = transverse(self.axis)
-        at = -(dot(normal, self.origin) + plane[3]) / norm
-        turn = math.atan2(dot(normal, second), dot(normal, first))
-        return Cut("chord", 0.0, turn=turn) if abs(at) < 1e-9 * self.radius else None
+        cut = super().chord(plane)
+        return None if cut is None or abs(cut.at) >= 1e-9 * self.radius else replace(cut, at=0.0)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
         """Cells of a mesh of a size (m) around, across the wall and along the axis."""
@@ -176,12 +118,6 @@ class Tube(Prism):
 
         section = ring(self.inner, self.radius, around(self.radius, size), size, cuts)
         return rounded(placed(solid(section, self.length, size, kind, cuts), self.axis, self.origin), self.sides)
-
-    def surface(self, size: float) -> Surface:
-        """Points (n, 3) in m and triangles (t, 3) of the surface, outward, with edges of about `size` (m)."""
-        from softmark.solvers.mesh.mesh import surface
-
-        return surface(self.mesh(Tetrahedron.linear, size))
 
     @property
     def sides(self) -> tuple[Around, ...]:
