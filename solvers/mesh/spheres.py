@@ -56,6 +56,11 @@ class Round(Shape):
         x, y, z = self.outer
         return 4.0 * math.pi / 3.0 * x * y * z * (1.0 - self.hollow**3) * 0.5**self.kept
 
+    @property
+    def even(self) -> float | None:
+        """Sizes that are this by whole numbers give similar meshes, m; None of a hollow one, whose wall has its own."""
+        return None if self.hollow else max(self.outer) / 2.5
+
     def contains(self, point: Vector3) -> bool:
         """Whether it holds a point, give or take 1e-9 of its size."""
         off = [(p - o) / a for p, o, a in zip(point, self.origin, self.outer, strict=True)]
@@ -106,11 +111,6 @@ class Sphere(Round):
         """Its semi-axes, m."""
         return self.radius, self.radius, self.radius
 
-    @property
-    def even(self) -> float:
-        """Sizes that are this by whole numbers give similar meshes, m."""
-        return self.radius / 2.5
-
 
 @dataclass(frozen=True)
 class Ellipsoid(Round):
@@ -130,11 +130,6 @@ class Ellipsoid(Round):
     def outer(self) -> Vector3:
         """Its semi-axes, m."""
         return self.semiaxes
-
-    @property
-    def even(self) -> float:
-        """Sizes that are this by whole numbers give similar meshes, m."""
-        return max(self.semiaxes) / 2.5
 
 
 @dataclass(frozen=True)
