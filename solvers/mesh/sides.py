@@ -20,13 +20,12 @@ ON = 1e-6  # of its size: how far off a side a node of it may be, as another mes
 
 @dataclass(frozen=True)
 class Around(Side):
-    """The side of a cylinder or a cone: at `radius` around an axis from `origin`, at `end` after `length`, m."""
+    """The side of a cylinder: at `radius` around an axis from `origin`, as far as `length`, m."""
 
     axis: Vector3
     origin: Vector3
     length: float
     radius: float
-    end: float | None = None
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
         """Which facets (f, k, 3) have all their nodes on it (f,)."""
@@ -35,21 +34,14 @@ class Around(Side):
         radii = np.linalg.norm(corners - origin - along[..., None] * axis, axis=2)
         flat = np.ptp(along, axis=1) < 1e-9 * self.length  # facets of an end
         within = (along > -ON * self.length).all(axis=1) & (along < (1.0 + ON) * self.length).all(axis=1)
-        there = self._radius(along)
-        found: NDArray[np.bool_] = (np.abs(radii - there) < ON * self.radius).all(axis=1) & ~flat & within
+        found: NDArray[np.bool_] = (np.abs(radii - self.radius) < ON * self.radius).all(axis=1) & ~flat & within
         return found
-
-    def _radius(self, along: Any) -> Any:
-        """At distances along the axis, m."""
-        if self.end is None:
-            return self.radius
-        return along * ((self.end - self.radius) / self.length) + self.radius
 
     def onto(self, place: Any) -> Any:
         """Points off the axis, moved straight away from it."""
         off = [p - o for p, o in zip(place, self.origin, strict=True)]
         s, u, v = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
-        out = (u**2 + v**2) ** -0.5 * self._radius(s)
+        out = (u**2 + v**2) ** -0.5 * self.radius
         frame = zip(self.origin, self.axis, *transverse(self.axis), strict=True)
         return tuple(o + s * a + u * out * b + v * out * c for o, a, b, c in frame)
 
