@@ -21,7 +21,7 @@ from softmark.records import dataclass
 from softmark.solvers.base import memory
 from softmark.solvers.base.threads import ALONE
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.sparse.banded import NegativePivot, banded
+from softmark.solvers.sparse.banded import NEUTRAL, NegativePivot, banded
 from softmark.solvers.sparse.motions import Modes
 
 if TYPE_CHECKING:
@@ -36,7 +36,6 @@ SIGNED, SINGLE = "multifrontal L S L^T", "multifrontal Cholesky in single precis
 LARGE = 50_000  # entries from which Cholesky takes a fraction of SuperLU's time; loading its kernels takes 0.1 s
 DISSECTED = 300_000  # entries from which an order by dissection may be tried: 8000 nodes with four neighbours each
 VERY_LARGE = 3_000_000  # entries from which multigrid may be taken
-NEUTRAL = 1e-13  # of the largest pivot: smaller ones have no sign
 SHARE = 0.6  # of the memory that is left: what a factor may take ...
 LITTLE = 1e8  # ... and bytes that are not asked about
 LONG = 2e6  # operations for each unknown of a factorisation, from which multigrid takes less time

@@ -67,7 +67,7 @@ _KNOWN: list[tuple[Any, Any, _Band | None]] = []
 def banded(K: sparse.csr_matrix) -> Banded | None:
     """The factor of a symmetric matrix; None where its band is not narrow, or a pivot vanishes to rounding.
 
-    Raises Indefinite where a pivot is negative. LAPACK stops at the first that is not positive, and leaves it in place:
+    Raises NegativePivot where one is. LAPACK stops at the first that is not positive, and leaves it in place:
     bands this narrow are factorised column by column.
     """
     band = None if K.dtype != np.float64 else _band_of(K)

@@ -14,10 +14,10 @@ from scipy import sparse
 from softmark.solvers.base.threads import ALONE
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.sparse import blas, kernels
+from softmark.solvers.sparse.banded import NEUTRAL
 from softmark.solvers.sparse.symbolic import Symbolic, analyse
 
 LETTERS = np.frombuffer(b"LRTN", dtype=np.uint8)
-NEUTRAL = 1e-13  # of the largest pivot: smaller ones have no sign
 Precision = Literal["double", "single"]
 
 
