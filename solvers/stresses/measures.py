@@ -11,7 +11,7 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.stresses.sampled import SYMMETRIC
 
-AXES = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "yz": (1, 2), "zx": (2, 0)}
+AXES = dict(zip(("xx", "yy", "zz", "xy", "yz", "zx"), SYMMETRIC, strict=True))
 OfStress = Literal["von_mises", "pressure", "principal_1", "principal_2", "principal_3",
                    "xx", "yy", "zz", "xy", "yz", "zx"]  # fmt: skip
 OfStrain = Literal["principal_1", "principal_2", "principal_3", "xx", "yy", "zz", "xy", "yz", "zx"]

@@ -7,6 +7,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
 from softmark.solvers.materials import Isotropic, law_for, mixed_for, parts_for
+from softmark.solvers.materials.constraints import Constraint
 from softmark.solvers.mesh.interpolation import Rule, centre_rule, integration
 from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.pressures import pressures
@@ -55,20 +56,14 @@ class State:
 
     def _stress(self, H: Floats, rule: Rule) -> Floats:
         """Cauchy stress (m, q, 3, 3), Pa. Raises NoStress."""
-        if self.way == "full":
+        laws = parts_for(self.material, self.strain) if self.way == "selective" else None
+        if laws is not None:  # of shear at the point, and of the volume at the centre of the cell
+            middle = self._gradient(centre_rule(self.mesh.element))
+            volume = self._pushed(laws[1].P(_deformation(middle)), middle)  # (m, 1, 3, 3)
+            return self._pushed(laws[0].P(_deformation(H)), H) + volume
+        if self.way in ("full", "selective"):
             return self._pushed(law_for(self.material, self.strain).P(_deformation(H)), H)
-        if self.way == "selective":
-            return self._selective(H)
         return self._held(H, rule)
-
-    def _selective(self, H: Floats) -> Floats:
-        """Of shear at the point, and of the volume at the centre of the cell."""
-        laws = parts_for(self.material, self.strain)
-        if laws is None:  # it is integrated in full
-            return self._pushed(law_for(self.material, self.strain).P(_deformation(H)), H)
-        middle = self._gradient(centre_rule(self.mesh.element))
-        volume = self._pushed(laws[1].P(_deformation(middle)), middle)  # (m, 1, 3, 3)
-        return self._pushed(laws[0].P(_deformation(H)), H) + volume
 
     def _held(self, H: Floats, rule: Rule) -> Floats:
         """P = P_shape + p dg/dF, with p that was solved for, or M times the mean of g over the cell."""
@@ -76,7 +71,7 @@ class State:
         if split is None:
             raise NoStress("its law has no part of the volume for a pressure to take")
         F = _deformation(H)
-        p = self._pressed(rule) if self.way == "mixed" else split.modulus * self._dilated()
+        p = self._pressed(rule) if self.way == "mixed" else split.modulus * self._dilated(split.constraint)
         P = split.shape.P(F) + np.broadcast_to(p, H.shape[:2]).reshape(-1, 1, 1) * split.constraint.gradient(F)
         return self._pushed(P, H)
 
@@ -85,13 +80,11 @@ class State:
             raise NoStress("the pressures that belong to its displacements are not known")
         return self.pressures @ pressures(self.mesh, rule).N.T
 
-    def _dilated(self) -> Floats:
+    def _dilated(self, constraint: Constraint) -> Floats:
         """The mean of g over each cell (m, 1)."""
-        split = mixed_for(self.material, self.strain)
-        assert split is not None
         rule = self.mesh.element.quadrature()
         w = integration(self.mesh, rule=rule).w
-        g = split.constraint.value(_deformation(self._gradient(rule))).reshape(w.shape)
+        g = constraint.value(_deformation(self._gradient(rule))).reshape(w.shape)
         mean: Floats = ((w * g).sum(axis=1) / w.sum(axis=1))[:, None]
         return mean
 
