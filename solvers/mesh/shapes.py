@@ -306,19 +306,19 @@ class MeshFile(Shape):
         return self.path
 
     def mesh(self, kind: str, size: float = 0.0, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """The cells of the file as an element, of no other size and uncut. Raises Unreadable, UnknownElement."""
+        """The cells of the file as an element, of no other size and uncut. Raises UnreadableMesh, UnknownElement."""
         from softmark.solvers.mesh.files.reading import converted, read
 
         return converted(read(self.path, self.unit, self.coincident), kind, self.split)
 
     def surface(self, size: float = 0.0) -> Surface:
-        """Points (n, 3) in m and triangles (t, 3) of its boundary, or of a file of triangles. Raises Unreadable."""
+        """Points (n, 3) in m and triangles (t, 3) of its boundary, or of a file of triangles. Raises UnreadableMesh."""
         from softmark.solvers.mesh.files.reading import read_surface
 
         return read_surface(self.path, self.unit, self.coincident)
 
     def points(self) -> Floats:
-        """The points of the file that its cells use (n, 3), m, in the order of the file. Raises Unreadable."""
+        """The points of the file that its cells use (n, 3), m, in the order of the file. Raises UnreadableMesh."""
         from softmark.solvers.mesh.files.reading import read_points
 
         return read_points(self.path, self.unit)

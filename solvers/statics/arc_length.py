@@ -102,7 +102,7 @@ class PathFollower:
             raise self._stopped(f"where the path ends: {lost}") from lost
 
     def _followed(self) -> Floats:
-        """The same. Raises NotConverged, and Lost where a point that must be there is not found."""
+        """The same. Raises NotConverged, and PathLost where a point that must be there is not found."""
         here, step, length = self._first(), FIRST, 0.0
         self.path.points.append(here)
         while len(self.path.points) < STEPS:
@@ -142,7 +142,7 @@ class PathFollower:
                 raise self._stopped("where the path has a corner")
 
     def at(self, here: PathPoint, step: float) -> PathPoint:
-        """The point of the path whose part along the tangent of another is `step`. Raises Lost."""
+        """The point of the path whose part along the tangent of another is `step`. Raises PathLost."""
         ahead, lift = here.tangent
         d, up = step * ahead, step * lift
         x, load = self._moved(here.x, d), here.load + up
@@ -324,7 +324,7 @@ class PathFollower:
             pass  # the two points say themselves that something lies between them
 
     def _turning(self, here: PathPoint, there: PathPoint, step: float) -> tuple[PathPoint, float]:
-        """Where the load turns, by false position on the load's part of the tangent (Illinois). Raises Lost."""
+        """Where the load turns, by false position on the load's part of the tangent (Illinois). Raises PathLost."""
         a, fa, b, fb = 0.0, here.tangent[1], step, there.tangent[1]
         best, at = there, step
         for _ in range(12):
@@ -341,7 +341,7 @@ class PathFollower:
         return best, at
 
     def _meeting(self, here: PathPoint, there: PathPoint, step: float) -> float:
-        """The load at which the count of negative eigenvalues changes first, by halving. Raises Lost."""
+        """The load at which the count of negative eigenvalues changes first, by halving. Raises PathLost."""
         low, high = (0.0, here), (step, there)
         while abs(high[1].load - low[1].load) > SHARP * abs(high[1].load) and high[0] - low[0] > 1e-6 * step:
             middle = 0.5 * (low[0] + high[0])

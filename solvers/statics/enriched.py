@@ -53,7 +53,7 @@ class Below:
 def settled(
     assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None] = lambda: None
 ) -> Floats:
-    """The equilibrium (dofs,) near x, to SETTLED of how far it is. Raises Lost, Singular, and what `watch` raises."""
+    """The equilibrium (dofs,) near x, to SETTLED of how far it is. Raises StateLost, Singular, what `watch` raises."""
     first = 0.0
     with np.errstate(all="ignore"), ALONE:
         for number in range(STEPS):
@@ -81,7 +81,7 @@ def _enough(assembly: Assembly, x: Floats, solve: Solve, size: float) -> bool:
 
 
 def _inside(assembly: Assembly, x: Floats, d: Floats) -> Floats:
-    """As much of the step as stays in the domain of the law. Raises Lost."""
+    """As much of the step as stays in the domain of the law. Raises StateLost."""
     length = 1.0
     while length > 0.2:
         y = x + length * d
@@ -94,7 +94,7 @@ def _inside(assembly: Assembly, x: Floats, d: Floats) -> Floats:
 def _step(
     assembly: Assembly, x: Floats, g: Floats, below: Callable[[], Below], watch: Callable[[], None]
 ) -> tuple[Floats, Solve]:
-    """Of the free unknowns by the tangent, or by one made definite, and what solves with it, or nearly. Raises Lost."""
+    """Of the free unknowns by the tangent, or a definite one, and what solves with it, or nearly. Raises StateLost."""
     if not np.all(np.isfinite(g)):
         raise StateLost("the forces of the finer space are not finite")
     direct = len(g) <= SMALL or not assembly.conservative or assembly.saddle

@@ -37,7 +37,7 @@ def at(point: Floats) -> str:
 
 
 def used(points: Floats, cells: Ints) -> tuple[Floats, Ints, Ints]:
-    """The points that cells use, the cells renumbered, and the numbers that the points had. Raises Unreadable."""
+    """The points that cells use, the cells renumbered, and the numbers that the points had. Raises UnreadableMesh."""
     wrong = (cells < 0) | (cells >= len(points))
     if wrong.any():
         cell = int(np.argmax(wrong.any(axis=1)))
@@ -72,7 +72,7 @@ def _sound(points: Floats, number: Ints) -> None:
 def checked(points: Floats, cells: Ints, kind: str, coincident: str = "refuse") -> Mesh:
     """A mesh of one body whose cells have positive volume; nodes at one place are refused, merged or kept.
 
-    Raises Unreadable.
+    Raises UnreadableMesh.
     """
     points, cells, number = used(points, cells)
     if coincident == "merge":
@@ -109,7 +109,7 @@ def _once(points: Floats, cells: Ints, kind: str) -> None:
 
 
 def _turned(points: Floats, cells: Ints, kind: str) -> Ints:
-    """Cells of positive volume everywhere: those that are inside out turned. Raises Unreadable."""
+    """Cells of positive volume everywhere: those that are inside out turned. Raises UnreadableMesh."""
     corners = points[cells]
     longest = np.ptp(corners, axis=1).max(axis=1)  # (m,) m
     rounding = 8 * np.finfo(float).eps * np.abs(corners).max(axis=(1, 2))

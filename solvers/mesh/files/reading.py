@@ -34,7 +34,7 @@ __all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface"]
 def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
     """The solid cells of `path`, all of one kind, in m and turned to positive volume.
 
-    Nodes that lie at one place are refused, merged or kept. Raises Unreadable.
+    Nodes that lie at one place are refused, merged or kept. Raises UnreadableMesh.
     """
     data = _parsed(Path(path))
     there = {block.type for block in data.cells}
@@ -56,7 +56,7 @@ def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
 def read_surface(path: str, unit: float, coincident: str = "refuse") -> tuple[Floats, Ints]:
     """Points (n, 3) in m and triangles (t, 3): the boundary of a solid, or the facets of a file that has no solid.
 
-    Facets of a surface file keep the sense in which the file turns them. Raises Unreadable.
+    Facets of a surface file keep the sense in which the file turns them. Raises UnreadableMesh.
     """
     data = _parsed(Path(path))
     there = {block.type for block in data.cells}
@@ -68,7 +68,7 @@ def read_surface(path: str, unit: float, coincident: str = "refuse") -> tuple[Fl
 
 
 def read_points(path: str, unit: float) -> Floats:
-    """The points (n, 3) in m that cells of a file use, in its order. Raises Unreadable."""
+    """The points (n, 3) in m that cells of a file use, in its order. Raises UnreadableMesh."""
     data = _parsed(Path(path))
     cells = [block.data.ravel() for block in data.cells if block.type != "vertex"]
     points = _points(data, unit)
@@ -77,7 +77,7 @@ def read_points(path: str, unit: float) -> Floats:
 
 
 def converted(mesh: Mesh, kind: str, split: str) -> Mesh:
-    """A mesh that was read as the kind that a model wants. Raises Unreadable where that cannot be, UnknownElement."""
+    """A mesh that was read as the kind that a model wants. Raises UnreadableMesh where it cannot be, UnknownElement."""
     own, element = mesh.element, element_of(kind)
     if own is element:
         return mesh
@@ -89,7 +89,7 @@ def converted(mesh: Mesh, kind: str, split: str) -> Mesh:
 
 
 def _split(mesh: Mesh, element: type[Element], split: str) -> Mesh:
-    """Hexahedra as tetrahedra. Raises Unreadable."""
+    """Hexahedra as tetrahedra. Raises UnreadableMesh."""
     if mesh.kind != Hexahedron.linear:
         raise UnreadableMesh(f"it has {mesh.element.described}, and the model wants {element.described}")
     try:
@@ -122,7 +122,7 @@ def _points(data: Any, unit: float) -> Floats:
 
 
 def _parsed(path: Path) -> Any:
-    """What meshio makes of the file in one of the formats of its name. Raises Unreadable."""
+    """What meshio makes of the file in one of the formats of its name. Raises UnreadableMesh."""
     try:
         if not path.is_file():
             raise UnreadableMesh(f"there is no file {path}", remedy="the path is relative to the folder of the scene")
