@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+import softmark
 from softmark.interpreter.cli.main import main
+from softmark.solvers.mesh.shapes import SHAPES
 
 FAR = {  # words of mechanics, and what is near them by letters alone
     "contact": "constant", "friction": "traction", "cable": "table", "report": "import", "roller": "solver",
@@ -43,9 +45,15 @@ def test_what_is_not_here_is_said_to_be_absent(capsys: pytest.CaptureFixture[str
 ])  # fmt: skip
 def test_a_field_that_is_another_quantity_is_not_called_the_same(field: str, said: str) -> None:
     """`diameter = 40 mm` renamed to `radius = 40 mm` is a beam that is sixteen times as stiff."""
-    import softmark
-
     text = f"material m = neo_hookean(young = 1 kPa, poisson = 0.3, density = 1 kg/m^3)\nbody b = solid({field}, m)\n"
     with pytest.raises(softmark.SceneError) as refused:
         softmark.loads(text)
     assert said in refused.value.diagnostics[0].help
+
+
+@pytest.mark.parametrize("shape", sorted(set(SHAPES) - {"mesh"}))  # of which there is no file
+def test_the_example_of_a_shape_is_one_that_a_body_has(shape: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explain", shape]) == 0
+    example = capsys.readouterr().out.partition(f"Example: shape NAME = {shape}")[2].splitlines()[0]
+    gel = "material gel = neo_hookean(young = 1 kPa, poisson = 0.3, density = 1 kg/m^3)\n"
+    assert softmark.loads(f"{gel}body b = solid({shape}{example}, gel)\n").scene.of_kind("body").keys() == {"b"}

@@ -241,6 +241,7 @@ _QUANTITIES = {
 _VALUES = {
     "element": "tet4", "shape": "cylinder(length = 178 mm, radius = 19 mm)", "stiffness": "from_material()",
 }  # fmt: skip
+_FITTING = {"inner": "10 mm"}  # of fields whose value must go with that of another
 _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "direction": "-z", "condition": "x <= 0 mm",
     "components": "(x, y)", "names": "[NAME_OF_MODEL, NAME_OF_MODEL]", "list": "[10, 5, 2.5] mm",
@@ -255,6 +256,8 @@ def _example(c: Constructor) -> str:
 
 
 def _sample(f: Field) -> str:
+    if f.name in _FITTING:
+        return _FITTING[f.name]
     if f.form == "quantity":
         dimension = f.dimension or units.NONE
         return _QUANTITIES.get(dimension, f"1 {units.si(dimension)}")
