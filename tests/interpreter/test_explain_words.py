@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import softmark
+from softmark.interpreter.cli.commands.explain import ABSENT, page
 from softmark.interpreter.cli.main import main
 from softmark.solvers.mesh.shapes import SHAPES
 
@@ -37,6 +38,10 @@ def test_a_slip_of_the_finger_is_mended(slip: str, meant: str, capsys: pytest.Ca
 def test_what_is_not_here_is_said_to_be_absent(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", "friction"]) == 2
     assert "neither touch each other nor themselves" in capsys.readouterr().err
+
+
+def test_what_is_said_to_be_absent_is() -> None:
+    assert [word for word in ABSENT if page(word)] == []
 
 
 @pytest.mark.parametrize(("field", "said"), [

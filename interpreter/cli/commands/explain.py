@@ -43,7 +43,6 @@ _APART = "bodies neither touch each other nor themselves"
 ABSENT = {  # what people look for and is not here, under this name or any other
     "contact": _APART, "collision": _APART, "friction": _APART,
     "roller": "`fixed(body, where = ..., components = z)` lets a part slide",
-    "stress": "no metric measures stresses; `dsl stress` is a command, `stability` the study of it",
     "viscosity": "`damping_mass` and `damping_stiffness` of `dynamic` damp a motion", "fluid": _SOLIDS,
     "shell": _SOLIDS, "plate": _SOLIDS, "membrane": _SOLIDS, "cable": _SOLIDS, "rope": _SOLIDS, "heat": _SOLIDS,
     "temperature": _SOLIDS, "diameter": "`radius` is half of it", "held": "`fixed` holds a part of a body",
