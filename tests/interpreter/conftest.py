@@ -1,15 +1,20 @@
-"""What tests of pages share: reading a page, and refusing one whose tags are out of place."""
+"""What tests share: reading a page, and refusing one whose tags are out of place; models that answer wrongly."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 from html.parser import HTMLParser
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pytest
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.prepared import Solution
 
 VOID = {"meta", "input", "br", "img", "link", "wbr"}
 
@@ -62,3 +67,34 @@ def fuzz_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Files that fuzzed scenes may name, a pipe and a link to an endless device among them."""
     found: Path = import_module("scene").stage(tmp_path_factory.mktemp("fuzz"))  # tests/fuzz/scene.py
     return found
+
+
+@dataclass
+class Twisted:
+    """A prepared model whose solutions are tampered with."""
+
+    inner: Any
+    change: Callable[[Solution], Solution]
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.inner, name)
+
+    def solve(self, watch: Any) -> Solution:
+        return self.change(self.inner.solve(watch))
+
+
+@pytest.fixture
+def tampered(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[Solution], Solution]], None]:
+    """Makes every model's solutions pass through a change."""
+    from softmark.interpreter.run import models as runner
+
+    honest = runner.prepared_model
+
+    def install(change: Callable[[Solution], Solution]) -> None:
+        def prepared(*arguments: Any) -> Any:
+            found, spent = honest(*arguments)
+            return Twisted(found, change), spent
+
+        monkeypatch.setattr(runner, "prepared_model", prepared)
+
+    return install

@@ -12,7 +12,6 @@ import pytest
 import softmark
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.report.run import html, terminal
-from softmark.interpreter.run import models as runner
 
 BEAM = """softmark 1
 scene "held"
@@ -125,38 +124,34 @@ def test_a_following_pressure_is_balanced_where_it_came_to_act() -> None:
     assert checks["apart"] <= 1e-10
 
 
-def test_a_state_whose_supports_do_not_balance_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_state_whose_supports_do_not_balance_is_no_answer(tampered: Any) -> None:
     """A thousandth more of what one support carries, which no residual of free nodes would notice."""
 
-    def wrong(work: Any, name: str, prepared: Any) -> tuple[Solution, list[float], list[float]]:
-        solution, wall, cpu = right(work, name, prepared)
+    def wrong(solution: Solution) -> Solution:
         assert solution.carried is not None
         carried = solution.carried()
         off = replace(carried, left=carried.left * 1.001)
-        return replace(solution, carried=lambda: off), wall, cpu
+        return replace(solution, carried=lambda: off)
 
-    right = runner._timed
-    monkeypatch.setattr(runner, "_timed", wrong)
+    tampered(wrong)
     report = softmark.loads(BEAM + "model rod = beam6dof(segments = 10)").run()
     assert report.models["rod"].status == "failed"
     assert "its supports and loads do not balance: 1.0e-03" in str(report.models["rod"].message)
 
 
-def test_reactions_that_other_formulas_do_not_find_are_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reactions_that_other_formulas_do_not_find_are_no_answer(tampered: Any) -> None:
     """A load that one support is given and another loses: the sum is right, and each is wrong."""
 
-    def wrong(work: Any, name: str, prepared: Any) -> tuple[Solution, list[float], list[float]]:
-        solution, wall, cpu = right(work, name, prepared)
+    def wrong(solution: Solution) -> Solution:
         assert solution.carried is not None
         carried = solution.carried()
         left = carried.left.copy()
         ends = [np.flatnonzero(carried.X[:, 0] <= 0.0051), np.flatnonzero(carried.X[:, 0] >= 0.0249)]
         for nodes, more in zip(ends, (1.0, -1.0), strict=True):
             left[nodes, 0] += more * 1e-3 / len(nodes)
-        return replace(solution, carried=lambda: replace(carried, left=left)), wall, cpu
+        return replace(solution, carried=lambda: replace(carried, left=left))
 
-    right = runner._timed
-    monkeypatch.setattr(runner, "_timed", wrong)
+    tampered(wrong)
     report = softmark.loads(STRETCH.replace("model tens", "# model tens")).run()
     assert report.models["cubes"].status == "failed"
     assert "away from what other formulas find" in str(report.models["cubes"].message)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,6 @@ from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.report.run import html
 from softmark.interpreter.results import vtk
 from softmark.interpreter.results.report import Report
-from softmark.interpreter.run import models as runner
 from softmark.solvers.checks import solids as formulas
 from softmark.solvers.checks.pressures import Pressed, split_of
 
@@ -119,35 +118,6 @@ def test_solids_with_pressures_are_checked_again(poisson: str) -> None:
             assert checks["volume"] < 1e-10  # in each cell; in tetrahedra only what linear pressures see
         if poisson == "0.5":  # with g = ln J the mean of J may change, in second order of its spread
             assert abs(checks["body_volume"]) < (1e-3 if "finite" in name else 1e-10), name
-
-
-@dataclass
-class Twisted:
-    """A prepared model whose solutions are tampered with."""
-
-    inner: Any
-    change: Callable[[Solution], Solution]
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.inner, name)
-
-    def solve(self, watch: Any) -> Solution:
-        return self.change(self.inner.solve(watch))
-
-
-@pytest.fixture
-def tampered(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[Solution], Solution]], None]:
-    """Makes every model's solutions pass through a change."""
-    honest = runner.prepared_model
-
-    def install(change: Callable[[Solution], Solution]) -> None:
-        def prepared(*arguments: Any) -> Any:
-            found, spent = honest(*arguments)
-            return Twisted(found, change), spent
-
-        monkeypatch.setattr(runner, "prepared_model", prepared)
-
-    return install
 
 
 def wrong(solution: Solution) -> Solution:
