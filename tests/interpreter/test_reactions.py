@@ -41,11 +41,15 @@ def reactions(report: Any, model: str) -> dict[str, Any]:
     return found
 
 
-def test_every_kind_of_model_holds_its_weight_and_no_more() -> None:
+@pytest.fixture(scope="module")
+def held() -> softmark.Report:
+    return softmark.loads(BEAM + MODELS).run()
+
+
+def test_every_kind_of_model_holds_its_weight_and_no_more(held: softmark.Report) -> None:
     """Of a box meshes have the whole volume. A rod that does not bend far has rho g A L^2 / 2 at its root (3.2)."""
-    report = softmark.loads(BEAM + MODELS).run()
-    for name, model in report.models.items():
-        wall, checks = reactions(report, name)["wall"], model.solve["checks"]
+    for name, model in held.models.items():
+        wall, checks = reactions(held, name)["wall"], model.solve["checks"]
         if name == "few":
             assert wall["force"] is None
             assert "reduced model" in wall["reason"]
@@ -60,8 +64,8 @@ def test_every_kind_of_model_holds_its_weight_and_no_more() -> None:
             assert checks["reactions"]["moment"] <= EXACT, name
     root = WEIGHT * 0.1 / 2
     # of small strain loads stay where they were, so that the closed form is exact; others bend inwards
-    assert reactions(report, "ten")["wall"]["own_moment"] == pytest.approx([0, -root, 0], abs=1e-8 * root)
-    assert 0.8 < -reactions(report, "rod")["wall"]["own_moment"][1] / root < 1.0
+    assert reactions(held, "ten")["wall"]["own_moment"] == pytest.approx([0, -root, 0], abs=1e-8 * root)
+    assert 0.8 < -reactions(held, "rod")["wall"]["own_moment"][1] / root < 1.0
 
 
 def test_moments_are_those_of_where_forces_act() -> None:
@@ -157,13 +161,12 @@ def test_reactions_that_other_formulas_do_not_find_are_no_answer(tampered: Any) 
     assert "away from what other formulas find" in str(report.models["cubes"].message)
 
 
-def test_reports_have_a_table_of_supports_and_a_line() -> None:
-    report = softmark.loads(BEAM + MODELS).run()
-    page = html.render(report)
+def test_reports_have_a_table_of_supports_and_a_line(held: softmark.Report) -> None:
+    page = html.render(held)
     assert '<h2 id="supports-heading">Supports</h2>' in page
     assert "(0, 0, 419.87) mN" in page
     assert "mN\N{MIDDLE DOT}m" in page
-    assert "wall carries 420 mN in 8 models" in terminal.table(report, terminal=False)
+    assert "wall carries 420 mN in 8 models" in terminal.table(held, terminal=False)
 
 
 def test_a_motion_says_that_it_has_no_reactions() -> None:
