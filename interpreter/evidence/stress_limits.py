@@ -74,7 +74,7 @@ def _rim(case: Case, mesh: Mesh) -> NDArray[np.int64]:
     """Nodes between facets that are held in every direction and facets that are held in none."""
     held = np.zeros((len(mesh.points), 3), dtype=np.bool_)
     for support in case.supports:
-        held[np.ix_(grip(support.thing.where, case.shape, mesh).nodes, support.thing.components)] = True
+        held[np.ix_(grip(support.thing.where, mesh).nodes, support.thing.components)] = True
     of_facets = np.all(held[mesh.facets], axis=1)  # (f, 3)
     fixed, free = mesh.facets[np.all(of_facets, axis=1)], mesh.facets[~np.any(of_facets, axis=1)]
     return np.intersect1d(fixed, free).astype(np.int64)

@@ -76,7 +76,7 @@ def gripped(source: str, folder: Path | None = None) -> Grip:
     scene = scene_of(source, folder)
     case = case_of(scene, "bar")
     mesh = mesh_of(scene.declared["m"].thing, scene.declared["m"], case, Workshop())
-    return grip(case.supports[0].thing.where, case.shape, mesh)
+    return grip(case.supports[0].thing.where, mesh)
 
 
 def as_file(folder: Path, shape: Any, kind: str, size: float) -> str:
@@ -301,4 +301,4 @@ def test_other_supports_are_conforming_too() -> None:
     for source in (pushed, roller):
         case: Case = case_of(scene_of(source), "bar")
         mesh = prepared(source).mesh
-        assert all(grip(s.thing.where, case.shape, mesh).held == 1.0 for s in case.supports)
+        assert all(grip(s.thing.where, mesh).held == 1.0 for s in case.supports)

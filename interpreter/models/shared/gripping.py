@@ -22,7 +22,6 @@ from softmark.solvers.mesh.clip import Pieces, joined
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
-    from softmark.solvers.mesh.shape import Shape
 
 Bools = np.ndarray[Any, np.dtype[np.bool_]]
 
@@ -52,18 +51,18 @@ class Grip:
         return 1.0 - self.held > MISSED or self.beyond > MISSED
 
 
-def grip(condition: Condition, shape: Shape, mesh: Mesh) -> Grip:
+def grip(condition: Condition, mesh: Mesh) -> Grip:
     """What a condition holds of a mesh; found once for each mesh."""
     key = Grip, condition
     if key not in mesh.selections:
-        mesh.selections[key] = _found(condition, shape, mesh)
+        mesh.selections[key] = _found(condition, mesh)
     found: Grip = mesh.selections[key]
     return found
 
 
 def grips(case: Case, mesh: Mesh) -> dict[str, Grip]:
     """Those of all supports of a case, by name."""
-    return {support.name: grip(support.thing.where, case.shape, mesh) for support in case.supports}
+    return {support.name: grip(support.thing.where, mesh) for support in case.supports}
 
 
 def held_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
@@ -96,10 +95,10 @@ class _Kind:
     simplices: Ints
 
 
-def _found(condition: Condition, shape: Shape, mesh: Mesh) -> Grip:
+def _found(condition: Condition, mesh: Mesh) -> Grip:
     nodes = _selects(condition, mesh.points, mesh)
     wide = nodes.copy()
-    volumes, areas = cells_of(mesh), _facets(mesh, shape)
+    volumes, areas = cells_of(mesh), _facets(mesh)
     looked = [(kind, fractions(condition, kind, mesh)) for kind in (volumes, areas)]
     for kind, f in looked:  # a selection without its border: what is held inside is held up to there
         nodes[np.unique(kind.nodes[f >= 1.0 - WHOLE])] = True
@@ -129,7 +128,7 @@ def cells_of(mesh: Mesh) -> _Kind:
     return _Kind(mesh.cells, mesh.volumes, simplices)
 
 
-def _facets(mesh: Mesh, shape: Shape) -> _Kind:
+def _facets(mesh: Mesh) -> _Kind:
     triangles = mesh.facets[:, np.array(mesh.element.facet.triangles)]  # (f, s, 3)
     whole = Pieces(mesh.points[triangles.reshape(-1, 3)], np.repeat(np.arange(len(triangles)), triangles.shape[1]))
     areas: Floats = np.bincount(whole.of, whole.sizes, minlength=len(triangles)).astype(np.float64)
@@ -158,23 +157,17 @@ def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
     for border in condition.borders:
         crossed[number[near[_near(border, mesh.points[corners[near]], mesh.extent)]]] = True
     whole = Pieces(mesh.points[kind.simplices[:, 0]], np.arange(len(kind.nodes)))
-    f = _inside(condition, whole, kind, mesh).astype(float)
+    f = _selects(condition, whole.middles, mesh).astype(float)
     some = crossed[number]
     pieces = Pieces(mesh.points[corners[some]], number[some])
     for border in condition.borders:
         pieces = _cut(pieces, border, mesh.extent)
-    chosen = _inside(condition, pieces, kind, mesh)
+    chosen = _selects(condition, pieces.middles, mesh)
     size, count = pieces.sizes, len(kind.nodes)
     total = np.bincount(pieces.of, size, minlength=count)
     own = np.bincount(pieces.of[chosen], size[chosen], minlength=count)
     found: Floats = np.where(crossed & (total > 0.0), own / np.where(total > 0.0, total, 1.0), f)
     return found
-
-
-def _inside(condition: Condition, pieces: Pieces, kind: _Kind, mesh: Mesh) -> Bools:
-    """Which pieces, each on one side of every border, are selected (p,)."""
-    X = pieces.middles
-    return _selects(condition, X, mesh)
 
 
 def _selects(condition: Condition, X: Floats, mesh: Mesh) -> Bools:

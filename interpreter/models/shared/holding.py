@@ -27,7 +27,7 @@ def selected(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
     """Which nodes of a mesh (n,) a support holds: all that it selects, as `case.wide` has it. Raises Fault if none."""
     from softmark.interpreter.models.shared.gripping import grip  # beams, which know no meshes, come here too
 
-    own = grip(owner.thing.where, case.shape, mesh)
+    own = grip(owner.thing.where, mesh)
     if not own.nodes.any():
         spans = reach(mesh.points.min(axis=0).tolist(), mesh.points.max(axis=0).tolist())
         raise fault(
