@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from softmark.interpreter.evidence.kinds.solid_forces import balance_of
+from softmark.interpreter.evidence.kinds.solid_forces import balance_of, solved
 from softmark.interpreter.evidence.kinds.solids import Solids
 from softmark.interpreter.evidence.kinds.voucher import Found
 from softmark.interpreter.problem.case import case_for
@@ -22,7 +22,8 @@ class Reductions(Solids):
         """That of all the elements in its state, beside what it says of their residual. Raises Unchecked."""
         full, solution = found.scene.declared[found.declared.thing.reduces], found.solution
         reduced = solution.facts.get("reduced") or {}
-        return balance_of(full.thing, case_for(found.scene, full), solution.mesh), reduced.get("full_residual")
+        state = solved(full.thing, case_for(found.scene, full), solution.mesh)
+        return balance_of(state), reduced.get("full_residual")
 
 
 VOUCHER = Reductions()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,59 +16,90 @@ from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
+from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.pressures import Pressed, split_of
-from softmark.solvers.checks.solids import CheckedBody, ForceBalance, StressTerm
+from softmark.solvers.checks.solids import CheckedBody, Floats, ForceBalance, StressTerm
 from softmark.solvers.elements import ELEMENTS
 
 LEFT = 50.0  # times the estimate of what rounding leaves
 
 
-def balance_of(model: Fem, case: Case, mesh: Moved | None) -> ForceBalance:
-    """The forces of finite elements found again. Raises Unchecked."""
+@dataclass(frozen=True)
+class Solved:
+    """A state of finite elements that is looked at again: what is found of it is found once."""
+
+    model: Fem
+    case: Case
+    mesh: Moved
+
+    @cached_property
+    def u(self) -> Floats:
+        """Displacements of the nodes (n, 3), m, in double precision."""
+        return np.asarray(self.mesh.displacement, dtype=np.float64)
+
+    @cached_property
+    def held(self) -> NDArray[np.bool_]:
+        """Which degrees of freedom supports hold (n, 3)."""
+        return held(self.case, self.mesh)
+
+    @cached_property
+    def loads(self) -> tuple[Floats, float]:
+        """Forces of all loads at the nodes (n, 3), and what of them is not sure, N. Raises Unchecked."""
+        return loads_on(self.case, self.mesh, self.u, self.model.strain == "small", self.model.mass)
+
+    def inside(self, chosen: Any) -> tuple[Floats, float, float]:
+        """Forces of the cells around `chosen` nodes, at all nodes (n, 3), N; of cells with pressures those of all.
+
+        With what is left of the equations of pressures, and the rounding. Raises Unchecked.
+        """
+        if self.model.formulation != "displacement":
+            return self._pressed
+        near = _near(chosen, self.mesh)
+        found, noise = np.zeros_like(self.mesh.points), 0.0
+        for own, which in alone(self.case, self.mesh):
+            terms, stiff = terms_of(self.model, own)
+            cells, turned = self.mesh.cells[which][near[which]], self.model.rotation == "element"
+            body = CheckedBody(self.mesh.points, cells, self.mesh.kind, self.u, terms, stiff, turned=turned)
+            f, left = body.forces(cells)
+            found, noise = found + f, noise + left
+        return found, 0.0, noise
+
+    @cached_property
+    def _pressed(self) -> tuple[Floats, float, float]:
+        found, lacking, noise = np.zeros_like(self.mesh.points), 0.0, 0.0
+        for own, which in alone(self.case, self.mesh):
+            f, less, left = pressed(self.model, own, self.mesh, which).forces()
+            found, lacking, noise = found + f, float(np.hypot(lacking, less)), noise + left
+        return found, lacking, noise
+
+
+def solved(model: Fem, case: Case, mesh: Moved | None) -> Solved:
+    """The state that a mesh is in. Raises Unchecked."""
     if mesh is None or mesh.kind not in ELEMENTS:
         raise Unchecked(f"there is no other formula for {model.element}")
-    u = np.asarray(mesh.displacement, dtype=np.float64)
-    chosen, _ = solids.sample(len(mesh.points), mesh.cells, len(solids.rule(mesh.kind)[1]))
-    inside, lacking, noise = np.zeros_like(mesh.points), 0.0, 0.0
-    if model.formulation != "displacement":
-        chosen = None
-        for own, which in alone(case, mesh):
-            f, less, left = pressed(model, own, mesh, which).forces()
-            inside, lacking, noise = inside + f, float(np.hypot(lacking, less)), noise + left
-    else:
-        near = _near(chosen, mesh)
-        for own, which in alone(case, mesh):
-            terms, stiff = terms_of(model, own)
-            cells = mesh.cells[which] if near is None else mesh.cells[which][near[which]]
-            body = CheckedBody(mesh.points, cells, mesh.kind, u, terms, stiff, turned=model.rotation == "element")
-            f, left = body.forces(cells)
-            inside, noise = inside + f, noise + left
-    outside, unsure = loads_on(case, mesh, u, model.strain == "small", model.mass)
-    return solids.balance(inside, outside, held(case, mesh), noise + unsure / LEFT, chosen, lacking)
+    return Solved(model, case, mesh)
 
 
-def reactions_of(model: Fem, case: Case, mesh: Moved) -> tuple[dict[str, Wrench], float]:
+def balance_of(state: Solved) -> ForceBalance:
+    """The forces of finite elements found again. Raises Unchecked."""
+    mesh, chosen = state.mesh, None
+    if state.model.formulation == "displacement":
+        chosen, _ = solids.sample(len(mesh.points), mesh.cells, len(solids.rule(mesh.kind)[1]))
+    inside, lacking, noise = state.inside(chosen)
+    outside, unsure = state.loads
+    return solids.balance(inside, outside, state.held, noise + unsure / LEFT, chosen, lacking)
+
+
+def reactions_of(state: Solved) -> tuple[dict[str, Wrench], float]:
     """What every support does, from the cells around what it holds, and what rounding leaves, N. Raises Unchecked."""
-    u = np.asarray(mesh.displacement, dtype=np.float64)
-    near = _near(np.flatnonzero(held(case, mesh).any(axis=1)), mesh)
-    inside, noise = np.zeros_like(mesh.points), 0.0
-    for own, which in alone(case, mesh):
-        if model.formulation != "displacement":
-            f, _, left = pressed(model, own, mesh, which).forces()
-        else:
-            terms, stiff = terms_of(model, own)
-            cells = mesh.cells[which][near[which]]
-            body = CheckedBody(mesh.points, cells, mesh.kind, u, terms, stiff, turned=model.rotation == "element")
-            f, left = body.forces(cells)
-        inside, noise = inside + f, noise + left
-    small = model.strain == "small"
-    outside, unsure = loads_on(case, mesh, u, small, model.mass)
-    x = mesh.points if small else mesh.points + u
-    return by_support(case, mesh, inside - outside, x), LEFT * noise + unsure
+    inside, _, noise = state.inside(np.flatnonzero(state.held.any(axis=1)))
+    outside, unsure = state.loads
+    x = state.mesh.points if state.model.strain == "small" else state.mesh.points + state.u
+    return by_support(state.case, state.mesh, inside - outside, x), LEFT * noise + unsure
 
 
-def by_support(case: Case, mesh: Moved, left: NDArray[np.float64], x: NDArray[np.float64]) -> dict[str, Wrench]:
+def by_support(case: Case, mesh: Moved, left: Floats, x: Floats) -> dict[str, Wrench]:
     """Of what is left (n, 3) at nodes x (n, 3): what each support of a mesh has."""
     masks = {}
     for support in case.supports:
@@ -77,9 +109,7 @@ def by_support(case: Case, mesh: Moved, left: NDArray[np.float64], x: NDArray[np
 
 
 def _near(chosen: Any, mesh: Moved) -> Any:
-    """Which cells touch chosen nodes (m,); None where all nodes are looked at."""
-    if chosen is None:
-        return None
+    """Which cells touch chosen nodes (m,)."""
     mask = np.zeros(len(mesh.points), dtype=np.bool_)
     mask[chosen] = True
     return mask[mesh.cells].any(axis=1)

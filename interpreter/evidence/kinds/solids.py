@@ -11,7 +11,7 @@ import numpy as np
 from softmark.interpreter.evidence import finer
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.budget import NOT_ASKED
-from softmark.interpreter.evidence.kinds.solid_forces import balance_of, pressed, reactions_of
+from softmark.interpreter.evidence.kinds.solid_forces import Solved, balance_of, pressed, reactions_of, solved
 from softmark.interpreter.evidence.kinds.voucher import FINER, HOPELESS, Found, Sized, from_coarser
 from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.evidence.materials import alone
@@ -45,14 +45,18 @@ class Solids(Sized):
 
     def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
         """By the formulas of solvers/checks/solids.py. Raises Unchecked."""
-        solution = found.solution
-        return balance_of(found.declared.thing, found.case, solution.mesh), solution.facts.get("residual")
+        return balance_of(self._solved(found)), found.solution.facts.get("residual")
 
     def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
         """By the same formulas, from the cells around what is held. Raises Unchecked."""
-        if found.solution.mesh is None:
-            raise Unchecked("the displacements of its nodes are not known")
-        return reactions_of(found.declared.thing, found.case, found.solution.mesh)
+        return reactions_of(self._solved(found))
+
+    def _solved(self, found: Found) -> Solved:
+        """The state, with what is found of it; once. Raises Unchecked."""
+        if Solids not in found.known:
+            found.known[Solids] = solved(found.declared.thing, found.case, found.solution.mesh)
+        known: Solved = found.known[Solids]
+        return known
 
     def cells(self, answer: Answer) -> int:
         """Of the mesh, whether they are evaluated or not."""
