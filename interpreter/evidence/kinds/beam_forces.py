@@ -133,7 +133,17 @@ def _per_length(found: Found) -> Floats:
 
 
 def _forces(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
-    """What is inside, what loads do, moments over the length (n, 6), N; what is held; rounding, N. Raises Unchecked."""
+    """What is inside, what loads do, moments over the length (n, 6), N; what is held; rounding, N; found once.
+
+    Raises Unchecked.
+    """
+    if _forces not in found.known:
+        found.known[_forces] = _looked_at(found)
+    known: tuple[Floats, Floats, NDArray[np.bool_], float] = found.known[_forces]
+    return known
+
+
+def _looked_at(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
     beam, model = line_of(found), found.declared.thing
     if found.solution.displacement is None or (len(beam.s) > 200 and not (model.shear and model.axial)):
         raise Unchecked("constraints of so many elements are not looked at again")
