@@ -24,6 +24,12 @@ def coverage(condition: Condition, shape: Prism, station: float) -> str:
     return next(iter(coverages(condition, shape, [station])))
 
 
+@lru_cache(maxsize=256)
+def whole(condition: Condition, shape: Prism, stations: tuple[float, ...]) -> tuple[bool, ...]:
+    """At which stations a condition selects the whole cross-section: asked by all who hold a beam there."""
+    return tuple(_whole(condition, shape, s) for s in stations)
+
+
 def coverages(condition: Condition, shape: Prism, stations: Sequence[float]) -> set[str]:
     """The coverage at each of some stations, in ascending order; stops at the first that is `some`.
 

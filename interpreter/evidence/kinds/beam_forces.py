@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.beam.words import Beam6Dof, station
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.problem.stretches import coverage
+from softmark.interpreter.problem.stretches import coverage, whole
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
@@ -81,9 +82,7 @@ class BeamLine:
         """Forces and moments that supports carry (n, 6); of a partly held section, all moments."""
         found = np.zeros((len(self.s), 6), dtype=np.bool_)
         for support in self.case.supports:
-            for node, s in enumerate(self.s.tolist()):
-                if coverage(support.thing.where, self.case.prism, s) == "all":
-                    found[node, [*support.thing.components, 3, 4, 5]] = True
+            found |= self._at(support, [*support.thing.components, 3, 4, 5])
         return found
 
     def carries(self, support: Declared) -> NDArray[np.bool_]:
@@ -91,11 +90,12 @@ class BeamLine:
         held = [*support.thing.components]
         way = np.abs(np.cross(self.axes[1:, None], np.eye(3)[held])).max(axis=(0, 1))  # omega . (r x e_c), r across
         turns = np.flatnonzero((way > 0.5) | (len(held) == 3))
-        found = np.zeros((len(self.s), 6), dtype=np.bool_)
-        for node, s in enumerate(self.s.tolist()):
-            if coverage(support.thing.where, self.case.prism, s) == "all":
-                found[node, [*held, *(3 + turns)]] = True
-        return found
+        return self._at(support, [*held, *(3 + turns)])
+
+    def _at(self, support: Declared, which: Sequence[int]) -> NDArray[np.bool_]:
+        """These of its six forces and moments (n, 6), where a support takes whole sections."""
+        where = whole(support.thing.where, self.case.prism, tuple(self.s.tolist()))
+        return np.outer(where, np.isin(np.arange(6), which))
 
 
 def line_of(found: Found) -> BeamLine:

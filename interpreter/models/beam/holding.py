@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.models.beam.rigid import AXES, point_rows
 from softmark.interpreter.models.shared.holding import Held, moved_by
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.problem.stretches import coverage
+from softmark.interpreter.problem.stretches import whole
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.mesh.shape import transverse
 
@@ -28,9 +28,7 @@ def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats]:
     for support in case.supports:
         components = support.thing.components
         turns = _held_turns(case.prism.axis, components)
-        for node, s in enumerate(stations):
-            if coverage(support.thing.where, case.prism, s) != "all":
-                continue
+        for node in np.flatnonzero(whole(support.thing.where, case.prism, tuple(stations))).tolist():
             held.rows.append(point_rows(points[node : node + 1] - held.centre, components))
             held.rows.append(np.eye(6)[[3 + t for t in turns]] * case.prism.length)
             for c in components:
@@ -46,7 +44,7 @@ def held_by(case: Case, stations: Sequence[float]) -> dict[str, NDArray[np.bool_
     for support in case.supports:
         components = support.thing.components
         own = [*components, *(3 + t for t in _body_axes(case.prism.axis, _held_turns(case.prism.axis, components)))]
-        where = [coverage(support.thing.where, case.prism, s) == "all" for s in stations]
+        where = whole(support.thing.where, case.prism, tuple(stations))
         found[support.name] = np.outer(where, np.isin(np.arange(6), own))
     return found
 
