@@ -54,11 +54,21 @@ class Taken:
 
 @dataclass(frozen=True)
 class Owners:
-    """The number of the material of every cell (m,), 0 that of the body, and what is taken of each part."""
+    """The number of the material of every cell (m,), 0 that of the body, and what is taken of each part.
+
+    `shares` (r + 1, m) are those that every material has of each cell, that of the body first; `sizes` (m,) m^3.
+    """
 
     cells: Ints
     taken: tuple[Taken, ...]
-    sides: tuple[int, ...]  # of each part: the way to lean, 1 or -1, by which more changes its material
+    shares: Floats
+    sizes: Floats
+
+    def side(self, part: int) -> int:
+        """The way for a part, by its number, to lean, 1 or -1, by which more changes its material."""
+        most = _most(self.shares)
+        more, less = (float(self.sizes[_leaning(self.shares, most, part, way) != most].sum()) for way in (1, -1))
+        return 1 if more >= less else -1
 
 
 def pieces(case: Case, mesh: Mesh, parts: Integration) -> Iterator[tuple[Case, Mesh, Integration, Ints]]:
@@ -89,19 +99,16 @@ def _found(case: Case, mesh: Mesh) -> Owners:
     most = _most(shares)
     cells = most if case.leaning == (0, 0) else _leaning(shares, most, *case.leaning)
     asked = shares @ kind.sizes
-    taken, sides = [], []
+    taken = []
     for i, part in enumerate(case.parts, start=1):
         beside = np.delete(asked, i)
         least = float(beside[beside > SMALL * asked.sum()].min(initial=asked[i]))
         alike = any(other.thing.material == part.thing.material for other in case.parts[: i - 1])
         if alike and asked[i] <= SMALL * asked.sum():  # it lies within another of the same material
             taken.append(Taken(0.0, 0.0, 0.0, 0.0, least))
-            sides.append(1)
-            continue
-        taken.append(_taken(part, kind.sizes, shares[i], cells == i, least))
-        more, less = (float(kind.sizes[_leaning(shares, most, i, side) != most].sum()) for side in (1, -1))
-        sides.append(1 if more >= less else -1)
-    return Owners(cells, tuple(taken), tuple(sides))
+        else:
+            taken.append(_taken(part, kind.sizes, shares[i], cells == i, least))
+    return Owners(cells, tuple(taken), shares, kind.sizes)
 
 
 def _leaning(shares: Floats, most: Ints, part: int, side: int) -> Ints:
@@ -179,7 +186,7 @@ def missed(case: Case, prepared: Prepared) -> list[tuple[float, tuple[int, int]]
         return []
     own = owners(case, prepared.mesh)
     return [
-        (taken.off, (number, side) if taken.off > MISSED else (0, 0))
-        for number, (taken, side) in enumerate(zip(own.taken, own.sides, strict=True), start=1)
+        (taken.off, (number, own.side(number)) if taken.off > MISSED else (0, 0))
+        for number, taken in enumerate(own.taken, start=1)
         if taken.off > 0.0
     ]
