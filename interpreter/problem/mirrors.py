@@ -49,14 +49,21 @@ def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
                       f"a wall in place of the plane is `fixed(..., components = {way})`")  # fmt: skip
 
 
-def must_not_load_plane(case: Case, load: Declared, X: Floats) -> None:
-    """No facet with nodes X (f, k, 3), m, that a load takes lies in a plane of symmetry. Raises Fault."""
-    extent = max((b - a for a, b in zip(*case.shape.bounds, strict=True)), default=0.0) if case.shape.bounds else 0.0
+def _near(points: Floats) -> float:
+    """How far from a plane of symmetry points of a body with these (m, 3) may lie to count as in it, m."""
+    return IN_PLANE * float((points.max(axis=0) - points.min(axis=0)).max())
+
+
+def must_not_load_plane(case: Case, load: Declared, X: Floats, points: Floats) -> None:
+    """No facet with nodes X (f, k, 3) that a load takes lies in a plane of symmetry of a body with points (m, 3).
+
+    In m. Raises Fault.
+    """
     for support in case.supports:
         if not isinstance(support.thing, Symmetric) or support.thing.normal is None or not len(X):
             continue
         axis, place = support.thing.normal
-        if bool((abs(X[..., axis] - place).max(axis=1) <= IN_PLANE * extent).any()):
+        if bool((abs(X[..., axis] - place).max(axis=1) <= _near(points)).any()):
             raise Fault(diagnostic("E582", load.at("where"),
                                    f"`{load.name}` acts on the plane of symmetry `{support.name}`",
                                    "within the whole body, where there is no surface",
@@ -71,10 +78,9 @@ def must_lie_in_plane(case: Case, support: Declared, X: Floats, points: Floats) 
     if not isinstance(support.thing, Symmetric) or support.thing.normal is None:
         return
     axis, place = support.thing.normal
-    extent = float((points.max(axis=0) - points.min(axis=0)).max())
-    beyond = points[:, axis] - place
-    both = float(beyond.min()) < -IN_PLANE * extent and float(beyond.max()) > IN_PLANE * extent
-    if both or float(abs(X[:, axis] - place).max()) > IN_PLANE * extent:
+    near, beyond = _near(points), points[:, axis] - place
+    both = float(beyond.min()) < -near and float(beyond.max()) > near
+    if both or float(abs(X[:, axis] - place).max()) > near:
         X = points[:, axis] if both else X[:, axis]
         raise Fault(diagnostic("E582", support.at("where"),
                                f"`{case.body.name}` does not end at the plane of symmetry `{support.name}`",

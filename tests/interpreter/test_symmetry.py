@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 import softmark
@@ -88,3 +90,20 @@ def test_half_a_beam() -> None:
     common = {"at": "(25, 0, 0)"}
     whole = found(shape=shape.format(200, -100), supports=both, models=rod.format(20), **common)
     agree(whole, found(shape=shape.format(100, 0), supports=clamp + X, models=rod.format(10), **common))
+
+
+def test_a_plane_of_symmetry_of_a_file_is_not_loaded_either(tmp_path: Path) -> None:
+    """Nodes of a file lie in it to rounding: here 1e-9 mm beside it, of a body of 20 mm."""
+    sound = (Path(__file__).parents[1] / "errors" / "parts" / "sound.mesh").read_text()
+    lines = [f"1e-9{line[1:]}" if line.startswith("0 ") else line for line in sound.splitlines()]
+    (tmp_path / "half.mesh").write_text("\n".join(lines))
+    text = BODY.format(
+        shape=f'mesh("{tmp_path / "half.mesh"}", unit = 1 mm)',
+        supports="support end = fixed(bar, where = x >= 20 mm)\n" + X,
+        loads="load push = traction(bar, where = x <= 0 mm, vector = (0, 0, -200) Pa)",
+        models="model hexes = fem(hex8, strain = small)",
+        down="-z",
+        at="(10, 5, 5)",
+    )
+    with pytest.raises(softmark.SceneError, match="acts on the plane of symmetry"):
+        softmark.loads(text).run()

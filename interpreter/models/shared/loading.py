@@ -119,5 +119,6 @@ def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> Loaded
             "the condition must hold on a part of the surface that has an area",
         )
     if isinstance(load.thing.action, PerArea):  # of a pressure, the plane's support takes all
-        must_not_load_plane(case, load, mesh.points[np.concatenate([found.whole, found.nodes[found.w > 0.0]])])
+        facets = np.concatenate([found.whole, found.nodes[found.w > 0.0]])
+        must_not_load_plane(case, load, mesh.points[facets], mesh.points)
     return found
