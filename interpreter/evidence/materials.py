@@ -30,14 +30,10 @@ def alone(case: Case, mesh: Moved) -> list[tuple[Case, Any]]:
 
 def _seen(case: Case, mesh: Moved) -> Any:
     """The number of the material that all points of a cell are of (m,), -1 where they are of several."""
-    from softmark.interpreter.problem.regions import remaining
+    from softmark.interpreter.problem.regions import number
 
     corners = mesh.points[mesh.cells]
     middle = corners.mean(axis=1, keepdims=True)
     X = np.concatenate([corners + INWARD * (middle - corners), middle], axis=1)
-    extent = float(np.sqrt((np.ptp(mesh.points, axis=0) ** 2).sum()))
-    x, y, z = np.moveaxis(X, 2, 0)
-    number = np.zeros(X.shape[:2], dtype=np.int64)
-    for i, where in enumerate(remaining(case), start=1):
-        number[np.broadcast_to(where.holds(x, y, z, extent), number.shape)] = i
-    return np.where((number == number[:, :1]).all(axis=1), number[:, 0], -1)
+    found = number(case, X.reshape(-1, 3)).reshape(X.shape[:2])
+    return np.where((found == found[:, :1]).all(axis=1), found[:, 0], -1)
