@@ -17,7 +17,7 @@ import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from softmark.interpreter.evidence import orders, rounding
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.doubts import DOUBTS, doubts_of, is_doubt
 from softmark.interpreter.evidence.kinds import voucher_of
-from softmark.interpreter.evidence.probe_answers import Field, Floats, ProbeAnswer, Unknown
+from softmark.interpreter.evidence.probe_answers import Floats, ProbeAnswer, Unknown
 from softmark.interpreter.evidence.selection_error import selection
 from softmark.interpreter.front.course_steps import shows
 from softmark.interpreter.language.scene import Declared, Scene
@@ -40,6 +40,9 @@ from softmark.interpreter.results.plain import clean
 from softmark.interpreter.results.report import ModelResult, ProbeResult
 from softmark.interpreter.results.stated import StatedError
 from softmark.interpreter.vocabulary.analyses import Dynamic
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.deformed import Nodal
 
 __all__ = ["DOUBTS", "ProbeAnswer", "Stated", "Unknown", "doubts_of", "is_doubt", "stated"]
 
@@ -122,7 +125,7 @@ class Stated(Answer):
             raise Unknown(f"it is no equilibrium: the next step would change it by {change:.2g} %")
         return left
 
-    def _moving(self, step: Floats) -> Field:
+    def _moving(self, step: Floats) -> Nodal:
         from softmark.interpreter.models.shared.deformed import displacement_of
 
         if self.mesh is None:

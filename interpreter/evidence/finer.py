@@ -14,13 +14,12 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.evidence.budget import Budget
-from softmark.interpreter.evidence.probe_answers import Field, Floats, Unknown
+from softmark.interpreter.evidence.probe_answers import Remembered, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.answers.stressed import stress_of
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.prepared import Moved, Workshop
 from softmark.interpreter.problem.case import Case
-from softmark.records import dataclass
 from softmark.solvers.elements import element_of
 
 FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes too
@@ -28,7 +27,7 @@ FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes
 
 def found(
     scene: Scene, declared: Declared, case: Case, solved: Moved, below: Callable[[], Any], budget: Budget
-) -> Field:
+) -> Remembered:
     """The displacements of the finer space near the nodal ones of `solved`, a mesh that is deformed. Raises Unknown.
 
     `below` gives the assembly of the coarse space and a factor of its tangent there.
@@ -59,23 +58,7 @@ def found(
     return remembered(thing, case, Deformed(above.mesh, state.reshape(-1, 3)))
 
 
-@dataclass(frozen=True)
-class Remembered:
-    """A field that is looked up once at the same points: several metrics look at one probe."""
-
-    field: Field
-    stress: Callable[[], Any]  # that belongs to it
-    known: dict[bytes, Floats]
-
-    def __call__(self, X: Floats) -> Floats:
-        """Displacements (n, 3) of points (n, 3), m."""
-        key = X.tobytes()
-        if key not in self.known:
-            self.known[key] = self.field(X)
-        return self.known[key]
-
-
-def remembered(model: Fem, case: Case, mesh: Moved) -> Field:
+def remembered(model: Fem, case: Case, mesh: Moved) -> Remembered:
     """What a model found on a mesh, as a field of displacements."""
     from softmark.interpreter.models.shared.deformed import displacement_of
 
@@ -106,7 +89,7 @@ class _Once:
         return self._made
 
 
-def alike(scene: Scene, declared: Declared, case: Case, solved: Moved, budget: Budget) -> Field:
+def alike(scene: Scene, declared: Declared, case: Case, solved: Moved, budget: Budget) -> Remembered:
     """The displacements of another model on the mesh of `solved`, started from its state. Raises Unknown."""
     from softmark.interpreter.models.fem.build import at_rest
     from softmark.interpreter.models.shared.deformed import Deformed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,9 @@ from softmark.interpreter.results.reactions import AtRest
 from softmark.interpreter.results.report import ProbeResult
 from softmark.records import dataclass
 
+if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.deformed import Nodal
+
 Floats = NDArray[np.float64]
 Field = Callable[[Floats], Floats]
 
@@ -30,6 +33,22 @@ NO_ERROR = "no error of this metric can be stated"
 
 class Unknown(Exception):
     """A part of the error that cannot be told; the text says why."""
+
+
+@dataclass(frozen=True)
+class Remembered:
+    """A field that is looked up once at the same points: several metrics look at one probe."""
+
+    field: Field
+    stress: Callable[[], Any]  # that belongs to it
+    known: dict[bytes, Floats]
+
+    def __call__(self, X: Floats) -> Floats:
+        """Displacements (n, 3) of points (n, 3), m."""
+        key = X.tobytes()
+        if key not in self.known:
+            self.known[key] = self.field(X)
+        return self.known[key]
 
 
 @dataclass(frozen=True)
@@ -56,17 +75,16 @@ class ProbeAnswer:
         seen = replace(self, u=self._of(solution), field=solution.displacement, history=solution.history)
         return replace(seen, stress=solution.stress, at_rest=solution.at_rest)
 
-    def at(self, field: Field) -> ProbeAnswer:
+    def at(self, field: Remembered) -> ProbeAnswer:
         """What it would see of a static field."""
-        stress = getattr(field, "stress", None)
-        return replace(self, u=np.asarray(field(self.X)), field=field, history=None, stress=stress)
+        return replace(self, u=np.asarray(field(self.X)), field=field, history=None, stress=field.stress)
 
-    def moved(self, step: Field) -> ProbeAnswer:
+    def moved(self, step: Nodal) -> ProbeAnswer:
         """What it would see if displacements were added, static."""
         own = self.field
         field = None if own is None else lambda X: own(X) + step(X)
-        stress, nodes = self.stress, getattr(step, "nodes", None)
-        moved = None if stress is None or nodes is None else lambda: stress().moved(nodes)
+        stress = self.stress
+        moved = None if stress is None else lambda: stress().moved(step.nodes)
         return replace(self, u=self.u + np.asarray(step(self.X)), field=field, stress=moved)
 
     @property

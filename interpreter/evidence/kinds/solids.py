@@ -15,7 +15,7 @@ from softmark.interpreter.evidence.kinds.solid_forces import Solved, balance_of,
 from softmark.interpreter.evidence.kinds.voucher import FINER, HOPELESS, Found, Sized, from_coarser
 from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.evidence.materials import alone
-from softmark.interpreter.evidence.probe_answers import Field, ProbeAnswer, Unknown
+from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Remembered, Unknown
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import case_for
@@ -90,9 +90,11 @@ class Solids(Sized):
             raise Unknown(f"the mesh is too coarse to say: a finer space is {100 * apart / (size or apart):.3g} % away")
         return left
 
-    def _finer(self, answer: Answer) -> Field:
+    def _finer(self, answer: Answer) -> Remembered:
         own = (answer.scene, answer.solid, answer.own)
-        field: Field = answer.once("finer", lambda: finer.found(*own, answer.on_nodes(), answer.tangent, answer.budget))
+        field: Remembered = answer.once(
+            "finer", lambda: finer.found(*own, answer.on_nodes(), answer.tangent, answer.budget)
+        )
         return field
 
     def _from_coarser(self, answer: Answer, seen: ProbeAnswer) -> float:

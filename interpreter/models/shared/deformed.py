@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from softmark.records import dataclass
@@ -12,21 +11,17 @@ from softmark.solvers.mesh.mesh import Floats, Mesh
 
 @dataclass(frozen=True)
 class Nodal:
-    """Displacements of material points X (n, 3) from those of the nodes of a mesh, `nodes` (nodes, 3), m.
-
-    `stress` tells the stress that belongs to them, where it is known.
-    """
+    """Displacements of material points X (n, 3) from those of the nodes of a mesh, `nodes` (nodes, 3), m."""
 
     mesh: Mesh
     nodes: Floats
-    stress: Callable[[], Any] | None = None
 
     def __call__(self, X: Floats) -> Floats:
         """(n, 3), m."""
         return locate(self.mesh, X).interpolate(self.nodes)
 
 
-def displacement_of(mesh: Mesh, u: Floats) -> Callable[[Floats], Floats]:
+def displacement_of(mesh: Mesh, u: Floats) -> Nodal:
     """Displacements of material points from those of the nodes u (n, 3), m."""
     return Nodal(mesh, u)
 
