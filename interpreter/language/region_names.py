@@ -1,4 +1,4 @@
-"""ModuleTable of regions where conditions are due: what they select, and which was meant by a name that is none."""
+"""Names of regions where conditions are due: what they select, and which was meant by a name that is none."""
 
 from __future__ import annotations
 
