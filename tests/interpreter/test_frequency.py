@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy import linalg
 
 import softmark
+from softmark.interpreter.models.answers import vibrations
 
 E, NU, RHO, L, R = 1e6, 0.3, 1000.0, 0.2, 0.01
 ROUND = """
@@ -147,3 +149,16 @@ def test_two_bodies_have_their_own() -> None:
     report = softmark.loads(both).run()
     assert set(report.models["a"].metrics) == {"tone"}
     assert set(report.models["b"].metrics) == {"hum"}
+
+
+def test_the_same_modes_are_found_once_for_all_reports(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A report is made after every model and at the end; each asks the metric again."""
+    asked, right = [], vibrations._frequencies
+
+    def counted(assembly: Any, x: Any, mass: Any, linear: Any, count: int) -> Any:
+        asked.append(count)
+        return right(assembly, x, mass, linear, count)
+
+    monkeypatch.setattr(vibrations, "_frequencies", counted)
+    assert len(tones(ROUND + "model m = beam6dof(segments = 10)", "m")) == 7
+    assert asked == [7]

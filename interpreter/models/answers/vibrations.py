@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.metrics.undefined import Undefined
@@ -28,9 +29,9 @@ def about(assembly: Assembly, x: Floats, mass: Callable[[], Any], linear: Linear
     """A function of `count` that gives the lowest frequencies (count,), Hz, in the state x under the full load.
 
     `mass` makes the mass matrix or its diagonal, of the first degrees of freedom; those behind them have none. It
-    raises Undefined, with a reason.
+    raises Undefined, with a reason. Each count is found once: a report is made after every model, and at the end.
     """
-    return lambda count: _frequencies(assembly, x, mass(), linear, count)
+    return cache(lambda count: _frequencies(assembly, x, mass(), linear, count))
 
 
 def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: Linear, count: int) -> Floats:
