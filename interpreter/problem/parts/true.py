@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -19,8 +20,12 @@ from softmark.solvers.mesh.tube import Tube
 SIDES = 48  # flat strips that the side of a cylinder is unrolled on
 
 
+@lru_cache(maxsize=64)
 def selected(shape: Shape, condition: Condition) -> tuple[float, Floats] | None:
-    """Area, m^2, and the integral of the outward normal (3,), m^2, of what is selected; None of shapes from files."""
+    """Area, m^2, and the integral of the outward normal (3,), m^2, of what is selected; None of shapes from files.
+
+    Found once for all models of a body.
+    """
     extent = shape.diagonal
     if isinstance(shape, Box):
         return _flat(_faces(shape), condition, extent)
