@@ -331,17 +331,18 @@ def _spent(where: Phases, warmed: bool) -> dict[str, float]:
 def _written(job: TimingJob, solution: Solution) -> float | None:
     """CPU seconds of writing the deformed mesh, or its state at some points, to a file; imports are not counted."""
     import tempfile
-    from types import SimpleNamespace
 
+    from softmark.interpreter.results.report import ModelResult, Report
     from softmark.interpreter.results.vtk import write_vtu
 
     if solution.mesh is None:
         return None
-    outcomes: Any = SimpleNamespace(outcomes=[SimpleNamespace(name=job.model, mesh=solution.mesh, shape=None)])
+    model = ModelResult(job.model, solution.status, solution.message, "", mesh=solution.mesh)
+    report = Report({}, {}, {job.model: model}, {}, (), ())
     with tempfile.TemporaryDirectory() as folder:
-        write_vtu(outcomes, folder)  # loads what writing needs
+        write_vtu(report, folder)  # loads what writing needs
         begin = time.process_time()
-        write_vtu(outcomes, folder)
+        write_vtu(report, folder)
         return time.process_time() - begin
 
 
