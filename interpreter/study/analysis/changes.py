@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from softmark.interpreter.results import forms
+from softmark.interpreter.results.plain import Json, Plain
 from softmark.interpreter.study.analysis.point import ErrorOf, Spread, ratio_of
-from softmark.interpreter.study.analysis.written import Json, Written
 from softmark.records import dataclass
 
 REPORT, COMPARISON = "softmark-report/1", "softmark-compare/1"
@@ -59,7 +59,7 @@ def kind_of(found: Any, name: str) -> str:
 
 
 @dataclass(frozen=True)
-class FactChange(Written):
+class FactChange(Plain):
     """A fact that is not the same; None where one of the two does not have it."""
 
     what: str
@@ -68,7 +68,7 @@ class FactChange(Written):
 
 
 @dataclass(frozen=True)
-class StatusChange(Written):
+class StatusChange(Plain):
     """What became of a model or a reference then and now, and what it says now."""
 
     name: str
@@ -78,7 +78,7 @@ class StatusChange(Written):
 
 
 @dataclass(frozen=True)
-class MetricChange(Written):
+class MetricChange(Plain):
     """`verdict`: changed, changed below the uncertainty, lost its value or found one, was added or removed."""
 
     name: str
@@ -103,7 +103,7 @@ class MetricChange(Written):
 
 
 @dataclass(frozen=True)
-class TimeChange(Written):
+class TimeChange(Plain):
     """`verdict`: slower or quicker beyond noise; undecided, with a reason, where the noise is not known."""
 
     name: str
@@ -125,7 +125,7 @@ class TimeChange(Written):
 
 
 @dataclass(frozen=True)
-class Changes(Written):
+class Changes(Plain):
     """All changes from one result to another of the same kind."""
 
     schema: str

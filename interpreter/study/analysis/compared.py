@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from softmark.interpreter.results.plain import Json
 from softmark.interpreter.study.analysis.analysis import Analysis, References, Terms, analyse
 from softmark.interpreter.study.analysis.answers import studies_from_json
 from softmark.interpreter.study.analysis.point import ComparedPoint, ReferenceOutcome
-from softmark.interpreter.study.analysis.written import Json
 from softmark.records import dataclass
 
 

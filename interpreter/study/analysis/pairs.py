@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import pairwise
+from typing import ClassVar
 
+from softmark.interpreter.results.plain import Plain
 from softmark.interpreter.study.analysis.lines import finenesses
 from softmark.interpreter.study.analysis.point import (
     UNKNOWNS,
@@ -15,7 +17,6 @@ from softmark.interpreter.study.analysis.point import (
     ratio_of,
     uncertainty_of,
 )
-from softmark.interpreter.study.analysis.written import Written
 from softmark.records import dataclass
 
 Probes = Mapping[str, ProbedShape]
@@ -24,7 +25,7 @@ Probes = Mapping[str, ProbedShape]
 
 
 @dataclass(frozen=True)
-class NoDistance(Written):
+class NoDistance(Plain):
     """Why there is no distance of a row from a column."""
 
     row: str
@@ -33,7 +34,7 @@ class NoDistance(Written):
 
 
 @dataclass(frozen=True)
-class Distances(Written):
+class Distances(Plain):
     """|u_row - u_column| / |u_column| over the probes that both have, for references and the finest of each model.
 
     `matrix` has None where the two share no point or the one of the column does not move; `reasons` say which.
@@ -108,7 +109,7 @@ def _square(p: Sequence[float], q: Sequence[float]) -> float:
 
 
 @dataclass(frozen=True)
-class ErrorChange(Written):
+class ErrorChange(Plain):
     """What a change does to an error: the new one over the old one, and whether the reference can tell them apart."""
 
     ratio: float | None
@@ -116,8 +117,10 @@ class ErrorChange(Written):
 
 
 @dataclass(frozen=True)
-class Lever(Written):
+class Lever(Plain):
     """What one changed thing does to effort and errors: each ratio is the new value over the old one."""
+
+    NAMED: ClassVar = {"from_": "from"}
 
     what: str
     model: str

@@ -1,7 +1,7 @@
 """A point of a comparison: one configuration with its effort, its errors, its shape, and how finely it was solved.
 
-It is read from the JSON of a task, of a journal or of a saved `softmark-compare/1` by `Point.from_json`, and nowhere
-else; what an older version did not write has a default. Nothing here computes an error or a time.
+It is read from the JSON of a task, of a journal or of a saved `softmark-compare/1` by `ComparedPoint.from_json`, and
+nowhere else; what an older version did not write has a default. Nothing here computes an error or a time.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
 
-from softmark.interpreter.study.analysis.written import Json, Written
+from softmark.interpreter.results.plain import Json, Plain
 from softmark.records import dataclass
 
 Triples = Sequence[Sequence[float]]  # (n, 3)
@@ -27,7 +27,7 @@ SPREADS = (*CLOCKS, "step_s", "step_cpu_s", "setup_s")
 
 
 @dataclass(frozen=True)
-class Spread(Written):
+class Spread(Plain):
     """A median with its quartiles; all three the same where a thing was measured once or is exact."""
 
     median: float
