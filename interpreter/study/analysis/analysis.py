@@ -31,16 +31,16 @@ from softmark.interpreter.study.analysis.pairs import Distances, Lever, distance
 from softmark.interpreter.study.analysis.point import (
     UNKNOWNS,
     ComparedPoint,
-    ReferenceOutcome,
     against_of,
     clock_of,
     error_metrics,
     unit_of,
 )
+from softmark.interpreter.study.expansion.outcome import SolvedReference
 from softmark.interpreter.vocabulary.studies import Pareto
 from softmark.records import dataclass
 
-References = Mapping[str, ReferenceOutcome]  # by name
+References = Mapping[str, SolvedReference]  # by name
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from softmark.interpreter.results import forms
-from softmark.interpreter.results.plain import Json, Plain
-from softmark.interpreter.study.analysis.point import ErrorOf, Spread, ratio_of
+from softmark.interpreter.results.plain import Json, Plain, by_name
+from softmark.interpreter.study.analysis.point import Spread, ratio_of
+from softmark.interpreter.study.expansion.outcome import PointError
 from softmark.records import dataclass
 
 REPORT, COMPARISON = "softmark-report/1", "softmark-compare/1"
@@ -174,7 +175,7 @@ class ComparedSubject:
 
     status: str | None
     message: str | None
-    errors: Mapping[str, ErrorOf]
+    errors: Mapping[str, PointError]
     times: Mapping[str, Spread]  # by clock
     disturbed: bool
 
@@ -183,7 +184,7 @@ class ComparedSubject:
         """From an entry of a file, its metrics and what it cost."""
         known = times or {}
         spreads = {n: s for n in TIMES if isinstance(t := known.get(n), Mapping) and (s := Spread.read(t))}
-        measured = {name: ErrorOf.from_json(e) for name, e in (errors or {}).items()}
+        measured = by_name(PointError.from_json)(errors or {})
         return cls(found.get("status"), found.get("message"), measured, spreads, bool(known.get("contaminated")))
 
 
@@ -252,7 +253,7 @@ def _metrics(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[
             yield MetricChange(name, metric, a.unit, a.value, None, "removed")
 
 
-def _metric(name: str, metric: str, old: ErrorOf, new: ErrorOf) -> MetricChange | None:
+def _metric(name: str, metric: str, old: PointError, new: PointError) -> MetricChange | None:
     """None if nothing changed."""
     a, b, unit = old.value, new.value, new.unit or old.unit
     if a is None and b is None:

@@ -12,14 +12,13 @@ from softmark.interpreter.study.analysis.lines import finenesses
 from softmark.interpreter.study.analysis.point import (
     UNKNOWNS,
     ComparedPoint,
-    ProbedShape,
-    ReferenceOutcome,
     ratio_of,
     uncertainty_of,
 )
+from softmark.interpreter.study.expansion.outcome import ProbeTrace, SolvedReference
 from softmark.records import dataclass
 
-Probes = Mapping[str, ProbedShape]
+Probes = Mapping[str, ProbeTrace]
 
 # ------------------------------------------------------------------ distances
 
@@ -60,7 +59,7 @@ def _rank(point: ComparedPoint) -> tuple[bool, int]:
     return point.status == "converged", point.dofs or 0
 
 
-def distances(points: Sequence[ComparedPoint], references: Mapping[str, ReferenceOutcome]) -> Distances:
+def distances(points: Sequence[ComparedPoint], references: Mapping[str, SolvedReference]) -> Distances:
     """Of everyone from everyone."""
     chosen = finest(points)
     known = {n: r for n, r in references.items() if r.probes}
@@ -97,7 +96,7 @@ def _distance(a: Probes, b: Probes) -> float | str:
     return "the one that is compared with does not move" if ratio is None else math.sqrt(ratio)
 
 
-def _moved(x: ProbedShape, y: ProbedShape) -> Iterator[tuple[Sequence[float], Sequence[float]]]:
+def _moved(x: ProbeTrace, y: ProbeTrace) -> Iterator[tuple[Sequence[float], Sequence[float]]]:
     return zip(x.displacement, y.displacement, strict=True)
 
 
