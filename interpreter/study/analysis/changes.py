@@ -21,7 +21,7 @@ from softmark.records import dataclass
 
 REPORT, COMPARISON = "softmark-report/1", "softmark-compare/1"
 RELATIVE = 1e-6  # a metric that changes by less is the same: rounding, and threads that add in another order
-SLOWER = 0.05  # a time that changes by less is the same
+SLOWER = 0.05  # of the shorter one: a time that changes by less is the same
 TIMES = ("setup_s", "solve_s", "step_s", "cpu_s", "wall_s")
 UNNAMED = ("started", "created")  # of an environment: these always differ and explain nothing
 
@@ -277,7 +277,8 @@ def _times(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[Ti
 
 def _verdict(a: Spread, b: Spread, disturbed: bool) -> tuple[str, str | None] | None:
     """The verdict and its reason; None within the noise."""
-    if abs(b.median / a.median - 1) <= SLOWER or not a.apart(b):
+    low, high = sorted((a.median, b.median))
+    if high / low - 1 <= SLOWER or not a.apart(b):
         return None
     if disturbed:
         return "undecided", "a timing was disturbed"
