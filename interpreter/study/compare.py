@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.interpreter.results import forms
 from softmark.interpreter.results.plain import clean
 from softmark.interpreter.run.environment import describe, environment
-from softmark.interpreter.study.analysis.point import SOLVED, ComparedPoint
+from softmark.interpreter.study.analysis.point import SOLVED, part_of
 from softmark.interpreter.study.expansion.outcome import PointOutcome, PointTask
 from softmark.interpreter.study.expansion.tasks import FINE, failed
 from softmark.interpreter.study.expansion.truths import marked
@@ -264,7 +264,7 @@ def _references(points: Sequence[Json], outcomes: Mapping[str, PointOutcome]) ->
     found: dict[str, Json] = {}
     unsound = False
     for p in points:
-        part = ComparedPoint.from_json(p).part
+        part = part_of(p["scene"], p["problem"])
         for name, reference in (outcomes[p["key"]].references if p["key"] in outcomes else {}).items():
             own, lost = found.setdefault(part, {}), reference.status not in FINE
             if name not in own or (lost and own[name]["status"] in FINE):

@@ -208,7 +208,7 @@ class ComparedPoint:
     @property
     def part(self) -> str:
         """What it competes in: its scene, at one value of everything that changes what errors are measured from."""
-        return ", ".join((self.scene, *(f"{name} = {text}" for name, text in self.problem.items())))
+        return part_of(self.scene, self.problem)
 
     def metric(self, name: str) -> PointError:
         """What a metric gave."""
@@ -233,6 +233,11 @@ class ComparedPoint:
 
 def _texts(found: Json | None) -> dict[str, str]:
     return {str(name): str(text) for name, text in (found or {}).items()}
+
+
+def part_of(scene: str, problem: Mapping[str, str]) -> str:
+    """`beam, E = 30 kPa`: what a configuration competes in."""
+    return ", ".join((scene, *(f"{name} = {text}" for name, text in problem.items())))
 
 
 def said_values(model: str, values: Mapping[str, str]) -> list[str]:
