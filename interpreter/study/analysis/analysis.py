@@ -170,8 +170,16 @@ class Analysis(Plain):
     """The analysis of `softmark-compare/1`, by parts (`Point.part`): only configurations of one part compete."""
 
     options: Terms
-    advice: list[Advice]  # of all scenes
     scenes: dict[str, SceneAnalysis]
+
+    @property
+    def advice(self) -> list[Advice]:
+        """That of all scenes."""
+        return [advice for own in self.scenes.values() for advice in own.advice]
+
+    def entries(self) -> Mapping[str, object]:
+        """The advice comes first."""
+        return {"options": self.options, "advice": self.advice, "scenes": self.scenes}
 
 
 # ------------------------------------------------------------------ how it is found
@@ -191,8 +199,9 @@ def analyse(
     for p in points:
         own[p.part].append(p)
     agreed = terms or Terms()
-    found = {part: _scene(part, own, references.get(part) or {}, studies or {}, agreed) for part in own}
-    return Analysis(agreed, [advice for own in found.values() for advice in own.advice], found)
+    return Analysis(
+        agreed, {part: _scene(part, own, references.get(part) or {}, studies or {}, agreed) for part in own}
+    )
 
 
 def _scene(
