@@ -80,7 +80,7 @@ def _guarded(asked: Mapping[str, Any]) -> Record:
     from softmark.interpreter.problem.case import Fault
 
     try:
-        return timed(TimingJob.of_json(asked), asked.get("cores") or [], bool(asked.get("phases")))
+        return timed(TimingJob.from_json(asked), asked.get("cores") or [], bool(asked.get("phases")))
     except Untimed as refused:
         return _failed(str(refused))
     except Fault as refused:
