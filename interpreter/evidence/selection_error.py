@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from softmark.interpreter.results.reactions import HeldSupport
 
 if TYPE_CHECKING:
     from softmark.interpreter.evidence.answer import Answer
@@ -20,15 +22,13 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.reactions import AtRest
 
 
-def reactions(case: Case, prepared: Prepared, known: AtRest) -> dict[str, dict[str, Any]]:
+def reactions(case: Case, prepared: Prepared, known: AtRest) -> dict[str, HeldSupport]:
     """What a report says of the supports of a model, by name: what of its selection each holds, and what it carries."""
-    grips, nothing = _grips(case, prepared), {"force": None, "moment": None, "reason": known.reason}
-    found = {}
-    for support in case.supports:
-        carried = nothing if known.reason is not None else known.reactions[support.name].to_json()
-        own = grips.get(support.name)
-        held = {} if own is None else {"held": own.held} | ({"beyond": own.beyond} if own.beyond else {})
-        found[support.name] = {**held, **carried}
+    grips, found = _grips(case, prepared), {}
+    for name in (support.name for support in case.supports):
+        carried, own = None if known.reason is not None else known.reactions[name], grips.get(name)
+        held, beyond = (None, 0.0) if own is None else (own.held, own.beyond)
+        found[name] = HeldSupport(held, beyond, carried, known.reason)
     return found
 
 

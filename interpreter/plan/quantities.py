@@ -82,11 +82,11 @@ class WalkedQuantity(Plain):
         """`NAME=VALUE`."""
         return f"{self.name}={self.written(value)}"
 
-    def to_json(self) -> dict[str, Any]:
-        """The entry of the study's JSON."""
+    def entries(self) -> Mapping[str, object]:
+        """Those of the study's JSON."""
         nominal = None if isinstance(self.nominal, str) else self.nominal
         return {"name": self.name, "unit": self.unit, "nominal": nominal, "text": self.text, "kind": self.kind,
-                "limits": list(self.limits) if self.limits else None, "options": list(self.options)}  # fmt: skip
+                "limits": self.limits or None, "options": self.options}  # fmt: skip
 
     @classmethod
     def from_json(cls, own: Mapping[str, Any]) -> Self:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from softmark.interpreter.results.plain import Plain
 from softmark.records import dataclass
 
 Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class Resultant:
+class Resultant(Plain):
     """Force in N and moment about the origin in N m of one load at full size, undeformed, and the area in m^2.
 
     `exact_force` is that on the body itself, None where the body is a mesh of a file. `share` is what was taken of what
@@ -30,11 +29,3 @@ class Resultant:
     def missing(self) -> float:
         """How much of the load may be wrong, relative to it."""
         return abs(1.0 - self.share) + (self.remainder / self.area if self.area else 0.0)
-
-    def to_json(self) -> dict[str, Any]:
-        """The contract's entry of a load."""
-        return {
-            "force": list(self.force), "moment": list(self.moment), "area": self.area,
-            "exact_force": None if self.exact_force is None else list(self.exact_force), "share": self.share,
-            "remainder": self.remainder, "leaning": self.leaning,
-        }  # fmt: skip

@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields
 from typing import Any, ClassVar, Self
 
+Json = Mapping[str, Any]  # an object as it stands in a file
+
 
 def clean(value: Any) -> Any:
     """Plain JSON of records, of numpy's values, and of whatever holds some; None for a number that is not finite."""
@@ -35,21 +37,26 @@ class Plain:
     """A dataclass whose fields are the entries of a JSON object, in their order.
 
     `READ` has what makes more of an entry than JSON has, `NAMED` the entries that are called otherwise than their
-    field, and `SELDOM` the fields that are left out where they are None or False.
+    field, and `SELDOM` the fields that are left out where they are None or False. What is written otherwise has
+    `entries` of its own.
     """
 
     READ: ClassVar[Mapping[str, Callable[[Any], Any]]] = {}
     NAMED: ClassVar[Mapping[str, str]] = {}
     SELDOM: ClassVar[tuple[str, ...]] = ()
 
-    def to_json(self) -> dict[str, Any]:
-        """Its entries."""
+    def entries(self) -> Mapping[str, object]:
+        """What is written, by name."""
         own = {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
         said = {n: v for n, v in own.items() if n not in self.SELDOM or not (v is None or v is False)}
-        return {self.NAMED.get(n, n): clean(v) for n, v in said.items()}
+        return {self.NAMED.get(n, n): v for n, v in said.items()}
+
+    def to_json(self) -> dict[str, Any]:
+        """Its entries as plain values."""
+        return {name: clean(value) for name, value in self.entries().items()}
 
     @classmethod
-    def from_json(cls, values: Mapping[str, Any]) -> Self:
+    def from_json(cls, values: Json) -> Self:
         """From its entries: one that is missing or null is as usual, one that is not known is passed over."""
         found = {}
         for f in fields(cls):  # type: ignore[arg-type]

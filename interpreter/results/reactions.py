@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Any
 
 from softmark.interpreter.results.loads import Vector
+from softmark.interpreter.results.plain import Plain
 from softmark.records import dataclass
 
 
 @dataclass(frozen=True)
-class Reaction:
+class Reaction(Plain):
     """What a support does to a body at rest: force in N, and moment in N m about the origin.
 
     `own_moment` is that about `at`, the middle of what is held, m: deformed, or undeformed in a model of small strain.
@@ -26,13 +26,31 @@ class Reaction:
     shared: tuple[str, ...] = ()
     shared_force: Vector = (0.0, 0.0, 0.0)
 
-    def to_json(self) -> dict[str, Any]:
-        """The contract's entry, beside the share of the selection that is held."""
-        own: dict[str, Any] = {
-            "force": list(self.force), "moment": list(self.moment), "about": [0.0, 0.0, 0.0],
-            "at": list(self.at), "own_moment": list(self.own_moment),
-        }  # fmt: skip
-        return own | ({"shared": [*self.shared], "shared_force": list(self.shared_force)} if self.shared else {})
+    def entries(self) -> Mapping[str, object]:
+        """With what its moment is about, and without what is not shared."""
+        own = {"force": self.force, "moment": self.moment, "about": (0.0, 0.0, 0.0), "at": self.at,
+               "own_moment": self.own_moment}  # fmt: skip
+        return own | ({"shared": self.shared, "shared_force": self.shared_force} if self.shared else {})
+
+
+@dataclass(frozen=True)
+class HeldSupport(Plain):
+    """What a report says of a support: the share of its selection that is held, and what it carries.
+
+    `held` is None where there is no mesh, `beyond` what is held besides, as a share as well. `reason` says why nothing
+    is known of what it carries.
+    """
+
+    held: float | None
+    beyond: float
+    reaction: Reaction | None
+    reason: str | None
+
+    def entries(self) -> Mapping[str, object]:
+        """What it carries among them; shares where there are any."""
+        shares = {} if self.held is None else {"held": self.held} | ({"beyond": self.beyond} if self.beyond else {})
+        carried = {"force": None, "moment": None, "reason": self.reason}
+        return {**shares, **(carried if self.reaction is None else self.reaction.entries())}
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.results.loads import Resultant
+    from softmark.interpreter.results.reactions import HeldSupport
     from softmark.interpreter.results.stated import StatedError
 
 SCHEMA = "softmark-report/1"
@@ -152,7 +153,7 @@ class ModelResult:
     mesh: Any = None  # the mesh and its nodal displacements, for files that other programs read
     stated: Mapping[str, StatedError] = field(default_factory=dict)  # errors, where it was asked
     loads: Mapping[str, Resultant] = field(default_factory=dict)  # what acts, and what was asked
-    reactions: Mapping[str, Any] = field(default_factory=dict)  # of each support: the share that is held
+    reactions: Mapping[str, HeldSupport] = field(default_factory=dict)  # of each support
     kind: ModelKind | None = None  # of one that has others of its kind
     stress: Any = None  # where a scene asks for it: what gives the stresses of the mesh, for files
 
@@ -169,7 +170,7 @@ class ModelResult:
             "metrics": {n: m.to_json() for n, m in self.metrics.items()},
             "loads": {n: r.to_json() for n, r in self.loads.items()},
         }
-        own |= {"reactions": dict(self.reactions)} if self.reactions else {}
+        own |= {"reactions": clean(self.reactions)} if self.reactions else {}
         return own | {"stated": clean(self.stated)} if self.stated else own
 
 

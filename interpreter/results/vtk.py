@@ -37,9 +37,8 @@ def write_vtu(report: Report, folder: str | Path) -> list[Path]:
     taken: set[str] = set()
     for outcome in report.outcomes:
         name = _file_name(outcome.name, taken)
-        mesh = outcome.mesh if isinstance(outcome, ModelResult) else None
-        if isinstance(outcome, ModelResult) and mesh is not None:
-            written += _mesh(target, name, mesh, outcome.stress)
+        if isinstance(outcome, ModelResult) and outcome.mesh is not None:
+            written += _mesh(target, name, outcome.mesh, outcome.stress)
         written += _surface(target, f"{name}-surface", outcome.shape) if outcome.shape is not None else []
     return written
 

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.results import forms
 from softmark.interpreter.results.plain import clean
-from softmark.interpreter.run.environment import describe, environment
-from softmark.interpreter.study.analysis.point import SOLVED, ComparedPoint
+from softmark.interpreter.run.environment import environment
+from softmark.interpreter.study.analysis.point import SOLVED, part_of
 from softmark.interpreter.study.expansion.outcome import PointOutcome, PointTask
 from softmark.interpreter.study.expansion.tasks import FINE, failed
 from softmark.interpreter.study.expansion.truths import marked
@@ -132,7 +132,7 @@ def compare(subjects: Sequence[SceneSubject], request: ComparisonRequest) -> Com
     references, unsound = _references(points, outcomes)
     request.say("analyse", "")
     saved: Json = {
-        "points": points, "references": references, "scenes": [_scene(s) for s in subjects],
+        "points": points, "references": references, "scenes": [s.described() for s in subjects],
         "studies": {s.name: _studies(s) for s in subjects}, "environment": environment(started),
         "command": request.command, "created": started.isoformat(timespec="seconds"),
     }  # fmt: skip
@@ -264,7 +264,7 @@ def _references(points: Sequence[Json], outcomes: Mapping[str, PointOutcome]) ->
     found: dict[str, Json] = {}
     unsound = False
     for p in points:
-        part = ComparedPoint.from_json(p).part
+        part = part_of(p["scene"], p["problem"])
         for name, reference in (outcomes[p["key"]].references if p["key"] in outcomes else {}).items():
             own, lost = found.setdefault(part, {}), reference.status not in FINE
             if name not in own or (lost and own[name]["status"] in FINE):
@@ -278,12 +278,6 @@ def _analysed(saved: Json, request: ComparisonRequest) -> Compared:
     from softmark.interpreter.study.analysis.compared import Compared
 
     return Compared.from_json(saved, Terms(request.allow_contaminated))
-
-
-def _scene(subject: SceneSubject) -> Json:
-    known = describe(subject.scene)
-    chosen = ("title", "file", "standard", "sha256", "text", "parameters", "overrides")
-    return {"name": subject.name, **{n: known[n] for n in chosen}}
 
 
 def _studies(subject: SceneSubject) -> Json:

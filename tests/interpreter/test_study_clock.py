@@ -308,6 +308,20 @@ def test_phases_of_a_solid_are_mostly_tangents_and_factors() -> None:
     assert record["output_s"] > 0
 
 
+def test_the_time_of_output_is_that_of_the_file_of_the_mesh(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once a mesh that came without its model was passed over: the time was that of making an empty folder."""
+    from softmark.interpreter.models.prepare import prepared_model
+    from softmark.interpreter.models.shared.prepared import Workshop
+    from softmark.interpreter.results import vtk
+
+    own, files = vtk.write_vtu, []
+    monkeypatch.setattr(vtk, "write_vtu", lambda report, folder: files.append([f.name for f in own(report, folder)]))
+    scene, declared, case = timed._scene(job("a", model="cells"))
+    prepared, _ = prepared_model(declared, case, Workshop(scene=scene))
+    assert timed._written(job("a", model="cells"), prepared.solve(lambda i: None)) is not None
+    assert files == [["cells.vtu"], ["cells.vtu"]]
+
+
 def test_phases_sum_to_the_whole_and_no_clock_stays_behind() -> None:
     """Clocks that nest stop each other: what they count together is the CPU time of the solutions, within 2 %."""
     import time

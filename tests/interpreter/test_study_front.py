@@ -27,6 +27,7 @@ from softmark.interpreter.study.analysis.front import (
     pareto,
 )
 from softmark.interpreter.study.analysis.lines import RefinementLine
+from softmark.interpreter.study.expansion.outcome import SolvedReference
 
 Point = dict[str, Any]
 
@@ -44,7 +45,7 @@ def lines_of(points: list[Point]) -> list[RefinementLine]:
 
 
 def distances(points: list[Point], references: dict[str, Any]) -> dict[str, Any]:
-    known = {n: values.ReferenceOutcome.from_json(r) for n, r in references.items()}
+    known = {n: SolvedReference.from_json(r) for n, r in references.items()}
     return pairs.distances(read(points), known).to_json()
 
 

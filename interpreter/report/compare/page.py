@@ -13,6 +13,7 @@ from softmark.interpreter.report.page.plate import details
 from softmark.interpreter.report.run.tables.provenance import listing, table_of
 from softmark.interpreter.study.analysis.advice import Advice
 from softmark.interpreter.study.analysis.compared import Compared
+from softmark.interpreter.study.expansion.outcome import PointWarning
 
 OPEN = 40  # configurations beyond which their table is folded
 
@@ -165,12 +166,12 @@ def _references(own: Sequence[SceneView]) -> str:
 
 def _warnings(own: Sequence[SceneView]) -> str:
     """Warnings about points, each once with how many it concerns."""
-    found: dict[tuple[str, str], int] = {}
+    found: dict[PointWarning, int] = {}
     for warning in (w for view in own for point in view.points for w in point.warnings):
         found[warning] = found.get(warning, 0) + 1
     items = [
-        tag("li", tag("span", text(code), class_="code"), prose(f"{message} ({count(n, 'configuration')})"))
-        for (code, message), n in found.items()
+        tag("li", tag("span", text(w.code), class_="code"), prose(f"{w.message} ({count(n, 'configuration')})"))
+        for w, n in found.items()
     ]
     return tag("p", "Warnings") + tag("ul", *items, class_="warnings") if items else ""
 

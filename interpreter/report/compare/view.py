@@ -9,11 +9,11 @@ from functools import cached_property
 from softmark.interpreter.language.amounts import grouped, quantity
 from softmark.interpreter.report.charts.styles import MODEL_DASHES, Look, model_look
 from softmark.interpreter.report.page.markup import listed
+from softmark.interpreter.results.plain import Json
 from softmark.interpreter.study.analysis.analysis import ErrorAnalysis, References, SceneAnalysis
 from softmark.interpreter.study.analysis.compared import Compared
 from softmark.interpreter.study.analysis.lines import RefinementLine
 from softmark.interpreter.study.analysis.point import UNKNOWNS, ComparedPoint, Spread
-from softmark.interpreter.study.analysis.written import Json
 from softmark.records import dataclass
 
 CLOCKS = {"cpu_s": "CPU time", "wall_s": "wall time", UNKNOWNS: "unknowns"}

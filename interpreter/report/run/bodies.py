@@ -61,7 +61,7 @@ def _links(findings: Findings) -> _Links:
         if metric.probe is not None:
             links.join(f"metric {metric.name}", f"probe {metric.probe}")
     for probe in {m.probe for m in findings.metrics} | set(findings.probes):
-        for body in _named_bodies(findings, probe or ""):
+        if (body := _body_of(findings, probe or "")) is not None:
             links.join(f"probe {probe}", f"body {body}")
     return links
 
@@ -69,7 +69,8 @@ def _links(findings: Findings) -> _Links:
 def _of_result(findings: Findings, name: str, result: Result) -> Iterator[str]:
     """What a result says about its body: its probes, its declaration, its metrics."""
     yield from (f"probe {probe}" for probe in result.probes)
-    yield from (f"body {body}" for body in _named_bodies(findings, name))
+    if (body := _body_of(findings, name)) is not None:
+        yield f"body {body}"
     about = {m.name for m in findings.metrics if m.probe is not None}
     yield from (f"metric {metric}" for metric in result.metrics if metric in about)
 
@@ -86,10 +87,9 @@ def _declared(findings: Findings) -> list[str]:
     return findings.report.names.of_kind("body")
 
 
-def _named_bodies(findings: Findings, name: str) -> Iterator[str]:
+def _body_of(findings: Findings, name: str) -> str | None:
     """The body that a name is declared for."""
-    body = findings.declared.get(name, UNKNOWN).body
-    yield from () if body is None else (body,)
+    return findings.declared.get(name, UNKNOWN).body
 
 
 def _name(findings: Findings, links: _Links, root: str) -> str:

@@ -7,9 +7,9 @@ from dataclasses import field
 from itertools import combinations
 
 from softmark.interpreter.language.amounts import grouped, quantity
+from softmark.interpreter.results.plain import Plain
 from softmark.interpreter.study.analysis.front import DISTURBED, Candidate, Judged
 from softmark.interpreter.study.analysis.point import UNKNOWNS, ComparedPoint, Spread
-from softmark.interpreter.study.analysis.written import Written
 from softmark.records import dataclass
 
 
@@ -57,7 +57,7 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Advice(Written):
+class Advice(Plain):
     """A sentence, who it is about, and what it rests on; `winner` is None where nothing can be recommended."""
 
     question: Question
@@ -226,7 +226,7 @@ def remarks_of(point: ComparedPoint) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Disagreement(Written):
+class Disagreement(Plain):
     """Two errors that rank configurations differently: `discordant` of `pairs` the other way round."""
 
     metrics: list[str]

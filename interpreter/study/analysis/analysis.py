@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from softmark.interpreter.results.plain import Json, Plain
 from softmark.interpreter.study.analysis.advice import (
     Advice,
     Disagreement,
@@ -30,21 +31,20 @@ from softmark.interpreter.study.analysis.pairs import Distances, Lever, distance
 from softmark.interpreter.study.analysis.point import (
     UNKNOWNS,
     ComparedPoint,
-    ReferenceOutcome,
     against_of,
     clock_of,
     error_metrics,
     unit_of,
 )
-from softmark.interpreter.study.analysis.written import Json, Written
+from softmark.interpreter.study.expansion.outcome import SolvedReference
 from softmark.interpreter.vocabulary.studies import Pareto
 from softmark.records import dataclass
 
-References = Mapping[str, ReferenceOutcome]  # by name
+References = Mapping[str, SolvedReference]  # by name
 
 
 @dataclass(frozen=True)
-class Terms(Written):
+class Terms(Plain):
     """On what terms configurations are compared."""
 
     allow_contaminated: bool = False  # disturbed timings count as well
@@ -66,7 +66,7 @@ class Terms(Written):
 
 
 @dataclass(frozen=True)
-class AtLevel(Written):
+class AtLevel(Plain):
     """What a line needs to get to a level of an error; or why it does not get there, and the least that it has."""
 
     line: str
@@ -83,7 +83,7 @@ class AtLevel(Written):
 
 
 @dataclass(frozen=True)
-class Level(Written):
+class Level(Plain):
     """What every line needs to get to one level of an error."""
 
     level: float
@@ -92,7 +92,7 @@ class Level(Written):
 
 
 @dataclass(frozen=True)
-class ErrorAnalysis(Written):
+class ErrorAnalysis(Plain):
     """One error of a scene: who is on the front, what levels take, and who is best within a frame."""
 
     unit: str
@@ -118,7 +118,7 @@ class ErrorAnalysis(Written):
 
 
 @dataclass(frozen=True)
-class Failure(Written):
+class Failure(Plain):
     """A configuration (kind model) or a reference without a solution, with what happened."""
 
     kind: str
@@ -129,7 +129,7 @@ class Failure(Written):
 
 
 @dataclass(frozen=True)
-class TimingQuality(Written):
+class TimingQuality(Plain):
     """How good the timings are: what was disturbed, how many runs were left out, what was flagged how often."""
 
     timed: int
@@ -142,7 +142,7 @@ class TimingQuality(Written):
 
 
 @dataclass(frozen=True)
-class SceneAnalysis(Written):
+class SceneAnalysis(Plain):
     """What is said of configurations that compete: those of a scene, at one value of what changes the problem."""
 
     scene: str
@@ -166,12 +166,20 @@ class SceneAnalysis(Written):
 
 
 @dataclass(frozen=True)
-class Analysis(Written):
+class Analysis(Plain):
     """The analysis of `softmark-compare/1`, by parts (`Point.part`): only configurations of one part compete."""
 
     options: Terms
-    advice: list[Advice]  # of all scenes
     scenes: dict[str, SceneAnalysis]
+
+    @property
+    def advice(self) -> list[Advice]:
+        """That of all scenes."""
+        return [advice for own in self.scenes.values() for advice in own.advice]
+
+    def entries(self) -> Mapping[str, object]:
+        """The advice comes first."""
+        return {"options": self.options, "advice": self.advice, "scenes": self.scenes}
 
 
 # ------------------------------------------------------------------ how it is found
@@ -191,8 +199,9 @@ def analyse(
     for p in points:
         own[p.part].append(p)
     agreed = terms or Terms()
-    found = {part: _scene(part, own, references.get(part) or {}, studies or {}, agreed) for part in own}
-    return Analysis(agreed, [advice for own in found.values() for advice in own.advice], found)
+    return Analysis(
+        agreed, {part: _scene(part, own, references.get(part) or {}, studies or {}, agreed) for part in own}
+    )
 
 
 def _scene(

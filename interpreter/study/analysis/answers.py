@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from softmark.interpreter.results.plain import Json, Plain
 from softmark.interpreter.study.analysis.front import Candidate, judge, pareto
 from softmark.interpreter.study.analysis.lineage import refinement_of, settled
 from softmark.interpreter.study.analysis.lines import RefinementLine, lines_of
 from softmark.interpreter.study.analysis.point import UNKNOWNS, ComparedPoint, Spread, unit_of
-from softmark.interpreter.study.analysis.written import Json, Written
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto
 from softmark.records import dataclass
 from softmark.references.orders import Refined
@@ -32,7 +32,7 @@ def studies_from_json(known: Json) -> dict[str, Study]:
 
 
 @dataclass(frozen=True)
-class SettledLine(Written):
+class SettledLine(Plain):
     """Where a metric tends to along a line of a sweep, in `unit`; `reason` where nothing can be said.
 
     Outside of the asymptotic range, `refined` says so and why.
@@ -60,7 +60,7 @@ class SettledLine(Written):
 
 
 @dataclass(frozen=True)
-class Settling(Written):
+class Settling(Plain):
     """The answer to a `convergence`: how its metric settles along each line of the sweep."""
 
     study: str
@@ -93,7 +93,7 @@ def _settled(line: RefinementLine, metric: str, unit: str | None) -> SettledLine
 
 
 @dataclass(frozen=True)
-class FrontMember(Written):
+class FrontMember(Plain):
     """A configuration that no other beats."""
 
     key: str
@@ -104,7 +104,7 @@ class FrontMember(Written):
 
 
 @dataclass(frozen=True)
-class Front(Written):
+class Front(Plain):
     """The answer to a `pareto`: who is on the front, by the cost that is asked for."""
 
     study: str

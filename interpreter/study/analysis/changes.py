@@ -14,13 +14,14 @@ from pathlib import Path
 from typing import Any
 
 from softmark.interpreter.results import forms
-from softmark.interpreter.study.analysis.point import ErrorOf, Spread, ratio_of
-from softmark.interpreter.study.analysis.written import Json, Written
+from softmark.interpreter.results.plain import Json, Plain, by_name
+from softmark.interpreter.study.analysis.point import Spread, ratio_of
+from softmark.interpreter.study.expansion.outcome import PointError
 from softmark.records import dataclass
 
 REPORT, COMPARISON = "softmark-report/1", "softmark-compare/1"
 RELATIVE = 1e-6  # a metric that changes by less is the same: rounding, and threads that add in another order
-SLOWER = 0.05  # a time that changes by less is the same
+SLOWER = 0.05  # of the shorter one: a time that changes by less is the same
 TIMES = ("setup_s", "solve_s", "step_s", "cpu_s", "wall_s")
 UNNAMED = ("started", "created")  # of an environment: these always differ and explain nothing
 
@@ -59,7 +60,7 @@ def kind_of(found: Any, name: str) -> str:
 
 
 @dataclass(frozen=True)
-class FactChange(Written):
+class FactChange(Plain):
     """A fact that is not the same; None where one of the two does not have it."""
 
     what: str
@@ -68,7 +69,7 @@ class FactChange(Written):
 
 
 @dataclass(frozen=True)
-class StatusChange(Written):
+class StatusChange(Plain):
     """What became of a model or a reference then and now, and what it says now."""
 
     name: str
@@ -78,7 +79,7 @@ class StatusChange(Written):
 
 
 @dataclass(frozen=True)
-class MetricChange(Written):
+class MetricChange(Plain):
     """`verdict`: changed, changed below the uncertainty, lost its value or found one, was added or removed."""
 
     name: str
@@ -103,7 +104,7 @@ class MetricChange(Written):
 
 
 @dataclass(frozen=True)
-class TimeChange(Written):
+class TimeChange(Plain):
     """`verdict`: slower or quicker beyond noise; undecided, with a reason, where the noise is not known."""
 
     name: str
@@ -125,7 +126,7 @@ class TimeChange(Written):
 
 
 @dataclass(frozen=True)
-class Changes(Written):
+class Changes(Plain):
     """All changes from one result to another of the same kind."""
 
     schema: str
@@ -174,7 +175,7 @@ class ComparedSubject:
 
     status: str | None
     message: str | None
-    errors: Mapping[str, ErrorOf]
+    errors: Mapping[str, PointError]
     times: Mapping[str, Spread]  # by clock
     disturbed: bool
 
@@ -183,7 +184,7 @@ class ComparedSubject:
         """From an entry of a file, its metrics and what it cost."""
         known = times or {}
         spreads = {n: s for n in TIMES if isinstance(t := known.get(n), Mapping) and (s := Spread.read(t))}
-        measured = {name: ErrorOf.from_json(e) for name, e in (errors or {}).items()}
+        measured = by_name(PointError.from_json)(errors or {})
         return cls(found.get("status"), found.get("message"), measured, spreads, bool(known.get("contaminated")))
 
 
@@ -252,7 +253,7 @@ def _metrics(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[
             yield MetricChange(name, metric, a.unit, a.value, None, "removed")
 
 
-def _metric(name: str, metric: str, old: ErrorOf, new: ErrorOf) -> MetricChange | None:
+def _metric(name: str, metric: str, old: PointError, new: PointError) -> MetricChange | None:
     """None if nothing changed."""
     a, b, unit = old.value, new.value, new.unit or old.unit
     if a is None and b is None:
@@ -276,7 +277,8 @@ def _times(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[Ti
 
 def _verdict(a: Spread, b: Spread, disturbed: bool) -> tuple[str, str | None] | None:
     """The verdict and its reason; None within the noise."""
-    if abs(b.median / a.median - 1) <= SLOWER or not a.apart(b):
+    low, high = sorted((a.median, b.median))
+    if high / low - 1 <= SLOWER or not a.apart(b):
         return None
     if disturbed:
         return "undecided", "a timing was disturbed"

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from softmark.interpreter.results.plain import Json, by_name
 from softmark.interpreter.study.analysis.analysis import Analysis, References, Terms, analyse
 from softmark.interpreter.study.analysis.answers import studies_from_json
-from softmark.interpreter.study.analysis.point import ComparedPoint, ReferenceOutcome
-from softmark.interpreter.study.analysis.written import Json
+from softmark.interpreter.study.analysis.point import ComparedPoint
+from softmark.interpreter.study.expansion.outcome import SolvedReference
 from softmark.records import dataclass
 
 
@@ -28,8 +29,7 @@ class Compared:
         """From a `softmark-compare/1`, analysed anew; `terms` are those of its own analysis if they are not given."""
         points = [ComparedPoint.from_json(p) for p in saved.get("points") or ()]
         references = {
-            part: {name: ReferenceOutcome.from_json(r) for name, r in own.items()}
-            for part, own in (saved.get("references") or {}).items()
+            part: by_name(SolvedReference.from_json)(own) for part, own in (saved.get("references") or {}).items()
         }
         studies = {scene: studies_from_json(own) for scene, own in (saved.get("studies") or {}).items()}
         terms = terms or Terms.from_json((saved.get("analysis") or {}).get("options"))

@@ -14,9 +14,9 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 
+from softmark.interpreter.results.plain import Plain
 from softmark.interpreter.study.analysis.lines import RefinementLine
 from softmark.interpreter.study.analysis.point import UNKNOWNS, ComparedPoint, Spread, uncertainty_of
-from softmark.interpreter.study.analysis.written import Written
 from softmark.records import dataclass
 
 RATES = (25.0, 300.0, 1000.0)  # Hz: pictures, tissue that is cut, forces that are felt
@@ -29,7 +29,7 @@ STATUS = {
 
 
 @dataclass(frozen=True)
-class Candidate(Written):
+class Candidate(Plain):
     """A point that counts: its effort, and its error raised to what the reference can tell."""
 
     key: str
@@ -208,7 +208,7 @@ def near_round(value: float) -> float:
 
 
 @dataclass(frozen=True)
-class Within(Written):
+class Within(Plain):
     """The least error that fits a frame with its third quartile, who has it, and who comes next."""
 
     hz: float

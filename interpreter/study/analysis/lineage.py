@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import takewhile
 
+from softmark.interpreter.results.plain import Plain
 from softmark.interpreter.study.analysis.lines import RefinementLine
 from softmark.interpreter.study.analysis.point import ComparedPoint, Fineness, uncertainty_of, unit_of
-from softmark.interpreter.study.analysis.written import Written
 from softmark.records import dataclass
 from softmark.references.orders import ErrorOrder, Refined, order_of_errors, refined, unlike
 
@@ -27,7 +27,7 @@ class Refinement:
 
 
 @dataclass(frozen=True)
-class ErrorTrend(Written):
+class ErrorTrend(Plain):
     """The order of a line's errors; `cut`: finer members are left out, being within the reference's uncertainty."""
 
     unit: str | None
@@ -40,7 +40,7 @@ class ErrorTrend(Written):
 
 
 @dataclass(frozen=True)
-class ProbeLimit(Written):
+class ProbeLimit(Plain):
     """Where the displacement of a probe's point that moves furthest tends to as a line refines, m."""
 
     probe: str
@@ -54,7 +54,7 @@ class ProbeLimit(Written):
 
 
 @dataclass(frozen=True)
-class LineOrders(Written):
+class LineOrders(Plain):
     """Orders of every error and limits of every probe along a line; `doubt` where they are not to be relied upon."""
 
     line: RefinementLine

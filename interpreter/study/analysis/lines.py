@@ -6,13 +6,13 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
+from softmark.interpreter.results.plain import Plain
 from softmark.interpreter.study.analysis.point import ComparedPoint, said_values
-from softmark.interpreter.study.analysis.written import Written
 from softmark.records import dataclass
 
 
 @dataclass(frozen=True)
-class RefinementLine(Written):
+class RefinementLine(Plain):
     """A model over its refinement: configurations that differ in one number alone, in the order of that number."""
 
     scene: str

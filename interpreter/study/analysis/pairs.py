@@ -5,26 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import pairwise
+from typing import ClassVar
 
+from softmark.interpreter.results.plain import Plain
 from softmark.interpreter.study.analysis.lines import finenesses
 from softmark.interpreter.study.analysis.point import (
     UNKNOWNS,
     ComparedPoint,
-    ProbedShape,
-    ReferenceOutcome,
     ratio_of,
     uncertainty_of,
 )
-from softmark.interpreter.study.analysis.written import Written
+from softmark.interpreter.study.expansion.outcome import ProbeTrace, SolvedReference
 from softmark.records import dataclass
 
-Probes = Mapping[str, ProbedShape]
+Probes = Mapping[str, ProbeTrace]
 
 # ------------------------------------------------------------------ distances
 
 
 @dataclass(frozen=True)
-class NoDistance(Written):
+class NoDistance(Plain):
     """Why there is no distance of a row from a column."""
 
     row: str
@@ -33,7 +33,7 @@ class NoDistance(Written):
 
 
 @dataclass(frozen=True)
-class Distances(Written):
+class Distances(Plain):
     """|u_row - u_column| / |u_column| over the probes that both have, for references and the finest of each model.
 
     `matrix` has None where the two share no point or the one of the column does not move; `reasons` say which.
@@ -59,7 +59,7 @@ def _rank(point: ComparedPoint) -> tuple[bool, int]:
     return point.status == "converged", point.dofs or 0
 
 
-def distances(points: Sequence[ComparedPoint], references: Mapping[str, ReferenceOutcome]) -> Distances:
+def distances(points: Sequence[ComparedPoint], references: Mapping[str, SolvedReference]) -> Distances:
     """Of everyone from everyone."""
     chosen = finest(points)
     known = {n: r for n, r in references.items() if r.probes}
@@ -96,7 +96,7 @@ def _distance(a: Probes, b: Probes) -> float | str:
     return "the one that is compared with does not move" if ratio is None else math.sqrt(ratio)
 
 
-def _moved(x: ProbedShape, y: ProbedShape) -> Iterator[tuple[Sequence[float], Sequence[float]]]:
+def _moved(x: ProbeTrace, y: ProbeTrace) -> Iterator[tuple[Sequence[float], Sequence[float]]]:
     return zip(x.displacement, y.displacement, strict=True)
 
 
@@ -108,7 +108,7 @@ def _square(p: Sequence[float], q: Sequence[float]) -> float:
 
 
 @dataclass(frozen=True)
-class ErrorChange(Written):
+class ErrorChange(Plain):
     """What a change does to an error: the new one over the old one, and whether the reference can tell them apart."""
 
     ratio: float | None
@@ -116,8 +116,10 @@ class ErrorChange(Written):
 
 
 @dataclass(frozen=True)
-class Lever(Written):
+class Lever(Plain):
     """What one changed thing does to effort and errors: each ratio is the new value over the old one."""
+
+    NAMED: ClassVar = {"from_": "from"}
 
     what: str
     model: str

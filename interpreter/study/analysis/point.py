@@ -1,7 +1,7 @@
 """A point of a comparison: one configuration with its effort, its errors, its shape, and how finely it was solved.
 
-It is read from the JSON of a task, of a journal or of a saved `softmark-compare/1` by `Point.from_json`, and nowhere
-else; what an older version did not write has a default. Nothing here computes an error or a time.
+It is read from the JSON of a task, of a journal or of a saved `softmark-compare/1` by `ComparedPoint.from_json`, and
+nowhere else; what an older version did not write has a default. Nothing here computes an error or a time.
 """
 
 from __future__ import annotations
@@ -10,16 +10,15 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
+from typing import ClassVar
 
-from softmark.interpreter.study.analysis.written import Json, Written
+from softmark.interpreter.results.plain import Json, Plain, by_name, several
+from softmark.interpreter.study.expansion.outcome import PointError, PointWarning, ProbeTrace
 from softmark.records import dataclass
-
-Triples = Sequence[Sequence[float]]  # (n, 3)
 
 SOLVED = ("converged", "capped")
 CLOCKS = ("cpu_s", "wall_s")
 UNKNOWNS = "unknowns"  # the effort where nothing was timed
-SAME = 1e-9  # of the extent of a probe: points nearer than this are the same
 SPREADS = (*CLOCKS, "step_s", "step_cpu_s", "setup_s")
 
 
@@ -27,7 +26,7 @@ SPREADS = (*CLOCKS, "step_s", "step_cpu_s", "setup_s")
 
 
 @dataclass(frozen=True)
-class Spread(Written):
+class Spread(Plain):
     """A median with its quartiles; all three the same where a thing was measured once or is exact."""
 
     median: float
@@ -122,99 +121,30 @@ UNTIMED = Cost()
 # ------------------------------------------------------------------ what came of it
 
 
-@dataclass(frozen=True)
-class ErrorOf:
-    """What a metric gave: an error where it measures `against` something, in `unit`; or why there is no value."""
-
-    value: float | None = None
-    unit: str | None = None
-    against: str | None = None
-    uncertainty: float | None = None  # what the reference leaves open
-    reason: str | None = None
-
-    @classmethod
-    def from_json(cls, known: Json) -> ErrorOf:
-        """By name."""
-        return cls(*(known.get(name) for name in ("value", "unit", "against", "uncertainty", "reason")))
-
-
-NOT_MEASURED = ErrorOf()
+NOT_MEASURED = PointError()
 
 
 @dataclass(frozen=True)
-class ProbedShape:
-    """Displacements (n, 3) of the points (n, 3) of a probe, m."""
-
-    points: Triples
-    displacement: Triples
-
-    def alike(self, other: ProbedShape) -> bool:
-        """Whether the two have the same points, to rounding, and a displacement for each."""
-        p, q = self.points, other.points
-        if len({len(p), len(q), len(self.displacement), len(other.displacement)}) != 1 or not p:
-            return False
-        extent = max(abs(c) for point in p for c in point) or 1.0
-        return all(math.dist(a, b) <= SAME * extent for a, b in zip(p, q, strict=True))
-
-    @classmethod
-    def all_of(cls, owner: Json) -> dict[str, ProbedShape]:
-        """Those of a point or of a reference, by the name of the probe."""
-        known = (owner.get("probes") or {}).items()
-        return {n: cls(p.get("points") or (), p.get("displacement") or ()) for n, p in known}
-
-
-@dataclass(frozen=True)
-class Fineness:
+class Fineness(Plain):
     """How finely a configuration was solved (see `resolution_of`, which makes it)."""
 
-    of: Mapping[str, float]  # size, segments and step, as far as it has them
-    formal: Mapping[str, float]  # the order in displacements that theory gives each
-    problem: str  # a digest of all else
-    meshed: bool  # the number of elements is that of its own mesh
-    counts: Sequence[int] | None  # cells along each direction
-
-    @classmethod
-    def from_json(cls, known: Json | None) -> Fineness | None:
-        """None where nothing is known."""
-        if not known:
-            return None
-        of, formal, problem = known.get("of") or {}, known.get("formal") or {}, str(known.get("problem"))
-        return cls(of, formal, problem, bool(known.get("meshed")), known.get("counts"))
+    of: Mapping[str, float] = field(default_factory=dict)  # size, segments and step, as far as it has them
+    formal: Mapping[str, float] = field(default_factory=dict)  # the order in displacements that theory gives each
+    problem: str = ""  # a digest of all else
+    meshed: bool = False  # the number of elements is that of its own mesh
+    counts: Sequence[int] | None = None  # cells along each direction
 
 
 @dataclass(frozen=True)
-class ReducedFrom:
+class ReducedFrom(Plain):
     """What a reduced model says of itself."""
 
+    READ: ClassVar = {"extrapolates": tuple}
+
     of: str  # the model that it is made from
-    repeats: bool  # it was trained in the very state that it is judged in
-    extrapolates: tuple[str, ...]  # what is outside of its training
-    full_residual: float | None  # the part of the load that is not balanced in the equations of the full model
-
-    @classmethod
-    def from_json(cls, known: Json | None) -> ReducedFrom | None:
-        """None for every other model."""
-        if not known:
-            return None
-        outside = tuple(map(str, known.get("extrapolates") or ()))
-        return cls(str(known.get("of")), bool(known.get("repeats")), outside, known.get("full_residual"))
-
-
-@dataclass(frozen=True)
-class ReferenceOutcome:
-    """A reference of a comparison: where it comes from, what came of it, and its shape."""
-
-    kind: str | None
-    source: str | None
-    status: str
-    message: str | None
-    probes: Mapping[str, ProbedShape]
-
-    @classmethod
-    def from_json(cls, known: Json) -> ReferenceOutcome:
-        """One that says nothing of its status has a solution."""
-        status = str(known.get("status", "converged"))
-        return cls(known.get("kind"), known.get("source"), status, known.get("message"), ProbedShape.all_of(known))
+    repeats: bool = False  # it was trained in the very state that it is judged in
+    extrapolates: tuple[str, ...] = ()  # what is outside of its training
+    full_residual: float | None = None  # the part of the load that is not balanced in the equations of the full model
 
 
 # ------------------------------------------------------------------ a point
@@ -241,16 +171,16 @@ class ComparedPoint:
     iterations: int | None
     linear_solver: str | None
     reduced: ReducedFrom | None
-    errors: Mapping[str, ErrorOf]
-    probes: Mapping[str, ProbedShape]
-    warnings: tuple[tuple[str, str], ...]  # code and message
+    errors: Mapping[str, PointError]
+    probes: Mapping[str, ProbeTrace]
+    warnings: tuple[PointWarning, ...]
     fineness: Fineness | None
     cost: Cost
 
     @classmethod
     def from_json(cls, found: Json) -> ComparedPoint:
         """From a point of `softmark-compare/1`."""
-        size, solve = found.get("size") or {}, found.get("solve") or {}
+        size, solve, fineness = found.get("size") or {}, found.get("solve") or {}, found.get("resolution")
         return cls(
             key=str(found.get("key")), scene=str(found.get("scene")), model=str(found.get("model")),
             label=str(found.get("label") or found.get("model") or found.get("key")), study=found.get("study"),
@@ -258,11 +188,11 @@ class ComparedPoint:
             problem=_texts(found.get("problem")), status=str(found.get("status")), message=found.get("message"),
             outline=str(found.get("outline") or ""), nodes=size.get("nodes"), elements=size.get("elements"),
             dofs=size.get("dofs"), iterations=solve.get("iterations"), linear_solver=solve.get("linear_solver"),
-            reduced=ReducedFrom.from_json(solve.get("reduced")),
-            errors={name: ErrorOf.from_json(e) for name, e in (found.get("errors") or {}).items()},
-            probes=ProbedShape.all_of(found),
-            warnings=tuple((str(w.get("code")), str(w.get("message"))) for w in found.get("warnings") or ()),
-            fineness=Fineness.from_json(found.get("resolution")), cost=Cost.from_json(found.get("cost")),
+            reduced=ReducedFrom.from_json(reduced) if (reduced := solve.get("reduced")) else None,
+            errors=by_name(PointError.from_json)(found.get("errors") or {}),
+            probes=by_name(ProbeTrace.from_json)(found.get("probes") or {}),
+            warnings=several(PointWarning.from_json)(found.get("warnings") or ()),
+            fineness=Fineness.from_json(fineness) if fineness else None, cost=Cost.from_json(found.get("cost")),
         )  # fmt: skip
 
     @property
@@ -278,9 +208,9 @@ class ComparedPoint:
     @property
     def part(self) -> str:
         """What it competes in: its scene, at one value of everything that changes what errors are measured from."""
-        return ", ".join((self.scene, *(f"{name} = {text}" for name, text in self.problem.items())))
+        return part_of(self.scene, self.problem)
 
-    def metric(self, name: str) -> ErrorOf:
+    def metric(self, name: str) -> PointError:
         """What a metric gave."""
         return self.errors.get(name, NOT_MEASURED)
 
@@ -303,6 +233,11 @@ class ComparedPoint:
 
 def _texts(found: Json | None) -> dict[str, str]:
     return {str(name): str(text) for name, text in (found or {}).items()}
+
+
+def part_of(scene: str, problem: Mapping[str, str]) -> str:
+    """`beam, E = 30 kPa`: what a configuration competes in."""
+    return ", ".join((scene, *(f"{name} = {text}" for name, text in problem.items())))
 
 
 def said_values(model: str, values: Mapping[str, str]) -> list[str]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, fields
-from typing import Any
+from typing import ClassVar
 
+from softmark.interpreter.results.plain import Plain
 from softmark.records import dataclass
 
 THREADS = (
@@ -18,7 +17,7 @@ THREADS = (
 
 
 @dataclass(frozen=True)
-class TimingJob:
+class TimingJob(Plain):
     """One configuration to be timed; `key` is what its times are known by.
 
     The scene is a `text` (with the `folder` that its files lie in) or a `file`, by its path or its name in the standard
@@ -26,6 +25,8 @@ class TimingJob:
     `patience_s` is not done twice to warm up: it is the one that is timed. A process that needs longer than
     `costly_s` in all is repeated three times only; one that is not done after `timeout_s` is ended.
     """
+
+    READ: ClassVar = {"overrides": tuple}
 
     key: str
     model: str
@@ -49,14 +50,3 @@ class TimingJob:
     def environment(self) -> dict[str, str]:
         """Variables that fix the number of threads, before anything that reads them is imported."""
         return dict.fromkeys(THREADS, str(self.threads))
-
-    def to_json(self) -> dict[str, Any]:
-        """As plain values."""
-        return asdict(self)
-
-    @classmethod
-    def of_json(cls, values: Mapping[str, Any]) -> TimingJob:
-        """From plain values; those that are no part of a job are passed over."""
-        own = {f.name: values[f.name] for f in fields(cls) if f.name in values}
-        own["overrides"] = tuple(own.get("overrides", ()))
-        return cls(**own)

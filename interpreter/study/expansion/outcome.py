@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from typing import Any, ClassVar
 
 from softmark.interpreter.results.plain import Plain, by_name, several
 from softmark.interpreter.results.stated import StatedError
 from softmark.records import dataclass
+
+Triples = Sequence[Sequence[float]]  # (n, 3)
+
+SAME = 1e-9  # of the extent of a probe: points nearer than this are the same
 
 
 @dataclass(frozen=True)
@@ -56,21 +61,29 @@ class Truth(Plain):
 class ProbeTrace(Plain):
     """Points of a probe (n, 3) and their displacements, m."""
 
-    points: list[list[float]]
-    displacement: list[list[float]]
+    points: Triples = ()
+    displacement: Triples = ()
+
+    def alike(self, other: ProbeTrace) -> bool:
+        """Whether the two have the same points, to rounding, and a displacement for each."""
+        p, q = self.points, other.points
+        if len({len(p), len(q), len(self.displacement), len(other.displacement)}) != 1 or not p:
+            return False
+        extent = max(abs(c) for point in p for c in point) or 1.0
+        return all(math.dist(a, b) <= SAME * extent for a, b in zip(p, q, strict=True))
 
 
 @dataclass(frozen=True)
 class SolvedReference(Plain):
-    """What a reference came to, with an estimate of its own error in m."""
+    """A reference: where it comes from, what it came to, with an estimate of its own error in m, and its shape."""
 
     READ: ClassVar = {"probes": by_name(ProbeTrace.from_json)}
 
-    kind: str
-    source: str
-    status: str
-    message: str | None
-    estimated_error: float | None
+    kind: str | None = None
+    source: str | None = None
+    status: str = "converged"  # one that says nothing of it has a solution
+    message: str | None = None
+    estimated_error: float | None = None
     probes: Mapping[str, ProbeTrace] = field(default_factory=dict)
 
 
@@ -121,15 +134,15 @@ class PointOutcome(Attempt):
 
 @dataclass(frozen=True)
 class PointError(Plain):
-    """A metric of a point: what it measures `against`, or the reason why it has no value."""
+    """What a metric gave: an error where it measures `against` something, in `unit`; or why there is no value."""
 
     SELDOM: ClassVar = ("reason", "uncertainty")
 
-    value: float | None
-    unit: str
-    against: str | None
+    value: float | None = None
+    unit: str | None = None
+    against: str | None = None
     reason: str | None = None
-    uncertainty: float | None = None
+    uncertainty: float | None = None  # what the reference leaves open
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -86,7 +86,7 @@ def _performed(task: PointTask) -> PointOutcome:
     try:
         report = run(scene, warnings, options)
     except SceneError as error:
-        if truth is None or not all(_within(scene, [scene.declared[truth.model]], d) for d in error.diagnostics):
+        if truth is None or not all(is_about([scene.declared[truth.model]], d) for d in error.diagnostics):
             raise
         why = told(error.diagnostics)
         return failed(task, why, truths={truth.model: Truth("failed", why, None)})
@@ -127,10 +127,10 @@ def _of_another(scene: Scene, task: PointTask, error: Diagnostic) -> bool:
     if not task.alone or error.span is None:
         return False
     others = [d for n, d in scene.of_kind("model").items() if n not in reached(scene, task.models)]
-    return _within(scene, others, error)
+    return is_about(others, error)
 
 
-def _within(scene: Scene, declared: Sequence[Declared], error: Diagnostic) -> bool:
+def is_about(declared: Iterable[Declared], error: Diagnostic) -> bool:
     """Whether an error points into one of some declarations, or into an override of one of their fields."""
     at, places = error.span, [p for d in declared for p in (d.location, *d.fields.values())]
     return at is not None and any(p.source is error.source and p.span.start <= at.start < p.span.end for p in places)

@@ -23,6 +23,7 @@ from softmark.interpreter.language.scene import Declared, Scene, SceneError
 from softmark.interpreter.language.sweeps import with_unit
 from softmark.interpreter.plan.needs import reached
 from softmark.interpreter.plan.sweeps import chain, override_of, value_in
+from softmark.interpreter.run.environment import describe
 from softmark.interpreter.study.analysis.point import said_values
 from softmark.interpreter.study.expansion.keys import key_of, key_of_text, needed_models
 from softmark.interpreter.study.expansion.outcome import PointTask
@@ -31,6 +32,7 @@ from softmark.interpreter.vocabulary.studies import Stability, Sweep
 from softmark.records import dataclass
 
 MOST = 100_000  # configurations of one comparison
+DESCRIBED = ("title", "file", "standard", "sha256", "text", "parameters", "overrides")  # of a scene, with results
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,11 @@ class SceneSubject:
     name: str
     scene: Scene
     folder: Path
+
+    def described(self) -> dict[str, Any]:
+        """Its entry among the results: what it is called, its text, and what it was made with."""
+        known = describe(self.scene)
+        return {"name": self.name, **{n: known[n] for n in DESCRIBED}}
 
 
 def subject_of(scene: Scene, taken: Sequence[str] = ()) -> SceneSubject:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import field, replace
-from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.front.check import varied
 from softmark.interpreter.language import overrides
-from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.language.scene import Scene
 from softmark.interpreter.plan.quantities import Value, WalkedQuantity
 from softmark.interpreter.plan.stability import StudyUnderway
 from softmark.interpreter.study.expansion.outcome import PointTask, TruthAsked
+from softmark.interpreter.study.expansion.tasks import is_about
 from softmark.interpreter.study.expansion.variations import SceneSubject, task_of
 from softmark.interpreter.study.stability.classify import ABOUT_REFERENCES
 from softmark.interpreter.study.stability.record import Classified
@@ -102,7 +102,7 @@ class Ground:
         message = f"{worst.code}: {worst.message}" + (f"; {worst.help}" if worst.help else "")
         if not own:
             return Classified("unjudged", message=f"the scene cannot be built there: {message}", code=worst.code)
-        word = "unjudged" if _is_about(self.subject.scene.of_kind("reference").values(), worst) else "refused"
+        word = "unjudged" if is_about(self.subject.scene.of_kind("reference").values(), worst) else "refused"
         word = "unjudged" if worst.code in ABOUT_REFERENCES else word
         return Classified(word, message=message, code=worst.code)
 
@@ -111,17 +111,10 @@ class Ground:
         if self._truth() is None:
             return False
         known = [s.declared.get(self.asked.against) for s in (scene, self.subject.scene)]
-        return _is_about([d for d in known if d is not None], error)
+        return is_about([d for d in known if d is not None], error)
 
 
 def _elsewhere(scene: Scene, nominal: Scene, error: Diagnostic, model: str) -> bool:
     """Whether an error is about another model."""
     others = [d for s in (scene, nominal) for n, d in s.of_kind("model").items() if n != model]
-    return _is_about(others, error)
-
-
-def _is_about(declared: Sequence[Declared] | Any, error: Diagnostic) -> bool:
-    """Whether an error points into one of some declarations, or into an override of one of their fields."""
-    at = error.span
-    places = [place for d in declared for place in (d.location, *d.fields.values())]
-    return at is not None and any(p.source is error.source and p.span.start <= at.start < p.span.end for p in places)
+    return is_about(others, error)

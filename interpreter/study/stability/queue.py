@@ -13,7 +13,7 @@ from softmark.interpreter.plan.needs import reached
 from softmark.interpreter.plan.quantities import Value, WalkedQuantity
 from softmark.interpreter.plan.stability import StudyUnderway, asked_of, judges, no_judge
 from softmark.interpreter.plan.walks import PointClass, Walk
-from softmark.interpreter.run.environment import describe, environment
+from softmark.interpreter.run.environment import environment
 from softmark.interpreter.study.expansion.variations import SceneSubject
 from softmark.interpreter.study.stability import maps
 from softmark.interpreter.study.stability.classify import classify
@@ -79,11 +79,8 @@ def stress(subject: SceneSubject, request: StabilityRequest) -> Stress:
         except KeyboardInterrupt as stop:
             kept = f"{len(journal.on_disk(KIND))} points are in {journal.path}"
             raise Interrupted(f"{kept}; the same command with `--resume` goes on") from stop
-    known = describe(subject.scene)
-    chosen = ("title", "file", "standard", "sha256", "text", "parameters", "overrides")
-    scene = {"name": subject.name, **{n: known[n] for n in chosen}}
-    created = started.isoformat(timespec="seconds")
-    return Stress.of(created, environment(started), request.command, scene, tuple(t.found() for t in trials))
+    created, studies = started.isoformat(timespec="seconds"), tuple(t.found() for t in trials)
+    return Stress.of(created, environment(started), request.command, subject.described(), studies)
 
 
 def _asked(scene: Scene, request: StabilityRequest) -> list[StudyUnderway]:

@@ -54,10 +54,10 @@ class StressPoint(Plain):
     key: str = ""
     cpu_s: float | None = None
 
-    def to_json(self) -> dict[str, Any]:
-        """Its entry."""
-        own = replace(self.found, status=None).to_json()
-        return {"key": self.key, "model": self.model, "values": dict(self.values), "texts": dict(self.texts), **own,
+    def entries(self) -> Mapping[str, object]:
+        """With what it turned out to be among them."""
+        own = replace(self.found, status=None).entries()
+        return {"key": self.key, "model": self.model, "values": self.values, "texts": self.texts, **own,
                 "cpu_s": self.cpu_s}  # fmt: skip
 
     @classmethod
@@ -112,11 +112,11 @@ class StressChoice(StressEdge):
     right: tuple[str, ...] = ()
     classes: Mapping[str, str] = field(default_factory=dict)
 
-    def to_json(self) -> dict[str, Any]:
-        """Its entry; what only walks have is not in it."""
-        own = list(super().to_json().items())[:ALIKE]
-        return {**dict(own), "right": list(self.right), "wrong": self.wrong, "unjudged": self.under("unjudged"),
-                "classes": dict(self.classes)}  # fmt: skip
+    def entries(self) -> Mapping[str, object]:
+        """Without what only walks have."""
+        own = list(super().entries().items())[:ALIKE]
+        return {**dict(own), "right": self.right, "wrong": self.wrong, "unjudged": self.under("unjudged"),
+                "classes": self.classes}  # fmt: skip
 
     @classmethod
     def from_json(cls, own: Mapping[str, Any]) -> Self:
@@ -220,9 +220,9 @@ class Stress(Plain):
         """1 where a point is silent, else 0: that a model has an edge is no failure."""
         return 1 if self.silent else 0
 
-    def to_json(self) -> dict[str, Any]:
+    def entries(self) -> Mapping[str, object]:
         """As `softmark-stress/1`."""
-        return {"schema": SCHEMA, **super().to_json()}
+        return {"schema": SCHEMA, **super().entries()}
 
     def dumps(self) -> str:
         """The JSON text."""

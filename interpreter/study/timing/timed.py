@@ -80,7 +80,7 @@ def _guarded(asked: Mapping[str, Any]) -> Record:
     from softmark.interpreter.problem.case import Fault
 
     try:
-        return timed(TimingJob.of_json(asked), asked.get("cores") or [], bool(asked.get("phases")))
+        return timed(TimingJob.from_json(asked), asked.get("cores") or [], bool(asked.get("phases")))
     except Untimed as refused:
         return _failed(str(refused))
     except Fault as refused:
@@ -331,17 +331,18 @@ def _spent(where: Phases, warmed: bool) -> dict[str, float]:
 def _written(job: TimingJob, solution: Solution) -> float | None:
     """CPU seconds of writing the deformed mesh, or its state at some points, to a file; imports are not counted."""
     import tempfile
-    from types import SimpleNamespace
 
+    from softmark.interpreter.results.report import ModelResult, Report
     from softmark.interpreter.results.vtk import write_vtu
 
     if solution.mesh is None:
         return None
-    outcomes: Any = SimpleNamespace(outcomes=[SimpleNamespace(name=job.model, mesh=solution.mesh, shape=None)])
+    model = ModelResult(job.model, solution.status, solution.message, "", mesh=solution.mesh)
+    report = Report({}, {}, {job.model: model}, {}, (), ())
     with tempfile.TemporaryDirectory() as folder:
-        write_vtu(outcomes, folder)  # loads what writing needs
+        write_vtu(report, folder)  # loads what writing needs
         begin = time.process_time()
-        write_vtu(outcomes, folder)
+        write_vtu(report, folder)
         return time.process_time() - begin
 
 

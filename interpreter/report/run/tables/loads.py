@@ -2,55 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
-from softmark.interpreter.language import units
 from softmark.interpreter.problem.parts.resultants import SHOWN
-from softmark.interpreter.report.page.markup import prose, section, tag, text
+from softmark.interpreter.report.page.markup import prose, tag, text
 from softmark.interpreter.report.run.findings import Findings
-from softmark.interpreter.results.loads import Resultant, Vector
+from softmark.interpreter.report.run.tables.shared import by_thing, newtons, row_head, table_section
+from softmark.interpreter.results.loads import Resultant
 
 LEAD = (
     "The resultant of every load at full size on the undeformed body, its moment about the origin, and the part of it "
     "that the meshes take."
 )
+ROUNDING = 1e-9  # of the largest component
 
 
 def section_of(findings: Findings) -> str:
     """A table of all loads; empty where no model says what acts on it."""
-    rows = [_row(name, own) for name, own in _loads(findings)]
-    if not rows:
-        return ""
-    head = tag("tr", *(tag("th", text(h), scope="col") for h in ("Load", "Force", "Moment", "Taken")))
-    table = tag("table", tag("caption", text(LEAD)), tag("thead", head), tag("tbody", *rows))
-    return section("loads", "Loads", tag("div", table, class_="scroll"))
-
-
-def _loads(findings: Findings) -> Iterator[tuple[str, Mapping[str, Resultant]]]:
-    models = findings.report.models
-    for name in dict.fromkeys(load for m in models.values() for load in m.loads):
-        yield name, {n: m.loads[name] for n, m in models.items() if name in m.loads}
+    known = by_thing({n: m.loads for n, m in findings.report.models.items()})
+    rows = [_row(name, own) for name, own in known.items()]
+    return table_section("Loads", LEAD, ("Load", "Force", "Moment", "Taken"), rows)
 
 
 def _row(name: str, own: Mapping[str, Resultant]) -> str:
     one = next(iter(own.values()))
-    shown = units.show_all([_near(c, one) for c in one.exact_force or one.force], units.FORCE)
-    force = shown.replace("-", "\N{MINUS SIGN}")
-    moment = units.show_all(_rounded(one.moment), units.FORCE).replace("-", "\N{MINUS SIGN}")
+    force, moment = (newtons(v, ROUNDING) for v in (one.exact_force or one.force, one.moment))
     cells = (tag("td", text(force)), tag("td", text(f"{moment}\N{MIDDLE DOT}m")), tag("td", prose(_taken(own))))
-    return tag("tr", tag("th", tag("code", text(name)), scope="row"), *cells)
-
-
-def _rounded(moment: Vector) -> list[float]:
-    """Components in N m to five digits; nothing where they are rounding beside the largest."""
-    largest = max(abs(c) for c in moment)
-    return [0.0 if abs(c) <= 1e-9 * largest else float(f"{c:.5g}") for c in moment]
-
-
-def _near(component: float, of: Resultant) -> float:
-    """A component to five digits; nothing where it is rounding."""
-    largest = max(abs(c) for c in of.exact_force or of.force)
-    return 0.0 if abs(component) <= 1e-9 * largest else float(f"{component:.5g}")
+    return tag("tr", row_head(name), *cells)
 
 
 def _taken(own: Mapping[str, Resultant]) -> str:

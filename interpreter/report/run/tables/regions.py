@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from softmark.interpreter.language import units
-from softmark.interpreter.report.page.markup import prose, section, tag, text
+from softmark.interpreter.report.page.markup import prose, tag, text
 from softmark.interpreter.report.run.findings import Findings
+from softmark.interpreter.report.run.tables.shared import by_thing, row_head, table_section
 
 LEAD = "The volume of every part with a material of its own, and that of the cells that have it."
 VOLUME: units.Dimension = units.power(units.LENGTH, 3)
@@ -16,20 +17,14 @@ SHOWN = 1e-4  # of a part: what may be of the wrong material without a number
 
 def section_of(findings: Findings) -> str:
     """A table of all parts; empty where no model has any."""
-    known = {n: m.solve.get("regions") or {} for n, m in findings.report.models.items()}
-    names = dict.fromkeys(name for regions in known.values() for name in regions)
-    rows = [_row(name, {n: own[name] for n, own in known.items() if name in own}) for name in names]
-    if not rows:
-        return ""
-    head = tag("tr", *(tag("th", text(h), scope="col") for h in ("Region", "Volume", "Cells")))
-    table = tag("table", tag("caption", text(LEAD)), tag("thead", head), tag("tbody", *rows))
-    return section("regions", "Regions", tag("div", table, class_="scroll"))
+    known = by_thing({n: m.solve.get("regions") or {} for n, m in findings.report.models.items()})
+    return table_section("Regions", LEAD, ("Region", "Volume", "Cells"), [_row(*entry) for entry in known.items()])
 
 
 def _row(name: str, own: Mapping[str, Mapping[str, Any]]) -> str:
     asked = units.show(float(f"{max(v['asked_m3'] for v in own.values()):.5g}"), VOLUME)
     cells = (tag("td", text(asked)), tag("td", prose(_taken(own))))
-    return tag("tr", tag("th", tag("code", text(name)), scope="row"), *cells)
+    return tag("tr", row_head(name), *cells)
 
 
 def _taken(own: Mapping[str, Mapping[str, Any]]) -> str:

@@ -1,0 +1,38 @@
+"""What the tables of regions, loads and supports share: a section of one table, by thing and by model, and forces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
+
+from softmark.interpreter.language import units
+from softmark.interpreter.report.page.markup import section, tag, text
+
+T = TypeVar("T")
+
+
+def by_thing(known: Mapping[str, Mapping[str, T]]) -> dict[str, dict[str, T]]:
+    """What each model says of each thing, by the thing and then by the model, in the order in which they come."""
+    names = dict.fromkeys(name for own in known.values() for name in own)
+    return {name: {model: own[name] for model, own in known.items() if name in own} for name in names}
+
+
+def table_section(title: str, lead: str, heads: Sequence[str], rows: Sequence[str]) -> str:
+    """A section with one table under its title; `rows` are markup. Empty without any."""
+    if not rows:
+        return ""
+    head = tag("tr", *(tag("th", text(h), scope="col") for h in heads))
+    table = tag("table", tag("caption", text(lead)), tag("thead", head), tag("tbody", *rows))
+    return section(title.lower(), title, tag("div", table, class_="scroll"))
+
+
+def row_head(name: str) -> str:
+    """The name that a row is about."""
+    return tag("th", tag("code", text(name)), scope="row")
+
+
+def newtons(vector: Sequence[float], rounding: float, largest: float = 0.0) -> str:
+    """Components in N to five digits; nothing where they are so small a part of the largest, or of what is given."""
+    most = max(largest, *(abs(c) for c in vector))
+    near = [0.0 if abs(c) <= rounding * most else float(f"{c:.5g}") for c in vector]
+    return units.show_all(near, units.FORCE).replace("-", "\N{MINUS SIGN}")
