@@ -25,9 +25,10 @@ def section_of(findings: Findings) -> str:
 
 
 def _row(name: str, own: Mapping[str, Resultant]) -> str:
-    one = next(iter(own.values()))
+    who, one = min(own.items(), key=lambda item: abs(1.0 - item[1].share))  # the force is exact, a moment some model's
     force, moment = (newtons(v, ROUNDING) for v in (one.exact_force or one.force, one.moment))
-    cells = (tag("td", text(force)), tag("td", text(f"{moment}\N{MIDDLE DOT}m")), tag("td", prose(_taken(own))))
+    moment += "\N{MIDDLE DOT}m" + (f" in `{who}`" if abs(1.0 - one.share) > SHOWN else "")
+    cells = (tag("td", text(force)), tag("td", prose(moment)), tag("td", prose(_taken(own))))
     return tag("tr", row_head(name), *cells)
 
 
