@@ -143,6 +143,24 @@ metric many   = frequency(bar, mode = 8)
     json.loads(report.dumps())
 
 
+@pytest.mark.parametrize(
+    ("model", "reason"),
+    [
+        (
+            "fem(hex8, strain = small, size = 10 mm)",
+            "tangent of small strain",
+        ),  # 1.27 Hz was said of 6.19 under tension
+        ("fem(hex8, strain = finite, size = 10 mm, cap = 1)", "before it came to an equilibrium"),
+    ],
+)
+def test_loads_without_a_tangent_or_an_equilibrium_leave_no_frequency(model: str, reason: str) -> None:
+    text = BAR.format(law="neo_hookean", nu="0.0", mode=1, model=model)
+    text += "load weight = gravity(9.81 m/s^2)"
+    found = softmark.loads(text).run().models["m"].metrics["tone"]
+    assert found.value is None
+    assert reason in str(found.reason)
+
+
 def test_two_bodies_have_their_own() -> None:
     other = ROUND.replace("rod", "pole").replace("gel", "clay").replace("wall", "end").replace("tone", "hum")
     both = ROUND + other + "model a = beam6dof(segments = 4, body = rod)\nmodel b = beam6dof(segments = 4, body = pole)"

@@ -155,3 +155,18 @@ def test_metrics_of_another_body_are_refused_in_expectations() -> None:
     text = STRETCHED.replace("fem(hex8, ", "fem(hex8, body = bar, ").replace("fem(tet10, ", "fem(tet10, body = bar, ")
     with pytest.raises(SceneError, match="E505"):
         softmark.loads(text + other + "expect hex.m < 1 N\n")
+
+
+def test_the_work_of_a_load_on_one_body_is_not_measured_from_that_on_another() -> None:
+    """Gravity acts on every body: 599 % was said of two bodies that have nothing to do with each other."""
+    body = """
+body    {n} = solid(box(size = ({length}, 10, 10) mm), gel)
+support s{n} = fixed({n}, where = x <= 0 mm)
+model   m{n} = beam6dof(segments = 4, body = {n})
+"""
+    text = "material gel = linear_elastic(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)\n"
+    text += "load g = gravity(1 m/s^2)\n"
+    text += body.format(n="p", length=100) + body.format(n="q", length=150)
+    report = softmark.loads(text + "metric own = work(g)\nmetric off = work(g, against = mp)").run()
+    assert set(report.models["mq"].metrics) == {"own"}
+    assert set(report.models["mp"].metrics) == {"own"}
