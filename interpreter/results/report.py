@@ -94,6 +94,21 @@ class SeenSurface:
 
 
 @dataclass(frozen=True)
+class SeenCurve:
+    """A curve that the report draws: y (n,) at x (n,), SI, in these units; of a reference with its uncertainty (n,)."""
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    units: tuple[str, str]
+    uncertainty: NDArray[np.float64] | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """As lists."""
+        own = {"x": self.x.tolist(), "y": self.y.tolist(), "units": list(self.units)}
+        return own if self.uncertainty is None else {**own, "uncertainty": self.uncertainty.tolist()}
+
+
+@dataclass(frozen=True)
 class MetricResult:
     """A number in SI, or None with the reason why there is none.
 
@@ -109,6 +124,7 @@ class MetricResult:
     samples: tuple[float, ...] = ()
     uncertainty: float | None = None
     published: float | None = None
+    curve: SeenCurve | None = None
 
     @property
     def meaningful(self) -> bool:
@@ -124,6 +140,7 @@ class MetricResult:
             own |= {"uncertainty": self.uncertainty, "meaningful": self.meaningful}
         if self.published is not None:
             own["published"] = self.published
+        own |= {} if self.curve is None else {"curve": self.curve.to_json()}
         return {**own, **self.details}
 
 
@@ -201,6 +218,7 @@ class ReferenceResult:
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
     shape: SeenSurface | None = None
     facts: Mapping[str, Any] = field(default_factory=dict)  # where measured data came from, how it was registered
+    curve: SeenCurve | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a reference."""
@@ -213,6 +231,7 @@ class ReferenceResult:
             "facts": dict(self.facts),
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": {n: m.to_json() for n, m in self.metrics.items()},
+            **({} if self.curve is None else {"curve": self.curve.to_json()}),
         }
 
 
