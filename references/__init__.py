@@ -19,7 +19,8 @@ and what was measured:
 
 To add one, write a file with a frozen dataclass derived from `Reference`: fields as in `Elastica` (the scene
 language reads them), class attributes `how`, `kind`, `source` and `error_meaning`, and either `solve(cantilever) ->
-CentreLine` or `load()`, which gives a `MeasuredSurface`, `MeasuredPoints` or `MeasuredCurve`; then add its line to `REFERENCES`.
+CentreLine` or `load()`, which gives a `MeasuredSurface`, `MeasuredPoints` or
+`MeasuredCurve`; then add its line to `REFERENCES`.
 Its docstring is what `dsl list` (first line) and `dsl explain` (the rest) show.
 
 Importing this package imports neither numpy nor scipy: naming a reference costs nothing until it is solved.

@@ -62,7 +62,7 @@ class CurveFromFile(Reference):
     table: ClassVar[str] = "no curve"
     kind: ClassVar[str] = "experimental"
     source: ClassVar[str] = "the files that the scene names"
-    error_meaning: ClassVar[str] = "the largest uncertainty of a measured value, in its SI unit"
+    error_meaning: ClassVar[str] = "uncertainty of a measured value, in its unit, as the scene states it"
 
     @property
     def files(self) -> tuple[str, ...]:

@@ -78,9 +78,7 @@ def at_rest(
     return {n: _point(scene, thing, view, found, measured.get(thing.against)) for n, thing in asked.items()}
 
 
-def _point(
-    scene: Scene, thing: CurveError, view: View, found: Mapping[str, StatedError], data: Any
-) -> StatedError:
+def _point(scene: Scene, thing: CurveError, view: View, found: Mapping[str, StatedError], data: Any) -> StatedError:
     if thing.of not in found or not isinstance(data, MeasuredCurve):
         return StatedError(reason=NO_ERROR)
     try:

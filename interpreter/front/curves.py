@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from softmark.grammar.diagnostic import Diagnostic
+from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.front.files_and_selections import cheap
 from softmark.interpreter.language import units
 from softmark.interpreter.language.expressions import Quantity
@@ -37,7 +37,7 @@ def _curves(scene: Scene) -> list[Declared]:
     return [d for d in scene.of_kind("reference").values() if isinstance(d.thing, CurveFromFile)]
 
 
-def _in(declared: Declared, blamed: set[tuple[object, int]]) -> bool:
+def _in(declared: Declared, blamed: set[tuple[Source | None, int]]) -> bool:
     places = (declared.location, *declared.fields.values())
     return any((at.source, at.span.line) in blamed for at in places)
 

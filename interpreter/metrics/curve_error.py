@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
@@ -33,10 +34,10 @@ class CurveError(Metric):
 
     `rms`: the root of the mean square of the difference, over that of the reference. `max`: the largest difference,
     over the largest value of the reference. `area`: the area between the two, over that below |reference|.
-    `unexplained`: int (y - r)^2 / int (r - mean of r)^2, which is 1 - R^2. `slope`: of the straight lines that are nearest in the least
-    squares to the first part, `initial`, of the range, relative to that of the reference. All are exact integrals and
-    extremes of curves that are straight between their points; nothing is sampled. At a single point `rms`, `max` and
-    `area` are the difference over the value of the reference, and the others have no value.
+    `unexplained`: int (y - r)^2 / int (r - mean of r)^2, which is 1 - R^2. `slope`: of the straight lines that are
+    nearest in the least squares to the first part, `initial`, of the range, relative to that of the reference. All are
+    exact integrals and extremes of curves that are straight between their points; nothing is sampled. At a single point
+    `rms`, `max` and `area` are the difference over the value of the reference, and the others have no value.
 
     The uncertainty of a value is the same statistic of the reference's uncertainty; of `max` it is that where
     the difference is largest, of `slope` the most that it could tilt the line. Beside its value a report has covered,
@@ -110,7 +111,7 @@ class CurveError(Metric):
         o, e = curves.overlay(x, other - y, reference), curves.overlay(x, y, reference)
         if self.statistic == "unexplained":
             size, own, more = _variance(o), curves.squared(e.x, e.d), curves.squared(o.x, o.y)
-            return (2.0 * (own * more) ** 0.5 + more) / size
+            return (2.0 * math.sqrt(own * more) + more) / size
         moved = replace(o, y=o.r + o.y)  # as far from the reference as the curves are from each other
         return _STATISTICS[self.statistic](moved, self.initial)[0]
 
