@@ -139,6 +139,24 @@ def test_a_mesh_that_is_too_coarse_is_said(tmp_path: Path) -> None:
     assert "(50, 10, 20) mm" in said.message
 
 
+def test_a_pressure_all_around_does_not_hide_a_coarse_mesh(tmp_path: Path) -> None:
+    """The bar that is too coarse for its bending, under three times that stress from all sides.
+
+    Strains are small, so both add up: far from the wall an even pressure leaves von Mises' stress as it is, and by how
+    much cells differ in it (a third), while that is 4 % of the whole stress.
+    """
+    report = run(
+        tmp_path,
+        BAR
+        + "load around = pressure(bar, where = x > 0 mm, magnitude = 500 Pa)\n"
+        + "model own = fem(tet4, strain = small, size = 10 mm)\nprobe top = point(bar, at = (50, 10, 20) mm)\n"
+        + "metric most = stress(top)\nmetric pressed = stress(top, component = pressure)\n",
+    )
+    (said,) = report.warnings
+    assert said.code == "W387"
+    assert "in the stress deviator at (50, 10, 20) mm" in said.message
+
+
 def test_files_have_the_stress_of_a_scene_that_asks(tmp_path: Path) -> None:
     for asks in (True, False):
         metric = "metric most = stress(top, component = xx)" if asks else "metric sag = displacement(top, along = -z)"
