@@ -126,6 +126,28 @@ def test_faces_of_symmetry_have_no_such_edge(tmp_path: Path) -> None:
     assert report.models["own"].stated["most"].value < 1e-3  # of 10 Pa: what rounding is counted for
 
 
+def test_the_edge_of_a_punch_without_friction_is_said(tmp_path: Path) -> None:
+    """A flat punch on half of the top: its pressure grows like r^(-1/2) towards its edge (Sadowsky 1928).
+
+    Rollers below end in a right angle, where stress is bounded.
+    """
+    text = BAR.replace("load     push  = traction(bar, where = x >= 100 mm, vector = (0, 0, -10) Pa)\n", (
+        "support  floor = fixed(bar, where = z <= 0 mm, components = z)\n"
+        "support  side  = fixed(bar, where = y <= 0 mm, components = y)\n"
+        "support  punch = displaced(bar, where = z >= 20 mm and x <= 50 mm, by = (0, 0, -0.1) mm, components = z)\n"
+    )).replace("fixed(bar, where = x <= 0 mm)", "fixed(bar, where = x <= 0 mm, components = x)")  # fmt: skip
+    report = run(
+        tmp_path,
+        text
+        + "model own = fem(hex8, strain = small, size = 5 mm)\n"
+        + "probe rim = point(bar, at = (50, 10, 20) mm)\nprobe off = point(bar, at = (75, 10, 20) mm)\n"
+        + "probe low = point(bar, at = (100, 10, 0) mm)\n"
+        + "metric there = stress(rim)\nmetric away = stress(off)\nmetric corner = stress(low)\n",
+    )
+    (said,) = [w for w in report.warnings if w.code == "W388"]
+    assert "`there` looks at the edge of what `punch` holds" in said.message
+
+
 def test_a_mesh_that_is_too_coarse_is_said(tmp_path: Path) -> None:
     """Two linear tetrahedra across a bar that bends: its cells differ by a third."""
     report = run(
