@@ -3,8 +3,8 @@
 Where a face that is held ends at one that is free, displacements grow like r^a with a < 1, by Poisson's ratio, and
 stresses without limit (Williams 1952, "Stress singularities resulting from various boundary conditions in angular
 corners of plates in extension"). Faces that only slide along a plane, as those of symmetry, end in a right angle
-without that; where the free face goes on flat, as beside a punch without friction, stresses grow with r^(-1/2) (Sadowsky
-1928, ZAMM 8).
+without that; where the free face goes on flat, as beside a punch without friction, stresses grow with r^(-1/2)
+(Sadowsky 1928, ZAMM 8).
 """
 
 from __future__ import annotations

@@ -145,7 +145,7 @@ def test_the_edge_of_a_punch_without_friction_is_said(tmp_path: Path) -> None:
         + "metric there = stress(rim)\nmetric away = stress(off)\nmetric corner = stress(low)\n",
     )
     (said,) = [w for w in report.warnings if w.code == "W388"]
-    assert "`there` looks at the edge of what `punch` holds" in said.message
+    assert "`there` looks at the edge of what `side`, `punch` holds" in said.message
 
 
 def test_a_mesh_that_is_too_coarse_is_said(tmp_path: Path) -> None:
