@@ -453,6 +453,8 @@ class Binder:
         if not isinstance(node, tree.List):
             raise self._wrong(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).values(node)
+        if field.dimension is not None and value.values:
+            self._dimension(field, node, place, value)
         for number, item in zip(value.values, node.items, strict=True):
             self._range(field, item, place, number)
         return value
@@ -472,6 +474,9 @@ class Binder:
         if isinstance(node, tree.Call):
             return self.call(field.kind, node, outermost=False)[1]
         if isinstance(node, tree.Name):
+            word = self.vocabulary.constructor(field.kind, node.text)
+            if word is not None and not word.fields and self.module.prefix + node.text not in self.compiler.table.symbols:
+                return word.cls()  # one that takes nothing stands without brackets
             return self.compiler.named(node, field.kind, self.module, place).thing
         raise self._wrong(field, node, place)
 

@@ -7,12 +7,13 @@ there is no value. Not-a-number never gets in: whoever makes a part refuses it, 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.results.names import Names
 from softmark.interpreter.results.plain import clean as clean
+from softmark.interpreter.results.states import Curve, curve_of
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -109,6 +110,7 @@ class MetricResult:
     samples: tuple[float, ...] = ()
     uncertainty: float | None = None
     published: float | None = None
+    states: tuple[float | None, ...] = ()  # its values in all states of the analysis; `value` is that of the last
 
     @property
     def meaningful(self) -> bool:
@@ -124,6 +126,8 @@ class MetricResult:
             own |= {"uncertainty": self.uncertainty, "meaningful": self.meaningful}
         if self.published is not None:
             own["published"] = self.published
+        if self.states:
+            own["states"] = list(self.states)
         return {**own, **self.details}
 
 
@@ -156,6 +160,12 @@ class ModelResult:
     reactions: Mapping[str, HeldSupport] = field(default_factory=dict)  # of each support
     kind: ModelKind | None = None  # of one that has others of its kind
     stress: Any = None  # where a scene asks for it: what gives the stresses of the mesh, for files
+    states: tuple[float, ...] = ()  # of an analysis with several: their values, and
+    each: tuple[ModelResult, ...] = ()  # what came of it in each; the rest is that of the last (`states.py`)
+
+    def curve(self, metric: str) -> Curve:
+        """A metric from state to state. Raises KeyError for one that it does not have."""
+        return curve_of(self.each, self.states, metric)
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""
@@ -171,7 +181,14 @@ class ModelResult:
             "loads": {n: r.to_json() for n, r in self.loads.items()},
         }
         own |= {"reactions": clean(self.reactions)} if self.reactions else {}
-        return own | {"stated": clean(self.stated)} if self.stated else own
+        own |= {"stated": clean(self.stated)} if self.stated else {}
+        return own | _in_each(self.states, self.each)
+
+
+def _in_each(states: tuple[float, ...], each: Sequence[Any]) -> dict[str, Any]:
+    """The entries of every state, with its value; none of a result in one situation."""
+    found = [{"state": value, **own.to_json()} for value, own in zip(states, each, strict=True)]
+    return {"states": found} if found else {}
 
 
 def _timing(name: str, timing: Timing | None) -> dict[str, Any]:
@@ -201,6 +218,12 @@ class ReferenceResult:
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
     shape: SeenSurface | None = None
     facts: Mapping[str, Any] = field(default_factory=dict)  # where measured data came from, how it was registered
+    states: tuple[float, ...] = ()  # of an analysis with several: their values, and
+    each: tuple[ReferenceResult, ...] = ()  # what came of it in each; the rest is that of the last
+
+    def curve(self, metric: str) -> Curve:
+        """A metric from state to state. Raises KeyError for one that it does not have."""
+        return curve_of(self.each, self.states, metric)
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a reference."""
@@ -213,6 +236,7 @@ class ReferenceResult:
             "facts": dict(self.facts),
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": {n: m.to_json() for n, m in self.metrics.items()},
+            **_in_each(self.states, self.each),
         }
 
 
