@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
-from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.front import files_and_selections as given
 from softmark.interpreter.front import lints
@@ -18,6 +17,7 @@ from softmark.interpreter.front.refinements import doubts as doubts_of_refined
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compile import recompiled
 from softmark.interpreter.language.conditions import Point
+from softmark.interpreter.language.expectations import metrics_in
 from softmark.interpreter.language.message_limit import shortened
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.overrides import Override
@@ -268,8 +268,8 @@ def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """An expectation takes a metric of a model or reference of the same body."""
     for expectation in scene.expectations:
-        for name, _ in tree.walk(expectation.node):
-            if not isinstance(name, tree.Name) or len(name.parts) != 2 or name.text in scene.parameters:
+        for name in metrics_in(expectation.node):
+            if name.text in scene.parameters:
                 continue
             owner, metric = name.parts
             looked, known = _looks_at(scene, metric), _body(scene, owner)

@@ -5,9 +5,12 @@ What is different from state to state says how by `in_state(number, value)`: the
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from softmark.interpreter.language.scene import Declared, Scene
+
+SAME = 1e-9  # relative: values of states that are nearer are one, written in other units
 
 
 def states_of(scene: Scene) -> tuple[float, ...]:
@@ -16,6 +19,11 @@ def states_of(scene: Scene) -> tuple[float, ...]:
         if (known := analysis.value("states")) is not None:
             return tuple(known.values)
     return ()
+
+
+def numbers_of(states: Sequence[float], value: float) -> list[int]:
+    """Which states have a value, counted from 0: none, one, or several of a sequence that comes back to it."""
+    return [i for i, state in enumerate(states) if abs(state - value) <= SAME * max(abs(state), abs(value))]
 
 
 def in_state(scene: Scene, number: int) -> Scene:

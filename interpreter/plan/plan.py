@@ -10,6 +10,7 @@ from collections import defaultdict
 
 from softmark.grammar import tree
 from softmark.interpreter.language import units
+from softmark.interpreter.language.expectations import metrics_in
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.problem.case import body_of, case_of
 from softmark.records import dataclass
@@ -85,7 +86,7 @@ def _bodies(scene: Scene, question: Declared) -> tuple[str, ...]:
 
 def named_in(node: tree.Expression) -> set[str]:
     """Models and references that an expectation is about: what stands before the dot."""
-    return {n.parts[0] for n, _ in tree.walk(node) if isinstance(n, tree.Name) and len(n.parts) == 2}
+    return {name.parts[0] for name in metrics_in(node)}
 
 
 def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -> list[Task]:

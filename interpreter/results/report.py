@@ -251,6 +251,7 @@ class ExpectationResult:
     unit: str = ""
     reason: str | None = None
     left_out: bool = False  # what it is about was not chosen to run
+    states: tuple[bool | None, ...] = ()  # whether it is met in each, of one that is asked of all states
 
     @property
     def verdict(self) -> str:
@@ -261,6 +262,7 @@ class ExpectationResult:
         """The contract's entry of an expectation."""
         own = {"text": self.text, "line": self.line, "passed": self.passed, "value": self.value}
         own["verdict"] = self.verdict
+        own |= {"states": list(self.states)} if self.states else {}
         return own if self.reason is None else {**own, "reason": self.reason}
 
 

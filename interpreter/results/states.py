@@ -51,6 +51,7 @@ def joined(each: Sequence[Any], states: Sequence[float]) -> Any:
         known[name] = replace(metric, states=curve_of(each, states, name).values)
     more: dict[str, Any] = {"metrics": known, "states": tuple(states), "each": tuple(each)}
     if hasattr(last, "time"):
+        more["solve"] = {**last.solve, **_counted(each)}
         more["time"] = {name: _summed(name, each) for name in last.time | each[0].time}
     return replace(last, **more, **_ended(each, states))
 
@@ -76,6 +77,12 @@ def _count(number: int) -> str:
 def percent(value: float) -> str:
     """`12.5 %`: the value of a state, in words."""
     return f"{100.0 * value:.6g} %"
+
+
+def _counted(each: Sequence[Any]) -> dict[str, int]:
+    """Iterations of all states."""
+    known = [r.solve["iterations"] for r in each if "iterations" in r.solve]
+    return {"iterations": sum(known)} if known else {}
 
 
 def _summed(name: str, each: Sequence[Any]) -> Any:

@@ -92,17 +92,17 @@ def _report(works: Sequence[Work], partial: bool) -> Report:
         Warned(d.code, d.message, d.span.line if d.span and d.source is scene.source else None, d.help)
         for d in dict.fromkeys(d for work in works for d in work.warnings)
     )
-    models: dict[str, ModelResult] = _over_states([work.models for work in works], works)
-    references: dict[str, ReferenceResult] = _over_states([work.references for work in works], works)
+    states = tuple(work.state for work in works if work.state is not None)
+    models: dict[str, ModelResult] = _over_states([work.models for work in works], states)
+    references: dict[str, ReferenceResult] = _over_states([work.references for work in works], states)
     known: dict[str, ModelResult | ReferenceResult] = {**models, **references}
-    expectations = () if partial else tuple(judge(scene, known, e) for e in scene.expectations)
+    expectations = () if partial else tuple(judge(scene, known, e, states) for e in scene.expectations)
     described, machine = describe(scene), environment(works[0].started)
     return Report(described, machine, models, references, expectations, warnings, partial, names_of(scene))
 
 
-def _over_states(known: Sequence[dict[str, Any]], works: Sequence[Work]) -> dict[str, Any]:
+def _over_states(known: Sequence[dict[str, Any]], states: Sequence[float]) -> dict[str, Any]:
     """Results by name, those of several states together."""
-    if len(works) == 1 and works[0].state is None:
+    if not states:
         return dict(known[0])
-    states = [work.state or 0.0 for work in works]
     return {name: joined([own[name] for own in known], states) for name in known[-1]}
