@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.front import files_and_selections as given
-from softmark.interpreter.front import lints
+from softmark.interpreter.front import lints, states
 from softmark.interpreter.front.comparisons import comparisons
 from softmark.interpreter.front.course_steps import unresolved
 from softmark.interpreter.front.refinements import doubts as doubts_of_refined
@@ -35,9 +35,12 @@ from softmark.interpreter.vocabulary.supports import Symmetric
 
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
     """All errors and warnings about a scene; of one that is not `complete`, what its sound parts tell."""
-    found: list[Diagnostic] = []
+    found: list[Diagnostic] = [*states.faults(scene)] if complete else []
+    where = states.widest(scene)
     for test in LOCAL + (WHOLE if complete else ()):
-        found += test(scene, found)
+        found += test(where, found)
+    if where is not scene and complete:
+        found += given.tables(scene)
     return shortened(list(dict.fromkeys(found)))
 
 

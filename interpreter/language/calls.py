@@ -12,6 +12,7 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import Second
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import aliases, schema, sweeps, units
+from softmark.interpreter.language.bare_words import bare_word
 from softmark.interpreter.language.condition_syntax import said, selection
 from softmark.interpreter.language.expressions import Bad, Place, Quantity, VectorValue, describe, words
 from softmark.interpreter.language.region_names import KIND, regions_of
@@ -474,9 +475,8 @@ class Binder:
         if isinstance(node, tree.Call):
             return self.call(field.kind, node, outermost=False)[1]
         if isinstance(node, tree.Name):
-            word = self.vocabulary.constructor(field.kind, node.text)
-            if word is not None and not word.fields and self.module.prefix + node.text not in self.compiler.table.symbols:
-                return word.cls()  # one that takes nothing stands without brackets
+            if (word := bare_word(self, field, node, place)) is not None:
+                return word.cls()
             return self.compiler.named(node, field.kind, self.module, place).thing
         raise self._wrong(field, node, place)
 

@@ -12,6 +12,7 @@ from softmark.grammar import tree
 from softmark.interpreter.language import units
 from softmark.interpreter.language.expectations import metrics_in
 from softmark.interpreter.language.scene import Declared, Location, Scene
+from softmark.interpreter.language.states import states_of
 from softmark.interpreter.problem.case import body_of, case_of
 from softmark.records import dataclass
 
@@ -108,7 +109,9 @@ def _solve(scene: Scene, name: str, asked: Location) -> Task:
     declared = scene.declared[name]
     body = body_of(scene, declared)
     needs = (f"mesh {body}",) if declared.thing.mesh_key() is not None else ()
-    return Task("solve", name, declared.thing.outline(case_of(scene, body)), asked, needs)
+    states = states_of(scene)
+    each = f", in {len(states)} states" if len(states) > 1 else ""
+    return Task("solve", name, declared.thing.outline(case_of(scene, body)) + each, asked, needs)
 
 
 def _known(reference: Declared) -> str:
