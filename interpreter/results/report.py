@@ -83,7 +83,7 @@ class SeenSurface:
     """The surface of a body as a model or a reference sees it: what the report draws.
 
     `position` (n, 3) in m, after deformation; `triangles` (k, 3), outward. `frames` (t, n, 3) and `times` (t,) where
-    there is a history. `error` (n,) is the distance to what is `measured_from`, in m.
+    there is a history, or several states. `error` (n,) is the distance to what is `measured_from`, in m.
     """
 
     position: NDArray[np.float64]
@@ -92,6 +92,7 @@ class SeenSurface:
     frames: NDArray[np.float64] | None = None
     error: NDArray[np.float64] | None = None
     measured_from: str | None = None
+    labels: tuple[str, ...] = ()  # of frames that are states and no moments; `times` then counts them
 
 
 @dataclass(frozen=True)

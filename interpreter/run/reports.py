@@ -20,7 +20,7 @@ from softmark.interpreter.results.report import (
     SeenSurface,
     Warned,
 )
-from softmark.interpreter.results.states import joined
+from softmark.interpreter.results.states import joined, percent
 from softmark.interpreter.run.answers import Work
 from softmark.interpreter.run.environment import describe, environment
 from softmark.interpreter.run.names import names_of
@@ -105,4 +105,14 @@ def _over_states(known: Sequence[dict[str, Any]], states: Sequence[float]) -> di
     """Results by name, those of several states together."""
     if not states:
         return dict(known[0])
-    return {name: joined([own[name] for own in known], states) for name in known[-1]}
+    whole = {name: joined([own[name] for own in known], states) for name in known[-1]}
+    return {name: replace(result, shape=_in_states(result, states)) for name, result in whole.items()}
+
+
+def _in_states(result: ModelResult | ReferenceResult, states: Sequence[float]) -> SeenSurface | None:
+    """The surface in the last state with those of all as its frames, where all have one."""
+    seen = [own.shape for own in result.each if own.shape is not None]
+    if len(seen) < max(2, len(states)) or len({s.position.shape for s in seen}) > 1:
+        return result.shape
+    frames, labels = np.stack([s.position for s in seen]), tuple(map(percent, states))
+    return replace(seen[-1], times=np.arange(len(seen), dtype=np.float64), frames=frames, labels=labels)

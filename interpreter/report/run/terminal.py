@@ -13,6 +13,7 @@ from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language import units
 from softmark.interpreter.language.amounts import as_asked, negligible
 from softmark.interpreter.report.run.bodies import BodyResults, bodies
+from softmark.interpreter.report.run.figures import over_states
 from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of
 from softmark.interpreter.report.run.tables import reactions, vouching
 from softmark.interpreter.report.run.tables.results_table import ordered
@@ -48,6 +49,8 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
         parts += [""] if number else []
         parts += [paint.bold(body.name)] if body.name else []
         parts.append(_Rows(findings, body, paint).text(room))
+    if told := list(over_states.lines(report)):
+        parts += ["", *told]
     if notes := [*_uncertain(report), *_reasons(report), *vouching.lines(report), *reactions.lines(report)]:
         parts += ["", *notes]
     if report.expectations:
