@@ -37,6 +37,12 @@ def in_state(scene: Scene, number: int) -> Scene:
     return found
 
 
+def in_last(scene: Scene) -> Scene:
+    """The scene in the last of its states, of which studies tell; itself without any."""
+    states = states_of(scene)
+    return in_state(scene, len(states) - 1) if states else scene
+
+
 def _in_state(declared: Declared, number: int, value: float) -> Declared:
     changes = getattr(declared.thing, "in_state", None)
     return declared if changes is None else replace(declared, thing=changes(number, value))
