@@ -1,9 +1,8 @@
-"""What a model states of how far its curve is from a measured one: by the curve itself, or at rest by its one point."""
+"""What a model states of how far its curve is from a measured one: in time by the course, at rest by its states."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from softmark.interpreter.evidence.probe_answers import NO_ERROR, Floats, ProbeAnswer, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.curve_error import CurveError
-from softmark.interpreter.metrics.curves import Curve
+from softmark.interpreter.metrics.curves import Curve, slopes
 from softmark.interpreter.metrics.measure import course_of
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.problem.view import View
@@ -19,9 +18,6 @@ from softmark.interpreter.results.stated import StatedError
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 from softmark.references.curve import MeasuredCurve
-
-NEAR = 1e-6  # of the reference's range: over how much its slope at a point is taken
-
 
 @dataclass(frozen=True)
 class CurveAnswer(ProbeAnswer):
@@ -69,34 +65,32 @@ def in_time(scene: Scene, metric: Declared, view: View, measured: Mapping[str, A
 
 
 def at_rest(
-    scene: Scene, view: View, found: Mapping[str, StatedError], measured: Mapping[str, Any]
+    scene: Scene, known: Sequence[tuple[View, Mapping[str, StatedError]]], measured: Mapping[str, Any]
 ) -> dict[str, StatedError]:
-    """Of curves that are one point: what is stated of its two metrics, by how much that moves the difference."""
-    if isinstance(view.case.analysis, Dynamic):
+    """Of curves from state to state: what is stated of both metrics in each, as far as that moves the curve."""
+    if isinstance(known[-1][0].case.analysis, Dynamic):
         return {}
     asked = {n: m.thing for n, m in scene.of_kind("metric").items() if isinstance(m.thing, CurveError)}
-    return {n: _point(scene, thing, view, found, measured.get(thing.against)) for n, thing in asked.items()}
+    return {n: _of_states(scene, thing, known, measured.get(thing.against)) for n, thing in asked.items()}
 
 
-def _point(scene: Scene, thing: CurveError, view: View, found: Mapping[str, StatedError], data: Any) -> StatedError:
-    if thing.of not in found or not isinstance(data, MeasuredCurve):
+def _of_states(
+    scene: Scene, thing: CurveError, known: Sequence[tuple[View, Mapping[str, StatedError]]], data: Any
+) -> StatedError:
+    """The metric of a curve that is off by what is stated in each state, and by what chords between states leave out."""
+    if not isinstance(data, MeasuredCurve):
         return StatedError(reason=NO_ERROR)
+    reference = Curve(data.x, data.y, data.u)
     try:
-        x = float(course_of(scene, thing, view, {}).x[0])
+        course = course_of(scene, thing, [view for view, _ in known])
+        parts: dict[str, float | None] = {"states": thing.chords(course.x, course.y, reference)}
+        for name in (thing.of, thing.over or ""):
+            each = [found.get(name, StatedError(reason=NO_ERROR)) for _, found in known]
+            if (unknown := next((said for said in each if said.value is None), None)) is not None:
+                return StatedError(reason=f"`{name}`: {unknown.reason}")
+            off = np.array([said.value or 0.0 for said in each])
+            off = off if name == thing.of else off * slopes(reference, course.x)
+            parts[name] = thing.moved(course.x, course.y, off, reference)
     except Undefined as undefined:
         return StatedError(reason=f"{NO_ERROR}: {undefined}")
-    step = NEAR * (data.x[-1] - data.x[0])
-    before, r, after = (float(v) for v in np.interp([x - step, x, x + step], data.x, data.y))
-    if r == 0.0 or not data.x[0] <= x <= data.x[-1]:
-        return StatedError(reason=NO_ERROR)
-    own = _scaled(found[thing.of], 1.0 / abs(r))
-    along = _scaled(found.get(thing.over or "", StatedError(0.0)), max(abs(after - r), abs(r - before)) / step / abs(r))
-    if own.value is None or along.value is None:
-        return own if own.value is None else along
-    parts = {**own.parts, **{f"{name} along": part for name, part in along.parts.items() if part}}
-    return replace(own, value=own.value + along.value, parts=parts)
-
-
-def _scaled(said: StatedError, factor: float) -> StatedError:
-    parts = {name: None if part is None else factor * part for name, part in said.parts.items()}
-    return replace(said, value=None if said.value is None else factor * said.value, unit="1", parts=parts)
+    return StatedError(sum(part or 0.0 for part in parts.values()), "1", parts)

@@ -173,10 +173,11 @@ def stated(
     measured: Mapping[str, Any],
     warnings: Sequence[Diagnostic],
     asked: bool = True,
+    before: Sequence[tuple[View, Mapping[str, StatedError]]] = (),
 ) -> dict[str, StatedError]:
     """What a model states of every metric and of every probe, by name; empty where it has no answer.
 
-    Where nobody `asked`, what costs next to nothing.
+    Where nobody `asked`, what costs next to nothing. `before` is what it stated in the states before.
     """
     if result.status not in ("converged", "capped"):
         return {}
@@ -189,7 +190,7 @@ def stated(
     if any(isinstance(m.thing, CurveError) for m in scene.of_kind("metric").values()):
         from softmark.interpreter.evidence.curve_answers import at_rest
 
-        found |= at_rest(scene, view, found, measured)
+        found |= at_rest(scene, [*before, (view, found)], measured)
     return found
 
 

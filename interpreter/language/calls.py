@@ -12,6 +12,7 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import Second
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import aliases, forms, schema, units
+from softmark.interpreter.language.bare_words import bare_word
 from softmark.interpreter.language.condition_syntax import said, selection
 from softmark.interpreter.language.expressions import Bad, Place, Quantity, VectorValue, describe, words
 from softmark.interpreter.language.region_names import KIND, regions_of
@@ -457,6 +458,8 @@ class Binder:
         if not isinstance(node, tree.List):
             raise self.wrong(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).values(node)
+        if field.dimension is not None and value.values:
+            self._dimension(field, node, place, value)
         for number, item in zip(value.values, node.items, strict=True):
             self.within(field, item, place, number)
         return value
@@ -467,6 +470,8 @@ class Binder:
         if isinstance(node, tree.Call):
             return self.call(field.kind, node, outermost=False)[1]
         if isinstance(node, tree.Name):
+            if (word := bare_word(self, field, node, place)) is not None:
+                return word.cls()
             return self.compiler.named(node, field.kind, self.module, place).thing
         raise self.wrong(field, node, place)
 

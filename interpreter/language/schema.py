@@ -248,7 +248,8 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "names", "kind": spec.removesuffix("s")}
     if spec == "values":
         return {"form": "list"}
+    listed, spec = spec.startswith("values of "), spec.removeprefix("values of ")
     unit = spec.split(" in ")[0]
     vector = tuple in (get_origin(base), *(get_origin(part) for part in get_args(base)))
-    form = "vector" if vector else "quantity"
+    form = "list" if listed else "vector" if vector else "quantity"
     return {"form": form, "dimension": units.parse(unit).dimension, "interval": Interval.read(spec)}

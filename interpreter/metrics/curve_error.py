@@ -29,14 +29,16 @@ Statistic = Literal["rms", "max", "area", "unexplained", "slope"]
 class CurveError(Metric):
     """How far the curve of a metric is from a measured one, relative, on the range that both have.
 
-    In a dynamic analysis the curve is that of a `displacement` over time. At rest there is one state and one point:
-    what the metric `of` comes to, where the metric `over` says that it lies, against the reference there.
+    In a dynamic analysis the curve is that of a `displacement` over time. At rest it goes from state to state: what the
+    metric `of` comes to, where the metric `over` says that it lies, as force over travel; in each state the number is
+    that of the curve up to there, in the last one that of all. What straight lines between states leave out is a
+    part of the stated error: take enough of them.
 
     `rms`: the root of the mean square of the difference, over that of the reference. `max`: the largest difference,
     over the largest value of the reference. `area`: the area between the two, over that below |reference|.
     `unexplained`: int (y - r)^2 / int (r - mean of r)^2, which is 1 - R^2. `slope`: of the straight lines that are
     nearest in the least squares to the first part, `initial`, of the range, relative to that of the reference. All are
-    exact integrals and extremes of curves that are straight between their points; nothing is sampled. At a single point
+    exact integrals and extremes of curves that are straight between their points; nothing is sampled. Of a single state
     `rms`, `max` and `area` are the difference over the value of the reference, and the others have no value.
 
     The uncertainty of a value is the same statistic of the reference's uncertainty; of `max` it is that where
@@ -102,18 +104,33 @@ class CurveError(Metric):
         return Measurement(abs(y - r) / size, details, uncertainty=u / size, curve=point)
 
     def apart(self, x: Floats, y: Floats, other: Floats, reference: Curve) -> float:
-        """How much the value may change where a curve y (n,) becomes another one over the same x, (n,).
+        """How much the value may change where a curve y (n,) becomes another over the same x (n,). Raises Undefined."""
+        return self.moved(x, y, other - y, reference)
 
-        By the triangle inequality no more than the same statistic of their difference, relative to the reference; of
+    def moved(self, x: Floats, y: Floats, off: Floats, reference: Curve) -> float:
+        """How much it may change where a curve y (n,) moves by `off` (n,), straight between its points.
+
+        By the triangle inequality no more than the same statistic of what it moves by, relative to the reference; of
         int e^2 with e = y - r no more than int (2 |e d| + d^2), where |e d| is no more than the norms of both. Raises
         Undefined.
         """
-        o, e = curves.overlay(x, other - y, reference), curves.overlay(x, y, reference)
+        if len(x) == 1:
+            return float(np.abs(off[0])) / _size(abs(float(np.interp(x[0], reference.x, reference.y))))
+        o, e = curves.overlay(x, off, reference), curves.overlay(x, y, reference)
         if self.statistic == "unexplained":
             size, own, more = _variance(o), curves.squared(e.x, e.d), curves.squared(o.x, o.y)
             return (2.0 * math.sqrt(own * more) + more) / size
-        moved = replace(o, y=o.r + o.y)  # as far from the reference as the curves are from each other
-        return _STATISTICS[self.statistic](moved, self.initial)[0]
+        return _STATISTICS[self.statistic](replace(o, y=o.r + o.y), self.initial)[0]
+
+    def chords(self, x: Floats, y: Floats, reference: Curve) -> float:
+        """How much it may change by what straight lines between states leave out, a third of what those between every
+        second state do, for it falls with the square of their distance. Raises Undefined of fewer than three states."""
+        if len(x) < 3:
+            raise Undefined("what a curve does between fewer than three states is not known")
+        some = np.unique(np.append(np.arange(0, len(x), 2), len(x) - 1))
+        grown = np.argsort(x[some])
+        coarse = np.interp(x, x[some][grown], y[some][grown])
+        return self.moved(x, y, coarse - y, reference) / 3.0
 
 
 def _size(value: float) -> float:

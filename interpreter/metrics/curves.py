@@ -162,3 +162,12 @@ def _zeros(x: Floats, d: Floats) -> Floats:
     share = d[after - 1] / (d[after - 1] - d[after])
     zeros: Floats = x[after - 1] + share * (x[after] - x[after - 1])
     return zeros
+
+
+def slopes(reference: Curve, x: Floats) -> Floats:
+    """The steepest that a reference is beside each x (n,)."""
+    steep = np.abs(np.diff(reference.y) / np.diff(reference.x))
+    after = np.clip(np.searchsorted(reference.x, x), 1, len(steep))
+    before = np.clip(np.searchsorted(reference.x, x, side="right"), 1, len(steep))
+    found: Floats = np.maximum(steep[after - 1], steep[before - 1])
+    return found

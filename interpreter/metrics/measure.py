@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,13 +28,16 @@ DRAWN = 400  # points of a curve that it keeps
 
 
 def metrics_of(
-    scene: Scene, view: View, views: Mapping[str, View]
+    scene: Scene, view: View, views: Mapping[str, View], before: Sequence[Mapping[str, View]] = ()
 ) -> tuple[dict[str, MetricResult], dict[str, Floats]]:
-    """The metrics of one model or reference, and their errors at the points of their probes (n,), m."""
+    """The metrics of one model or reference, and their errors at the points of their probes (n,), m.
+
+    `before` are the views in the states before, in their order.
+    """
     found, errors = {}, {}
     for metric in scene.of_kind("metric").values():
         if _concerns(scene, metric, view):
-            result, at_points = _metric(scene, metric, view, views)
+            result, at_points = _metric(scene, metric, view, views, before)
             found[metric.name] = result
             if at_points is not None:
                 errors[metric.name] = at_points
@@ -56,14 +59,14 @@ def _concerns(scene: Scene, metric: Declared, view: View) -> bool:
 
 
 def _metric(
-    scene: Scene, metric: Declared, view: View, views: Mapping[str, View]
+    scene: Scene, metric: Declared, view: View, views: Mapping[str, View], before: Sequence[Mapping[str, View]]
 ) -> tuple[MetricResult, Floats | None]:
     thing = metric.thing
     published = published_of(scene, metric.name, view.name)
     try:
         seen = seen_of(thing, view, views)
         if isinstance(thing, CurveError):
-            seen = replace(seen, curve=course_of(scene, thing, view, views))
+            seen = replace(seen, curve=course_of(scene, thing, [*(known[view.name] for known in before), view]))
         measured = measured_by(thing, seen)
     except Undefined as undefined:
         return MetricResult(None, thing.unit, str(undefined), published=published), None
@@ -96,19 +99,22 @@ def _drawn(course: Course) -> SeenCurve:
     return SeenCurve(course.x[chosen], course.y[chosen], course.units)
 
 
-def course_of(scene: Scene, thing: CurveError, view: View, views: Mapping[str, View]) -> Course:
-    """The curve of the metric that another is about: over time, or at rest its one point. Raises Undefined."""
+def course_of(scene: Scene, thing: CurveError, views: Sequence[View]) -> Course:
+    """The curve of the metric that another is about: over time, or at rest from state to state. Raises Undefined.
+
+    `views` are those of one model in every state, in their order.
+    """
     of = scene.declared[thing.of].thing
-    if isinstance(view.case.analysis, Dynamic):
-        own = seen_of(of, view, views)
+    if isinstance(views[-1].case.analysis, Dynamic):
+        own = seen_of(of, views[-1], {})
         if own.times is None or own.course is None or of.direction is None:
             raise Undefined("it has no history")
         return Course(own.times, own.course[:, -1] @ np.array(of.direction), ("s", key_of(of.unit)))
     if thing.over is None:
         raise Undefined("it is at rest, and says not along what the curve goes")
     over = scene.declared[thing.over].thing
-    x, y = (measured_by(one, seen_of(one, view, views)).value for one in (over, of))
-    return Course(np.array([x]), np.array([y]), (key_of(over.unit), key_of(of.unit)))
+    x, y = (np.array([measured_by(one, seen_of(one, view, {})).value for view in views]) for one in (over, of))
+    return Course(x, y, (key_of(over.unit), key_of(of.unit)))
 
 
 def key_of(unit: str) -> str:

@@ -22,6 +22,7 @@ from softmark.interpreter.problem.parts.resultants import doubts, resultants
 from softmark.interpreter.problem.points import seen_finite
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import ModelResult, Timing
+from softmark.interpreter.results.states import ANSWERED, percent
 from softmark.interpreter.run import probes
 from softmark.interpreter.run.answers import Work
 
@@ -31,11 +32,11 @@ if TYPE_CHECKING:
 
 def prepare(work: Work) -> None:
     """Build every model; report everything that cannot be built at once. Raises SceneError."""
-    faults, workshop = [], Workshop(scene=work.scene, measured=work.measured)
+    faults, workshop = [], Workshop(meshes=work.meshes, scene=work.scene, measured=work.measured)
     for name in work.plan.models:
         declared = work.scene.declared[name]
         case = work.case(declared)
-        work.options.say("prepare", name)
+        work.options.say("prepare", f"{name}{work.where}")
         try:
             prepared, spent = prepared_model(declared, case, workshop)
             work.prepared[name] = (prepared, *spent)
@@ -52,7 +53,7 @@ def solve(work: Work, name: str) -> None:
     """Solve a model and keep what came of it."""
     case = work.case(declared := work.scene.declared[name])
     prepared, setup, setup_cpu = work.prepared[name]
-    solution, wall, cpu = _timed(work, name, prepared)
+    solution, wall, cpu = _begun(work, name, prepared)
     solution = stressed(work.scene, declared, case, watched(work.scene, declared, case, prepared, solution))
     history = solution.history
     solution = replace(solution, facts=solution.facts | facts(case, prepared.mesh))
@@ -95,6 +96,16 @@ def solve(work: Work, name: str) -> None:
                                     stress=solution.stress if asks(work.scene) else None)  # fmt: skip
 
 
+def _begun(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
+    """The solution, from that of the state before where there is one; none where that has no answer."""
+    if work.before is None or work.before.state is None:
+        return _timed(work, name, prepared)
+    before = work.before.models[name]
+    if before.status not in ANSWERED:
+        return Solution("skipped", f"the state before it, {percent(work.before.state)}, has no answer", {}), [], []
+    return _timed(work, name, prepared if before.mesh is None else prepared.after(before.mesh))
+
+
 def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
     """The solution, and wall and CPU seconds of each repetition; kernels are ready before the clock starts."""
     wall: list[float] = []
@@ -104,7 +115,8 @@ def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[fl
     def watch(iteration: Iteration) -> None:
         work.options.say(
             "solve",
-            f"{name}: {iteration.phase}, iteration {iteration.number + 1}, residual {iteration.residual:.1e}",
+            f"{name}{work.where}: {iteration.phase}, iteration {iteration.number + 1},"
+            f" residual {iteration.residual:.1e}",
         )
 
     try:
@@ -142,8 +154,9 @@ def state(work: Work) -> None:
 
     for name, result in list(work.models.items()):
         if name in asked or work.options.free:
-            work.options.say("state", f"the error of {name}")
+            work.options.say("state", f"the error of {name}{work.where}")
             declared, prepared, view = work.scene.declared[name], work.prepared[name][0], work.views[name]
             known = work.measured, work.warnings
-            said = stated(work.scene, declared, view, prepared, result, *known, name in asked)
+            before = [(w.views[name], w.models[name].stated) for w in work.earlier]
+            said = stated(work.scene, declared, view, prepared, result, *known, name in asked, before)
             work.models[name] = replace(result, stated=said)

@@ -136,7 +136,7 @@ def _keep_curve(work: Work, declared: Declared, data: MeasuredCurve) -> None:
         "rows": len(data.x), "from": data.x[0], "to": data.x[-1], "lost": data.lost, "notes": list(data.notes),
     }  # fmt: skip
     found = ("converged", None, cls.kind, data.source or cls.source)  # its error is no length, but in its facts
-    work.references[declared.name] = ReferenceResult(declared.name, *found, facts=clean(facts), curve=drawn)
+    work.references[declared.name] = ReferenceResult(declared.name, *found, facts=clean(facts), drawn=drawn)
 
 
 def _keep_measured(work: Work, declared: Declared, data: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,30 +14,31 @@ from softmark.interpreter.metrics.measure import metrics_of
 from softmark.interpreter.problem.points import drawn, surface_of
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import (
-    ExpectationResult,
     ModelResult,
     ReferenceResult,
     Report,
     SeenSurface,
     Warned,
 )
+from softmark.interpreter.results.states import joined, percent
 from softmark.interpreter.run.answers import Work
 from softmark.interpreter.run.environment import describe, environment
 from softmark.interpreter.run.names import names_of
 
 
-def unfinished(work: Work) -> Report:
+def unfinished(works: Sequence[Work]) -> Report:
     """What is known by now, without shapes and verdicts."""
-    _measure(work, partial=True)
-    return _report(work, (), partial=True)
+    for work in works:
+        _measure(work, partial=True)
+    return _report(works, partial=True)
 
 
-def finished(work: Work) -> Report:
+def finished(works: Sequence[Work]) -> Report:
     """What came of everything that was asked for."""
-    _measure(work, partial=False)
-    work.warn(loose(work.scene, work.models))
-    known: dict[str, ModelResult | ReferenceResult] = {**work.models, **work.references}
-    return _report(work, tuple(judge(work.scene, known, e) for e in work.scene.expectations), partial=False)
+    for work in works:
+        _measure(work, partial=False)
+        work.warn(loose(work.scene, work.models))
+    return _report(works, partial=False)
 
 
 def _measure(work: Work, partial: bool) -> None:
@@ -46,7 +48,7 @@ def _measure(work: Work, partial: bool) -> None:
         for name, result in kept.items():
             if partial and result.metrics:
                 continue
-            metrics, errors = metrics_of(work.scene, work.views[name], work.views)
+            metrics, errors = metrics_of(work.scene, work.views[name], work.views, [w.views for w in work.earlier])
             shape = _shape(work, name, errors) if work.options.draw and not partial else None
             kept[name] = replace(result, metrics=metrics, shape=shape or result.shape)
 
@@ -84,18 +86,33 @@ def _drawn(work: Work, view: View) -> np.ndarray:
     return u
 
 
-def _report(work: Work, expectations: tuple[ExpectationResult, ...], partial: bool) -> Report:
+def _report(works: Sequence[Work], partial: bool) -> Report:
+    scene = works[0].scene
     warnings = tuple(
-        Warned(d.code, d.message, d.span.line if d.span and d.source is work.scene.source else None, d.help)
-        for d in dict.fromkeys(work.warnings)
+        Warned(d.code, d.message, d.span.line if d.span and d.source is scene.source else None, d.help)
+        for d in dict.fromkeys(d for work in works for d in work.warnings)
     )
-    return Report(
-        describe(work.scene),
-        environment(work.started),
-        dict(work.models),
-        dict(work.references),
-        expectations,
-        warnings,
-        partial,
-        names_of(work.scene),
-    )
+    states = tuple(work.state for work in works if work.state is not None)
+    models: dict[str, ModelResult] = _over_states([work.models for work in works], states)
+    references: dict[str, ReferenceResult] = _over_states([work.references for work in works], states)
+    known: dict[str, ModelResult | ReferenceResult] = {**models, **references}
+    expectations = () if partial else tuple(judge(scene, known, e, states) for e in scene.expectations)
+    described, machine = describe(scene), environment(works[0].started)
+    return Report(described, machine, models, references, expectations, warnings, partial, names_of(scene))
+
+
+def _over_states(known: Sequence[dict[str, Any]], states: Sequence[float]) -> dict[str, Any]:
+    """Results by name, those of several states together."""
+    if not states:
+        return dict(known[0])
+    whole = {name: joined([own[name] for own in known], states) for name in known[-1]}
+    return {name: replace(result, shape=_in_states(result, states)) for name, result in whole.items()}
+
+
+def _in_states(result: ModelResult | ReferenceResult, states: Sequence[float]) -> SeenSurface | None:
+    """The surface in the last state with those of all as its frames, where all have one."""
+    seen = [own.shape for own in result.each if own.shape is not None]
+    if len(seen) < max(2, len(states)) or len({s.position.shape for s in seen}) > 1:
+        return result.shape
+    frames, labels = np.stack([s.position for s in seen]), tuple(map(percent, states))
+    return replace(seen[-1], times=np.arange(len(seen), dtype=np.float64), frames=frames, labels=labels)

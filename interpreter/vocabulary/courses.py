@@ -1,7 +1,7 @@
-"""Courses: how a load or an imposed motion grows and falls in the time of a dynamic analysis.
+"""Courses: how a load or an imposed motion grows and falls, in the time of a dynamic analysis or from state to state.
 
-A static analysis applies loads in full. To add one: a class with `at(t)` and the exact `mean(begin, end)` over a time,
-a line in COURSES, and whether steps show it in front/course_steps.py.
+A static analysis without states applies loads in full. To add one: a class with `at(t)` and the exact `mean(begin,
+end)` over a time, a line in COURSES, and whether steps show it in front/course_steps.py.
 """
 
 from __future__ import annotations
@@ -164,3 +164,12 @@ def _read(
     for (t, p), (later, q) in pairwise(zip(times, shares, strict=True)):
         areas.append(areas[-1] + 0.5 * (later - t) * (p + q))
     return times, shares, tuple(areas)
+
+
+@dataclass(frozen=True)
+class State:
+    """The value of each state of a static analysis, as a part of the whole: `course = state`.
+
+    In the state `12.5 %` of `static(states = [5, 12.5, 18.25] %)` a load acts with an eighth of its size, and a support
+    moves by an eighth of its displacement. Without this course they act in full in every state.
+    """

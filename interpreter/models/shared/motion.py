@@ -74,6 +74,10 @@ class PreparedMotion:
         """Undeformed points that loads act at (n, 3), m."""
         return self.static.points
 
+    def after(self, before: Moved) -> Self:
+        """A motion has no states."""
+        return self
+
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
         """Of every load by itself at full size (n, 3), N."""
         return self.static.forces()

@@ -138,7 +138,9 @@ class Findings:
         references = count(len(self.report.references), "reference")
         if not self.report.models:
             return "No model was run" + (f", beside {references}" if self.report.references else "")
-        models = count(len(self.report.models), "model") + (" so far" if self.report.partial else "")
+        states = max(len(m.states) for m in self.report.models.values())
+        models = count(len(self.report.models), "model") + (f" in {count(states, 'state')}" if states else "")
+        models += " so far" if self.report.partial else ""
         return models + (f" against {references}" if self.report.references else ", no reference")
 
     def _fates(self) -> Iterator[str]:
