@@ -19,6 +19,7 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 from softmark.references.curve import MeasuredCurve
 
+
 @dataclass(frozen=True)
 class CurveAnswer(ProbeAnswer):
     """The course of one point, whose displacement `along` a direction is held against a measured curve."""

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.front.files_and_selections import cheap
 from softmark.interpreter.language import units
-from softmark.interpreter.language.expressions import Quantity
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.curve_error import CurveError
@@ -18,7 +16,6 @@ from softmark.references.curve import CurveFromFile
 from softmark.references.measured import Unreadable
 
 NEAR = 1e-9  # relative, of units and of ends
-BRACKETS = re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$")  # `Load (N)`
 
 
 def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
@@ -67,23 +64,13 @@ def _named(reference: Declared) -> Iterator[Diagnostic]:
     thing: CurveFromFile = reference.thing
     for field, names, unit in (("x_unit", (thing.x,), thing.x_unit), ("y_unit", thing.y, thing.y_unit)):
         for name in names:
-            said = _unit_in(name)
-            if said is None or said.dimension != unit.dimension or abs(said.value / unit.value - 1.0) < NEAR:
+            said = units.named_in(name)
+            if said is None or said.dimension != unit.dimension or abs(said.factor / unit.value - 1.0) < NEAR:
                 continue
             yield diagnostic("W334", reference.at(field), f"the column `{name}` names another unit",
                              f"{units.show(unit.value, unit.dimension)} here",
                              "one of the two is wrong, unless the column has the wrong name")  # fmt: skip
             break
-
-
-def _unit_in(name: str) -> Quantity | None:
-    """The unit that the name of a column ends in, if it is one."""
-    found = BRACKETS.search(name)
-    try:
-        measure = units.parse(found[1].strip()) if found else None
-    except units.UnitError:
-        return None
-    return None if measure is None else Quantity(measure.factor, measure.dimension)
 
 
 # ------------------------------------------------------------------ what is compared with it
