@@ -78,7 +78,7 @@ def at_rest(
 def _of_states(
     scene: Scene, thing: CurveError, known: Sequence[tuple[View, Mapping[str, StatedError]]], data: Any
 ) -> StatedError:
-    """The metric of a curve that is off by what is stated in each state, and by what chords between states leave out."""
+    """The metric of a curve that is off by what is stated in each state, and by what chords between them leave out."""
     if not isinstance(data, MeasuredCurve):
         return StatedError(reason=NO_ERROR)
     reference = Curve(data.x, data.y, data.u)

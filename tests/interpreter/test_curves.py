@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
-from pytest import approx
 from scipy.integrate import quad
 
 import softmark
@@ -15,6 +15,7 @@ from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.curves import Course, Curve
 from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
 from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.run.pipeline import Options, run
 from softmark.interpreter.vocabulary.courses import Table
 
 STATISTICS = ("rms", "max", "area", "unexplained", "slope")
@@ -44,20 +45,20 @@ def test_every_statistic_is_the_integral_that_it_says(seed: int) -> None:
 
     def whole(f: object, begin: float = low, end: float = high) -> float:
         ends = sorted({begin, end, *(k for k in knots if begin < k < end)})
-        return math.fsum(quad(f, a, b, epsabs=1e-13, limit=400)[0] for a, b in zip(ends[:-1], ends[1:], strict=True))
+        return math.fsum(quad(f, a, b, epsabs=1e-13, limit=400)[0] for a, b in pairwise(ends))
 
     square, size = whole(lambda t: (y(t) - r(t)) ** 2), whole(lambda t: r(t) ** 2)
-    assert value(own, ref, "rms").value == approx(math.sqrt(square / size), rel=1e-9)
-    assert value(own, ref, "rms").uncertainty == approx(math.sqrt(whole(lambda t: u(t) ** 2) / size), rel=1e-9)
+    assert value(own, ref, "rms").value == pytest.approx(math.sqrt(square / size), rel=1e-9)
+    assert value(own, ref, "rms").uncertainty == pytest.approx(math.sqrt(whole(lambda t: u(t) ** 2) / size), rel=1e-9)
     ends = [low, high, *knots]
     most = max(abs(y(t) - r(t)) for t in ends)
-    assert value(own, ref, "max").value == approx(most / max(abs(r(t)) for t in ends), rel=1e-12)
+    assert value(own, ref, "max").value == pytest.approx(most / max(abs(r(t)) for t in ends), rel=1e-12)
     areas = whole(lambda t: abs(y(t) - r(t))), whole(lambda t: abs(r(t)))
-    assert value(own, ref, "area").value == approx(areas[0] / areas[1], rel=1e-6)
+    assert value(own, ref, "area").value == pytest.approx(areas[0] / areas[1], rel=1e-6)
     mean = whole(r) / (high - low)
     variance = whole(lambda t: (r(t) - mean) ** 2)
-    assert value(own, ref, "unexplained").value == approx(square / variance, rel=1e-9)
-    assert value(own, ref, "rms").details["r_squared"] == approx(1.0 - square / variance, rel=1e-9, abs=1e-9)
+    assert value(own, ref, "unexplained").value == pytest.approx(square / variance, rel=1e-9)
+    assert value(own, ref, "rms").details["r_squared"] == pytest.approx(1.0 - square / variance, rel=1e-9, abs=1e-9)
     end = low + 0.4 * (high - low)
     middle = 0.5 * (low + end)
 
@@ -65,15 +66,15 @@ def test_every_statistic_is_the_integral_that_it_says(seed: int) -> None:
         return whole(lambda t: (t - middle) * f(t), low, end) / ((end - low) ** 3 / 12.0)  # type: ignore[operator]
 
     steep = abs(line(lambda t: y(t) - r(t))) / abs(line(r))
-    assert value(own, ref, "slope", 0.4).value == approx(steep, rel=1e-8)
+    assert value(own, ref, "slope", 0.4).value == pytest.approx(steep, rel=1e-8)
     knots.append(middle)
     tilt = whole(lambda t: abs(t - middle) * u(t), low, end) / ((end - low) ** 3 / 12.0)
-    assert value(own, ref, "slope", 0.4).uncertainty == approx(tilt / abs(line(r)), rel=1e-8)
+    assert value(own, ref, "slope", 0.4).uncertainty == pytest.approx(tilt / abs(line(r)), rel=1e-8)
     fine = np.linspace(low, high, 400_001)
     share = float(np.mean(np.abs(np.interp(fine, own.x, own.y) - np.interp(fine, ref.x, ref.y))
                           <= np.interp(fine, ref.x, ref.u)))  # fmt: skip
-    assert value(own, ref, "rms").details["inside_share"] == approx(share, abs=1e-4)
-    assert value(own, ref, "rms").details["covered_share"] == approx((high - low) / (ref.x[-1] - ref.x[0]))
+    assert value(own, ref, "rms").details["inside_share"] == pytest.approx(share, abs=1e-4)
+    assert value(own, ref, "rms").details["covered_share"] == pytest.approx((high - low) / (ref.x[-1] - ref.x[0]))
 
 
 @pytest.mark.parametrize("statistic", STATISTICS)
@@ -95,9 +96,9 @@ def test_curves_that_agree_are_zero_apart_whatever_their_points() -> None:
     y = np.array([0.0, 2.0, 3.0])
     for statistic in STATISTICS:
         found = value(Course(fine, np.interp(fine, x, y), ("m", "N")), Curve(x, y, 0 * y), statistic, 0.5)
-        assert found.value == approx(0.0, abs=1e-12)
+        assert found.value == pytest.approx(0.0, abs=1e-12)
     back = Course(fine[::-1], np.interp(fine, x, y)[::-1], ("m", "N"))
-    assert value(back, Curve(x, y, 0 * y), "rms").value == approx(0.0, abs=1e-12)
+    assert value(back, Curve(x, y, 0 * y), "rms").value == pytest.approx(0.0, abs=1e-12)
 
 
 def test_what_has_no_value_says_why() -> None:
@@ -148,10 +149,12 @@ metric   worst = curve_error(drop, against = film, statistic = max)
     )
     (tmp_path / "a.scene").write_text(text)
     found = softmark.load(str(tmp_path / "a.scene")).run().models["one"].metrics
-    assert found["miss"].details["rms_m"] == approx(g * h**2 / math.sqrt(120.0), rel=1e-3)
-    assert found["miss"].value == approx(g * h**2 / math.sqrt(120.0) / (0.5 * g * T**2 / math.sqrt(5.0)), rel=1e-3)
-    assert found["worst"].details["largest_m"] == approx(g * h**2 / 8.0, rel=1e-3)
-    assert found["miss"].details["covered_share"] == approx(1.0)
+    assert found["miss"].details["rms_m"] == pytest.approx(g * h**2 / math.sqrt(120.0), rel=1e-3)
+    assert found["miss"].value == pytest.approx(
+        g * h**2 / math.sqrt(120.0) / (0.5 * g * T**2 / math.sqrt(5.0)), rel=1e-3
+    )
+    assert found["worst"].details["largest_m"] == pytest.approx(g * h**2 / 8.0, rel=1e-3)
+    assert found["miss"].details["covered_share"] == pytest.approx(1.0)
 
 
 PULL = (
@@ -199,15 +202,16 @@ expect one.off.at(10 %) > 16 % and one.off.at(50 %) < 17 %
 """
     )
     (folder / "a.scene").write_text(text)
-    return softmark.load(str(folder / "a.scene")).run(stated=True)
+    loaded = softmark.load(str(folder / "a.scene"))
+    return run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=()))
 
 
 def test_a_pull_agrees_with_its_closed_form(pulled: softmark.Report) -> None:
     """Rows of the curve lie at the states, so that chords are the same; a homogeneous state is exact but for rounding."""
     found = pulled.models["one"].metrics["miss"]
     assert found.value < 1e-7
-    assert found.details["covered_share"] == approx(16.0 / 24.0)
-    assert (found.details["from_m"], found.details["to_m"]) == (approx(4e-3), approx(20e-3))
+    assert found.details["covered_share"] == pytest.approx(16.0 / 24.0)
+    assert (found.details["from_m"], found.details["to_m"]) == (pytest.approx(4e-3), pytest.approx(20e-3))
     assert all(e.passed for e in pulled.expectations)
     assert pulled.references["form"].facts["unit"] == "N"
 
@@ -215,8 +219,8 @@ def test_a_pull_agrees_with_its_closed_form(pulled: softmark.Report) -> None:
 def test_repeats_are_the_uncertainty(pulled: softmark.Report) -> None:
     """1.1 and 1.3 f: their mean is 1.2 f, so that f is 1/6 off; they deviate by 0.1 sqrt(2) f, 11.8 % of the mean."""
     found = pulled.models["one"].metrics["off"]
-    assert found.value == approx(1.0 / 6.0, rel=1e-6)
-    assert found.uncertainty == approx(0.1 * math.sqrt(2.0) / 1.2, rel=1e-6)
+    assert found.value == pytest.approx(1.0 / 6.0, rel=1e-6)
+    assert found.uncertainty == pytest.approx(0.1 * math.sqrt(2.0) / 1.2, rel=1e-6)
     assert found.meaningful
     assert pulled.references["high"].facts["repeats"] == 2
 
@@ -237,7 +241,7 @@ def test_what_is_stated_of_a_curve_has_what_lies_between_states(pulled: softmark
 
 def test_curves_in_the_report(pulled: softmark.Report) -> None:
     drawn = pulled.models["one"].metrics["miss"].to_json()["curve"]
-    assert drawn["x"] == approx([4e-3, 8e-3, 12e-3, 16e-3, 20e-3])
+    assert drawn["x"] == pytest.approx([4e-3, 8e-3, 12e-3, 16e-3, 20e-3])
     assert drawn["units"] == ["m", "N"]
     measured = pulled.references["high"].to_json()["curve"]
     assert len(measured["x"]) == len(measured["uncertainty"]) == 7
@@ -250,11 +254,11 @@ def test_a_table_is_straight_between_rows_and_its_means_are_exact(tmp_path: Path
     file = tmp_path / "m.csv"
     file.write_text("t,v\n0,0\n100,50\n300,-25\n400,100\n")
     course = Table(str(file), "t", "v", 1e-3, 50.0)
-    assert [course.at(t) for t in (0.0, 0.05, 0.1, 0.2, 0.4)] == approx([0.0, 0.5, 1.0, 0.25, 2.0])
+    assert [course.at(t) for t in (0.0, 0.05, 0.1, 0.2, 0.4)] == pytest.approx([0.0, 0.5, 1.0, 0.25, 2.0])
     for begin, end in ((0.0, 0.4), (0.03, 0.07), (0.05, 0.35), (0.29, 0.31), (0.1, 0.3)):
         ends = sorted({begin, end, *(t for t in (0.1, 0.3) if begin < t < end)})
-        area = math.fsum(quad(course.at, a, b)[0] for a, b in zip(ends[:-1], ends[1:], strict=True))
-        assert course.mean(begin, end) == approx(area / (end - begin), rel=1e-12)
+        area = math.fsum(quad(course.at, a, b)[0] for a, b in pairwise(ends))
+        assert course.mean(begin, end) == pytest.approx(area / (end - begin), rel=1e-12)
 
 
 def test_a_table_moves_a_body_as_the_ramp_that_it_tells(tmp_path: Path) -> None:
@@ -276,4 +280,4 @@ metric   drop = displacement(end, along = -z)
         told.append(softmark.load(str(tmp_path / "a.scene")).run().models["one"].probes["end"].course)
     assert told[0] is not None
     assert np.abs(told[0]).max() > 1e-4
-    assert told[1] == approx(told[0], abs=1e-12)
+    assert told[1] == pytest.approx(told[0], abs=1e-12)

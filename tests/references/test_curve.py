@@ -8,7 +8,6 @@ import statistics
 from pathlib import Path
 
 import pytest
-from pytest import approx
 
 from softmark.interpreter.language import units
 from softmark.interpreter.language.expressions import Quantity
@@ -87,13 +86,13 @@ def test_units_and_origins(tmp_path: Path) -> None:
     file = written(tmp_path, "x,f\n0.1,0\n0.2,0.5\n")
     long, force = Quantity(0.033, units.LENGTH), Quantity(18.0, units.FORCE)
     found = curve(file, x_unit=long, y_unit=force, x_origin=Quantity(-0.0033, units.LENGTH)).load()
-    assert found.x == approx([0.0, 0.0033])
-    assert found.y == approx([0.0, 9.0])
+    assert found.x == pytest.approx([0.0, 0.0033])
+    assert found.y == pytest.approx([0.0, 9.0])
 
 
 def test_a_falling_x_is_turned_round(tmp_path: Path) -> None:
     found = curve(written(tmp_path, "x,f\n2,5\n1,3\n0,0\n")).load()
-    assert found.x.tolist() == approx([0.0, 1e-3, 2e-3])
+    assert found.x.tolist() == pytest.approx([0.0, 1e-3, 2e-3])
     assert found.y.tolist() == [0.0, 3.0, 5.0]
 
 
@@ -111,11 +110,11 @@ def test_repeats_give_mean_and_standard_deviation(tmp_path: Path) -> None:
     found = curve(*files, uncertainty=Quantity(0.3, units.FORCE)).load()
     assert found.repeats == 3
     knots = sorted({a for rows in tables for a, _ in rows})
-    assert (1e3 * found.x).tolist() == approx(knots)
+    assert (1e3 * found.x).tolist() == pytest.approx(knots)
     for k, x in enumerate(knots):
         values = [_at(rows, x) for rows in tables]
-        assert found.y[k] == approx(statistics.mean(values), abs=1e-12)
-        assert found.u[k] == approx(math.hypot(statistics.stdev(values), 0.3), rel=1e-9)
+        assert found.y[k] == pytest.approx(statistics.mean(values), abs=1e-12)
+        assert found.u[k] == pytest.approx(math.hypot(statistics.stdev(values), 0.3), rel=1e-9)
     for a, b, p, q in zip(knots[:-1], knots[1:], found.u[:-1], found.u[1:], strict=True):
         middle = statistics.stdev(_at(rows, 0.5 * (a + b)) for rows in tables)
         assert math.hypot(middle, 0.3) <= 0.5 * (p + q) + 1e-12
@@ -132,9 +131,9 @@ def test_columns_are_repeats_too_and_their_common_range_counts(tmp_path: Path) -
     two = written(tmp_path, "x,f,g\n1,1,3\n5,5,7\n", "two.csv")
     found = curve(one, two, y=("f", "g")).load()
     assert found.repeats == 4
-    assert found.x[[0, -1]].tolist() == approx([1e-3, 4e-3])
-    assert found.y.tolist() == approx([2.0, 5.0])
-    assert found.u.tolist() == approx([statistics.stdev([1, 1, 3, 3])] * 2)
+    assert found.x[[0, -1]].tolist() == pytest.approx([1e-3, 4e-3])
+    assert found.y.tolist() == pytest.approx([2.0, 5.0])
+    assert found.u.tolist() == pytest.approx([statistics.stdev([1, 1, 3, 3])] * 2)
     apart = written(tmp_path, "x,f,g\n6,1,3\n7,5,7\n", "apart.csv")
     with pytest.raises(Unreadable, match="no range of x in common"):
         curve(one, apart).load()
@@ -143,20 +142,20 @@ def test_columns_are_repeats_too_and_their_common_range_counts(tmp_path: Path) -
 def test_uncertainties_add_in_quadrature(tmp_path: Path) -> None:
     file = written(tmp_path, "x,f,off\n0,10,0.3\n1,20,0.6\n")
     found = curve(file, uncertainty=Quantity(0.04, units.NONE), deviation="off").load()
-    assert found.u.tolist() == approx([0.5, 1.0])  # 3-4-5: 0.3 with 4 % of 10, 0.6 with 4 % of 20
+    assert found.u.tolist() == pytest.approx([0.5, 1.0])  # 3-4-5: 0.3 with 4 % of 10, 0.6 with 4 % of 20
     with pytest.raises(Unreadable, match="line 3, column `off`: an uncertainty is negative"):
         curve(written(tmp_path, "x,f,off\n0,10,0.3\n1,20,-0.6\n"), deviation="off").load()
 
 
 def test_of_a_curve_that_turns_one_branch_is_taken_and_the_rest_said(tmp_path: Path) -> None:
-    """Triangles: 4 N at 2 mm on the way up, 1 N in the middle on the way down, so that 2 mm (4 - 2.5) of 4 J are lost."""
+    """Triangles: 4 N at 2 mm on the way up, 1 N in the middle on the way down; the areas say what is lost."""
     file = written(tmp_path, "x,f\n0,0\n1,2\n2,4\n1.5,2\n1,1\n0,0\n")
     up, down = curve(file).load(), curve(file, branch="unloading").load()
     assert up.y.tolist() == [0.0, 2.0, 4.0]
     assert down.y.tolist() == [0.0, 1.0, 2.0, 4.0]
     assert up.notes == ("a.csv: 3 of 6 rows are not of the loading and are left out",)
     unloading = 0.5 * 1.0 * 1.0 + 0.5 * 0.5 * (1.0 + 2.0) + 0.5 * 0.5 * (2.0 + 4.0)
-    assert up.lost == approx(1.0 - unloading / 4.0)
+    assert up.lost == pytest.approx(1.0 - unloading / 4.0)
     assert curve(written(tmp_path, "x,f\n0,0\n1,2\n2,4\n")).load().lost is None
 
 
