@@ -80,7 +80,9 @@ class TrackedPoints(Reference):
 
     def in_state(self, number: int, value: float) -> Self:
         """The points in one state of the analysis, counted from 0."""
-        return self if self.states is None else replace(self, state=int(self.states.values[number]), states=None)
+        if self.states is None or number >= len(self.states.values):  # too few are refused when a scene is checked
+            return self
+        return replace(self, state=int(self.states.values[number]), states=None)
 
     def load(self, beside: Path | None = None) -> MeasuredPoints:
         """The points at rest and their displacements, in the scene's frame. Raises Unreadable."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from softmark.grammar import tree
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language.expressions import Place
-from softmark.interpreter.language.schema import Constructor, Field
+from softmark.interpreter.language.schema import Constructor, Field, article
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.calls import Binder
@@ -15,9 +15,14 @@ if TYPE_CHECKING:
 
 def bare_word(binder: Binder, field: Field, node: tree.Name, place: Place) -> Constructor | None:
     """The constructor that a name stands for, None of one that is declared. Raises Bad for one that is misspelt."""
-    if binder.module.prefix + node.text in binder.compiler.table.symbols:
-        return None
-    words = _words(binder, field.kind)
+    words, symbol = _words(binder, field.kind), binder.compiler.table.symbols.get(binder.module.prefix + node.text)
+    if symbol is not None:
+        kind = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "parameter"
+        if node.text not in words or kind == field.kind:
+            return None
+        raise place.fail("E213", node.span, f"expected {field.expected}, found the {kind} `{node.text}`",
+                         f"{article(kind)} {kind}",
+                         f"`{node.text}` is {field.expected}, too: give the {kind} another name")  # fmt: skip
     if node.text in words:
         return words[node.text]
     declared = binder.compiler.scope.names(binder.module, [field.kind])

@@ -15,7 +15,7 @@ from softmark.interpreter.report.page.sheet import Cell, csv_link
 from softmark.interpreter.report.run.findings import Findings, MetricColumn
 from softmark.interpreter.report.run.tables.probes import drawn_first, looks
 from softmark.interpreter.results.report import Report
-from softmark.interpreter.results.states import Curve, percent
+from softmark.interpreter.results.states import ANSWERED, Curve, percent
 from softmark.interpreter.results.thinning import picked
 from softmark.records import dataclass
 
@@ -134,7 +134,8 @@ def lines(report: Report) -> Iterator[str]:
     for row in rows:
         cells = (f"{c:<{w}}" if i < 2 else f"{c:>{w}}" for i, (c, w) in enumerate(zip(row, widths, strict=True)))
         yield "  ".join(cells).rstrip()
-    yield f"what else is told is of the last state, {percent(first.states[-1])}"
+    if any(r.status in ANSWERED for r in report.models.values()):
+        yield f"what else is told is of the last state, {percent(first.states[-1])}"
 
 
 def _short(value: float, metric: MetricColumn) -> str:
