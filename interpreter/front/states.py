@@ -62,7 +62,7 @@ def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
     for analysis in scene.of_kind("analysis").values():
         given = analysis.value("states")
         if given is not None and not given.values:
-            yield diagnostic("E311", analysis.at("states"), f"`{analysis.name}` has a list of states, and no state in it",
+            yield diagnostic("E311", analysis.at("states"), f"`{analysis.name}` has a list of states without a state",
                              "an empty list", f"give it some: {SOME}; or leave `states` out")  # fmt: skip
     if len(states) > MOST:
         analysis = next(iter(scene.of_kind("analysis").values()))

@@ -110,9 +110,7 @@ class _Metric:
 
     def _save(self) -> str:
         header = ["state", *(f"{n} [{self.metric.unit}]" for n in self.curves)]
-        rows: list[list[Cell]] = [
-            [s, *(c.values[i] for c in self.curves.values())] for i, s in enumerate(self.states)
-        ]
+        rows: list[list[Cell]] = [[s, *(c.values[i] for c in self.curves.values())] for i, s in enumerate(self.states)]
         return csv_link(f"{self.metric.name}-states", header, rows)
 
 
