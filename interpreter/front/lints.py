@@ -17,7 +17,6 @@ from softmark.interpreter.language.scene import Location, Scene
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.plan.plan import asked_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.courses import State
 from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.interpreter.vocabulary.supports import Symmetric
 
@@ -106,7 +105,7 @@ def _courses(scene: Scene) -> Iterator[Diagnostic]:
     if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()):
         return
     for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
-        if declared.thing.course is not None and not isinstance(declared.thing.course, State):
+        if declared.thing.course is not None:
             yield diagnostic("W317", declared.at("course"),
                              f"the course of `{declared.name}` plays no part in a static analysis",
                              "a state of rest has no time",

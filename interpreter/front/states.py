@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.language.states import in_state, states_of
 from softmark.interpreter.results.states import percent
+from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.courses import State
 from softmark.references.curve import CurveFromFile
 from softmark.references.markers import TrackedPoints
@@ -18,21 +20,35 @@ SOME = "`analysis press = static(states = [5, 12.5, 18.25] %)`"
 
 
 def widest(scene: Scene) -> Scene:
-    """The scene in the state in which most is asked of it: what is wrong with sizes is wrong there."""
+    """The scene in the state in which most is asked of it: what is wrong with sizes is wrong there.
+
+    Of one without states, loads and supports that ask for some act in full.
+    """
     states = states_of(scene)
-    return in_state(scene, max(range(len(states)), key=lambda i: abs(states[i]))) if states else scene
+    if states:
+        return in_state(scene, max(range(len(states)), key=lambda i: abs(states[i])))
+    full = {d.name: replace(d, thing=d.thing.in_state(0, 1.0)) for d in _driven(scene)}
+    return replace(scene, declared={**scene.declared, **full}) if full else scene
+
+
+def _driven(scene: Scene) -> list[Declared]:
+    """Loads and supports with the course of a state."""
+    moved = (d for kind in ("load", "support") for d in scene.of_kind(kind).values())
+    return [d for d in moved if isinstance(d.thing.course, State)]
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
     """Errors and warnings about states; of a scene that has none, courses and references that ask for some."""
     states = states_of(scene)
     yield from _number(scene, states)
-    moved = [d for kind in ("load", "support") for d in scene.of_kind(kind).values()]
-    driven = [d for d in moved if isinstance(d.thing.course, State)]
+    driven = _driven(scene)
     tables = [r for r in scene.of_kind("reference").values() if r.value("states") is not None]
+    if any(a.value("states") is not None and not states for a in scene.of_kind("analysis").values()):
+        return
     if not states:
-        yield from (_without(d, "course", "has the course of a state") for d in driven)
-        yield from (_without(r, "states", "has been measured in several states") for r in tables)
+        moving = any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values())
+        yield from (_without(d, "course", "has the course of a state", moving) for d in driven)
+        yield from (_without(r, "states", "has been measured in several states", moving) for r in tables)
         return
     yield from (wrong for r in tables if (wrong := _whole(r) or _as_many(r, len(states))) is not None)
     if len(states) > 1:
@@ -47,7 +63,7 @@ def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
     for analysis in scene.of_kind("analysis").values():
         given = analysis.value("states")
         if given is not None and not given.values:
-            yield diagnostic("E311", analysis.at("states"), f"`{analysis.name}` has a list of states, and no state in it",
+            yield diagnostic("E311", analysis.at("states"), f"`{analysis.name}` has a list of states without a state",
                              "an empty list", f"give it some: {SOME}; or leave `states` out")  # fmt: skip
     if len(states) > MOST:
         analysis = next(iter(scene.of_kind("analysis").values()))
@@ -55,8 +71,10 @@ def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
                          f"more than {MOST}", "each is solved and kept: take fewer")  # fmt: skip
 
 
-def _without(declared: Declared, field: str, does: str) -> Diagnostic:
+def _without(declared: Declared, field: str, does: str, moving: bool) -> Diagnostic:
     help = f"give the analysis some: {SOME}"
+    if moving:
+        help = f"a motion has none: give a course of time such as `ramp(over = 0.5 s)`, or {SOME}"
     return diagnostic("E311", declared.at(field), f"`{declared.name}` {does}, and the analysis has no states",
                       "of which states?", help)  # fmt: skip
 

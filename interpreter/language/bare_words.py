@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from softmark.grammar import tree
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language.expressions import Place
-from softmark.interpreter.language.schema import Constructor, Field
+from softmark.interpreter.language.schema import Constructor, Field, article
+from softmark.interpreter.language.scope import Scope
+from softmark.interpreter.language.sources import Module
 
-if TYPE_CHECKING:
-    from softmark.interpreter.language.calls import Binder
 
-
-def bare_word(binder: Binder, field: Field, node: tree.Name, place: Place) -> Constructor | None:
+def bare_word(scope: Scope, module: Module, field: Field, node: tree.Name, place: Place) -> Constructor | None:
     """The constructor that a name stands for, None of one that is declared. Raises Bad for one that is misspelt."""
-    if binder.module.prefix + node.text in binder.compiler.table.symbols:
-        return None
-    words = _words(binder, field.kind)
+    words, symbol = _words(scope, field.kind), scope.table.symbols.get(module.prefix + node.text)
+    if symbol is not None:
+        kind = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "parameter"
+        if node.text not in words or kind == field.kind:
+            return None
+        raise place.fail("E213", node.span, f"expected {field.expected}, found the {kind} `{node.text}`",
+                         f"{article(kind)} {kind}",
+                         f"`{node.text}` is {field.expected}, too: give the {kind} another name")  # fmt: skip
     if node.text in words:
         return words[node.text]
-    declared = binder.compiler.scope.names(binder.module, [field.kind])
-    if node.text in binder.vocabulary[field.kind] or nearest(node.text, declared):
+    declared = scope.names(module, [field.kind])
+    if node.text in scope.table.vocabulary[field.kind] or nearest(node.text, declared):
         return None  # one that takes something, and the message about that
     close = nearest(node.text, words)
     if close is None:
@@ -30,7 +32,7 @@ def bare_word(binder: Binder, field: Field, node: tree.Name, place: Place) -> Co
                      f"did you mean `{close}`?")  # fmt: skip
 
 
-def _words(binder: Binder, kind: str) -> dict[str, Constructor]:
+def _words(scope: Scope, kind: str) -> dict[str, Constructor]:
     """Those of a kind."""
-    known = (binder.vocabulary.constructor(kind, name) for name in binder.vocabulary[kind])
+    known = (scope.table.vocabulary.constructor(kind, name) for name in scope.table.vocabulary[kind])
     return {c.name: c for c in known if c is not None and not c.fields}

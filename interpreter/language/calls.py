@@ -433,13 +433,8 @@ class Binder:
 
     def _name(self, field: Field, node: tree.Expression, place: Place) -> str:
         if isinstance(node, tree.String) and self.module.prefix + node.value in self.compiler.table.symbols:
-            raise place.fail(
-                "E207",
-                node.span,
-                f"expected {field.expected}, found a text",
-                "a text",
-                f"write `{node.value}`, without quotes",
-            )
+            raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text",
+                             f"write `{node.value}`, without quotes")  # fmt: skip
         if isinstance(node, tree.String):
             known = ", ".join(self.compiler.scope.names(self.module, [field.kind])) or "none"
             hint = f"names stand without quotes; declared {schema.plural(field.kind)}: {known}"
@@ -470,9 +465,8 @@ class Binder:
         if isinstance(node, tree.Call):
             return self.call(field.kind, node, outermost=False)[1]
         if isinstance(node, tree.Name):
-            if (word := bare_word(self, field, node, place)) is not None:
-                return word.cls()
-            return self.compiler.named(node, field.kind, self.module, place).thing
+            word = bare_word(self.compiler.scope, self.module, field, node, place)
+            return word.cls() if word else self.compiler.named(node, field.kind, self.module, place).thing
         raise self.wrong(field, node, place)
 
     def _element(self, field: Field, node: tree.Expression, place: Place) -> Any:

@@ -1,6 +1,6 @@
 """A scene in one of the states of its analysis: an ordinary scene, in which nothing knows of states any more.
 
-What is different from state to state says how by `in_state(number, value)`: the analysis, loads and supports, references.
+What is different from state to state says how by `in_state(number, value)`: the analysis, loads, supports, references.
 """
 
 from __future__ import annotations

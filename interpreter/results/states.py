@@ -11,7 +11,7 @@ The one of all is that of the last state, with the time of all and the status of
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -87,8 +87,7 @@ def _counted(each: Sequence[Any]) -> dict[str, int]:
 
 def _summed(name: str, each: Sequence[Any]) -> Any:
     """Seconds over all states, of every repetition; None where one has none."""
-    known: list[Mapping[str, Any]] = [r.time for r in each if r.status in ANSWERED]
-    times = [time.get(name) for time in known]
-    if not times or any(t is None for t in times):
+    times: list[Any] = [r.time.get(name) for r in each if r.status in ANSWERED]
+    if not times or None in times:
         return None
     return replace(times[0], seconds=tuple(map(sum, zip(*(t.seconds for t in times), strict=True))))

@@ -71,7 +71,8 @@ def _mesh(target: Path, name: str, mesh: Any, stress: Any) -> list[Path]:
 
 def _in_states(target: Path, name: str, outcome: ModelResult | ReferenceResult) -> list[Path]:
     """A mesh and a surface for each state that has an answer."""
-    pairs, written = list(zip(outcome.states, outcome.each, strict=True)), []
+    each: Sequence[Any] = outcome.each
+    pairs, written = list(zip(outcome.states, each, strict=True)), list[Path]()
     solved = [(s, r) for s, r in pairs if isinstance(r, ModelResult) and r.mesh is not None]
     if solved:
         first = solved[0][1].mesh

@@ -43,11 +43,12 @@ class Static:
     stretches what is flat, collapsed or inverted. The same `seed` disturbs in the same way. See `solve.recovery` of
     the report.
 
-    `states` are several situations of the body, one after another: loads and supports whose `course` is `state` act with
-    the part of their size that is the state's value, measurements with as many `states` are compared one by one, and all
-    that is measured is known in each. Solid models and springs start each state from the one before, others from rest;
-    a state that has no answer ends the sequence. `MODEL.METRIC.at(12.5 %)` is the metric in one state, and
-    `expect MODEL.METRIC < 1 mm` asks it of each. Where a study wants one number it is that of the last state.
+    `states` are several situations of the body, one after another: loads and supports whose `course` is `state` act
+    with the part of their size that is the state's value, measurements with as many `states` are compared one by one,
+    and whatever is measured is known in each. `fem` and springs start each state from the one before, unless they are
+    `disturbed` or follow a path; other models start from rest. A state without an answer ends the sequence. A report
+    has every metric from state to state; `MODEL.METRIC.at(12.5 %)` is that in one, and `expect MODEL.METRIC < 1 mm`
+    asks it of each. Where one number is wanted, as by comparisons and studies, it is that of the last state.
     """
 
     tolerance: Annotated[float, "1 in [1e-12, 1e-2]", "largest relative out-of-balance force"] = 1e-8

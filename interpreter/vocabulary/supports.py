@@ -104,7 +104,11 @@ class Displaced(Holding):
     where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
     by: Annotated[Vector3, "m", "displacement at full load"]
     components: Annotated[tuple[int, ...], "components", "directions in which it is imposed"] = (0, 1, 2)
-    course: Annotated[Any | None, "course", "how it moves in a dynamic analysis, or from state to state of a static one; at once without"] = None
+    course: Annotated[
+        Any | None,
+        "course",
+        "how it moves in a dynamic analysis, or from state to state of a static one; at once without",
+    ] = None
 
     @property
     def displacement(self) -> Vector3:

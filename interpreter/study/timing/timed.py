@@ -195,7 +195,7 @@ def _built(scene: Scene, declared: Declared, case: Case) -> tuple[Prepared, Reco
     from softmark.interpreter.language.states import in_state, states_of
     from softmark.interpreter.problem.case import case_for
 
-    meshes: Record = {}
+    meshes: dict[tuple[Any, ...], Any] = {}
     if not (states := states_of(scene)):
         return _built_once(scene, declared, case, meshes)
     from softmark.interpreter.models.shared.in_turn import InTurn
@@ -206,7 +206,9 @@ def _built(scene: Scene, declared: Declared, case: Case) -> tuple[Prepared, Reco
     return InTurn(tuple(prepared for prepared, _ in built)), spent
 
 
-def _built_once(scene: Scene, declared: Declared, case: Case, meshes: Record) -> tuple[Prepared, Record]:
+def _built_once(
+    scene: Scene, declared: Declared, case: Case, meshes: dict[tuple[Any, ...], Any]
+) -> tuple[Prepared, Record]:
     """The same in one situation; `meshes` are shared."""
     from softmark.interpreter.models.prepare import Measurements, prepared_model
     from softmark.interpreter.models.shared.prepared import Workshop

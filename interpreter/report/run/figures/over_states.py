@@ -15,7 +15,7 @@ from softmark.interpreter.report.page.sheet import Cell, csv_link
 from softmark.interpreter.report.run.findings import Findings, MetricColumn
 from softmark.interpreter.report.run.tables.probes import drawn_first, looks
 from softmark.interpreter.results.report import Report
-from softmark.interpreter.results.states import Curve, percent
+from softmark.interpreter.results.states import ANSWERED, Curve, percent
 from softmark.interpreter.results.thinning import picked
 from softmark.records import dataclass
 
@@ -110,9 +110,7 @@ class _Metric:
 
     def _save(self) -> str:
         header = ["state", *(f"{n} [{self.metric.unit}]" for n in self.curves)]
-        rows: list[list[Cell]] = [
-            [s, *(c.values[i] for c in self.curves.values())] for i, s in enumerate(self.states)
-        ]
+        rows: list[list[Cell]] = [[s, *(c.values[i] for c in self.curves.values())] for i, s in enumerate(self.states)]
         return csv_link(f"{self.metric.name}-states", header, rows)
 
 
@@ -134,7 +132,8 @@ def lines(report: Report) -> Iterator[str]:
     for row in rows:
         cells = (f"{c:<{w}}" if i < 2 else f"{c:>{w}}" for i, (c, w) in enumerate(zip(row, widths, strict=True)))
         yield "  ".join(cells).rstrip()
-    yield f"what else is told is of the last state, {percent(first.states[-1])}"
+    if any(r.status in ANSWERED for r in report.models.values()):
+        yield f"what else is told is of the last state, {percent(first.states[-1])}"
 
 
 def _short(value: float, metric: MetricColumn) -> str:
