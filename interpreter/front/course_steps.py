@@ -61,8 +61,9 @@ def shows(case: Case, step: float) -> bool:
     things = [d.thing for d in (*case.loads, *case.supports)]
     swings = [t.course for t in things if isinstance(t.course, Sine)]
     tables = [t.course for t in things if isinstance(t.course, Table)]
-    left = all(_left_out(c, step, case.analysis.duration) <= MISSED for c in tables) if tables else True
-    return left and all(1.0 / (c.frequency * step) >= SEEN for c in swings)
+    end = case.analysis.duration if isinstance(case.analysis, Dynamic) else 0.0
+    followed = all(_left_out(course, step, end) <= MISSED for course in tables)
+    return followed and all(1.0 / (c.frequency * step) >= SEEN for c in swings)
 
 
 def _tabled(declared: Declared, course: Table, analysis: Dynamic) -> Iterator[Diagnostic]:

@@ -1,4 +1,4 @@
-"""Curves of metrics against measured ones: exact integrals by quadrature of another library, courses by closed forms."""
+"""Curves of metrics against measured ones: integrals by quadrature of another library, courses by closed forms."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.curves import Course, Curve
 from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
 from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.report.run.html import render
 from softmark.interpreter.run.pipeline import Options, run
 from softmark.interpreter.vocabulary.courses import Table
 
@@ -130,8 +131,8 @@ probe    end  = point(bar, at = (40, 0, 0) mm)
 
 def test_a_free_flight_against_its_parabola(tmp_path: Path) -> None:
     """A body that is let go falls by g t^2 / 2. The rule is exact at the ends of steps, and in between the chord of a
-    parabola lies g s (h - s) / 2 above it: sqrt(g^2 h^4 / 120) in the mean square. The table is so fine that its own chords
-    are 1/2500 of that."""
+    parabola lies g s (h - s) / 2 above it: sqrt(g^2 h^4 / 120) in the mean square. The table's own chords are 1/2500
+    of that."""
     g, h, T = 9.81, 0.05, 0.5
     t = np.linspace(0.0, T, 501)
     rows = "\n".join(f"{a!r},{b!r}" for a, b in zip(t.tolist(), (-500.0 * g * t**2).tolist(), strict=True))
@@ -172,7 +173,7 @@ metric  force  = force(grip, along = +x)
 
 
 def _closed(stretch: float) -> float:
-    """Force, N, on 100 mm^2 of the logarithmic neo-Hookean solid, its lateral stretch by bisection of its own stress."""
+    """Force, N, on 100 mm^2 of the logarithmic neo-Hookean solid, its lateral stretch by bisection of that stress."""
     young, nu = 60e3, 0.3
     mu, lam = young / (2 * (1 + nu)), young * nu / ((1 + nu) * (1 - 2 * nu))
     low, high = 0.5, 1.0
@@ -184,7 +185,7 @@ def _closed(stretch: float) -> float:
 
 @pytest.fixture(scope="module")
 def pulled(tmp_path_factory: pytest.TempPathFactory) -> softmark.Report:
-    """Five states against the closed form with a row at each, and one that is a tenth higher with noise of a known size."""
+    """Five states against the closed form with a row at each, and against two that are higher by known shares."""
     folder = tmp_path_factory.mktemp("pull")
     rows = [(0.0, 0.0), *((40.0 * s, _closed(1.0 + s)) for s in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6))]
     (folder / "pull.csv").write_text("x,f\n" + "\n".join(f"{a!r},{b!r}" for a, b in rows))
@@ -207,7 +208,7 @@ expect one.off.at(10 %) > 16 % and one.off.at(50 %) < 17 %
 
 
 def test_a_pull_agrees_with_its_closed_form(pulled: softmark.Report) -> None:
-    """Rows of the curve lie at the states, so that chords are the same; a homogeneous state is exact but for rounding."""
+    """Rows of the curve lie at the states, so that chords are the same; a homogeneous state is exact to rounding."""
     found = pulled.models["one"].metrics["miss"]
     assert found.value < 1e-7
     assert found.details["covered_share"] == pytest.approx(16.0 / 24.0)
@@ -226,7 +227,7 @@ def test_repeats_are_the_uncertainty(pulled: softmark.Report) -> None:
 
 
 def test_what_is_stated_of_a_curve_has_what_lies_between_states(pulled: softmark.Report) -> None:
-    """The closed form between states of 10 %: the chord is off by up to |f''| h^2 / 8, and a third of what those of 20 %
+    """The closed form between states of 10 %: chords are off by up to |f''| h^2 / 8; a third of what those of 20 %
     leave out is stated."""
     said = pulled.models["one"].stated["miss"]
     assert said.value is not None
@@ -240,6 +241,9 @@ def test_what_is_stated_of_a_curve_has_what_lies_between_states(pulled: softmark
 
 
 def test_curves_in_the_report(pulled: softmark.Report) -> None:
+    """In JSON, and in the page one chart for each measurement: two statistics of the same curves share it."""
+    page = render(pulled)
+    assert page.count("curves of models over") == 2
     drawn = pulled.models["one"].metrics["miss"].to_json()["curve"]
     assert drawn["x"] == pytest.approx([4e-3, 8e-3, 12e-3, 16e-3, 20e-3])
     assert drawn["units"] == ["m", "N"]

@@ -108,8 +108,8 @@ class _Measured:
 
     def _caption(self) -> str:
         return (
-            f"`{self.metric.name}`: curves of models over `{self.reference}`, which was measured; the lines beside it are"
-            " its uncertainty."
+            f"`{self.metric.name}`: curves of models over `{self.reference}`, which was measured; the lines beside it"
+            " are its uncertainty."
         )
 
     def _columns(self) -> list[PlateColumn]:
