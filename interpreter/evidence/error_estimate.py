@@ -32,6 +32,7 @@ from softmark.interpreter.front.course_steps import shows
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.curve_error import CurveError
+from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.shared.prepared import Prepared
@@ -184,7 +185,7 @@ def stated(
     whole = Stated(scene, declared, view.case, prepared, result, measured, result.mesh, asked)
     doubts, found = doubts_of(scene, declared, warnings), {}
     void = next((f"{code}: {DOUBTS[code]}" for code in VOID if code in doubts), None)
-    for name, seen in _asked(scene, result, view, measured).items():
+    for name, seen in _asked(scene, result, view, measured, asked).items():
         said = _safely(whole, seen) if void is None else StatedError(reason=void)
         found[name] = replace(said, doubts=tuple(doubts))
     if any(isinstance(m.thing, CurveError) for m in scene.of_kind("metric").values()):
@@ -204,7 +205,9 @@ def _safely(whole: Stated, seen: ProbeAnswer) -> StatedError:
         return StatedError(reason=reason)
 
 
-def _asked(scene: Scene, result: ModelResult, view: View, measured: Mapping[str, Any]) -> dict[str, ProbeAnswer]:
+def _asked(
+    scene: Scene, result: ModelResult, view: View, measured: Mapping[str, Any], asked: bool
+) -> dict[str, ProbeAnswer]:
     """What is stated: metrics of what probes saw, and probes.
 
     Of metrics against the model itself as well: how far it can be trusted as a truth, in their terms.
@@ -216,6 +219,12 @@ def _asked(scene: Scene, result: ModelResult, view: View, measured: Mapping[str,
 
             if (course := in_time(scene, metric, view, measured)) is not None:
                 found[name] = course
+            continue
+        if isinstance(metric.thing, Frequency):
+            from softmark.interpreter.evidence.tone_answers import of_view
+
+            if asked and view.vibrations is not None and metric.thing.body_in(scene) == view.body:
+                found[name] = of_view(metric.thing, view)
             continue
         probe = metric.thing.looked_at
         if probe in result.probes:

@@ -20,7 +20,16 @@ from softmark.interpreter.report.run.figures import (
 )
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.header import header, title
-from softmark.interpreter.report.run.tables import listing, loads, provenance, published, reactions, regions, verdicts
+from softmark.interpreter.report.run.tables import (
+    listing,
+    loads,
+    modes,
+    provenance,
+    published,
+    reactions,
+    regions,
+    verdicts,
+)
 from softmark.interpreter.report.view3d import section
 from softmark.interpreter.results.report import Report
 
@@ -41,6 +50,7 @@ SECTIONS: tuple[tuple[str, str, Callable[[Findings], str]], ...] = (
     ("regions", "Regions", regions.section_of),
     ("loads", "Loads", loads.section_of),
     ("supports", "Supports", reactions.section_of),
+    ("modes", "Modes", modes.section_of),
     ("expectations", "Expectations", verdicts.expectations),
     ("warnings", "Warnings", verdicts.warnings),
     ("scene", "Scene", listing.section_of),
