@@ -22,6 +22,8 @@ from softmark.interpreter.language.overrides import read_one
 from softmark.interpreter.language.states import in_state, states_of
 from softmark.interpreter.report.run import html, terminal
 from softmark.interpreter.results.vtk import write_vtu
+from softmark.interpreter.run.options import Options, Sound
+from softmark.interpreter.run.pipeline import report_of
 
 STATES = (0.1, 0.4, 1.0)
 BAR = """
@@ -206,6 +208,20 @@ def test_what_comes_before_a_state_without_an_answer_stays(tmp_path: Path) -> No
     assert [f.name for f in write_vtu(report, tmp_path)][:3] == ["hexes.pvd", "hexes-0000.vtu", "hexes-0001.vtu"]
 
 
+def test_a_warning_says_in_which_states_it_holds() -> None:
+    """Small strain turns too far under the whole load alone; that the mesh is coarse is said of all states once."""
+    shown: list[Any] = []
+    text = ROD.format(g=30, course=", course = state").partition("model rod")[0]
+    model = "model linear = fem(tet4, strain = small, size = 10 mm)\n"
+    own = softmark.loads(
+        text + ANALYSIS.replace("10, 40", "1, 2") + "probe tip = point(bar, at = (40, 0, 0) mm)\n" + model
+    )
+    report = report_of(Sound(own.scene, own.warnings), Options(warn=shown.extend))
+    (turned,) = (w for w in report.warnings if w.code == "W306")
+    assert turned.message.endswith(" (in the state 100 %)")
+    assert [d.notes for d in shown if d.code == "W306"] == [("in the state 100 %",)]
+
+
 # ------------------------------------------------------------------ measurements
 
 
@@ -292,7 +308,6 @@ def test_a_scene_without_states_pays_nothing() -> None:
     """One run of the scene itself, and no word of states in its report."""
     from softmark.interpreter.plan.plan import plan_of
     from softmark.interpreter.run.answers import works_of
-    from softmark.interpreter.run.options import Options
 
     own = softmark.loads(ROD.format(g=9.81, course=""))
     (work,) = works_of(own.scene, plan_of(own.scene), Options(), [])
