@@ -9,6 +9,7 @@ from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.page.markup import count, listed
 from softmark.interpreter.results.names import Named
 from softmark.interpreter.results.report import ModelResult, ProbeResult, ReferenceResult, Report
+from softmark.interpreter.results.states import percent
 from softmark.records import dataclass
 
 Result = ModelResult | ReferenceResult
@@ -127,6 +128,12 @@ class Findings:
         return {n: r for n, r in self.everyone.items() if r.status not in ("converged", "capped", "skipped")}
 
     # -------------------------------------------------------------- sentences
+
+    @property
+    def of_last(self) -> str:
+        """` in the last state, 18.25 %`: what numbers are of that stand alone; nothing of a scene in one situation."""
+        last = next((r.states[-1] for r in self.everyone.values() if r.states), None)
+        return "" if last is None else f" in the last state, {percent(last)}"
 
     @property
     def conclusion(self) -> str:
