@@ -161,7 +161,8 @@ class Findings:
 
     def _first_closest(self) -> Iterator[str]:
         """Who is closest to the first reference, and to the first that was measured."""
-        said = list(self.closest())
+        where = f"{self.of_last.strip()}, " if self.of_last else ""
+        said = [where + words for words in self.closest()]
         known = list(dict.fromkeys(str(m.against) for m in self.telling if self.best(m)))
         measured = (i for i, n in enumerate(known) if self.report.references[n].kind == "experimental")
         chosen = dict.fromkeys([0, next(measured, 0)])
