@@ -85,6 +85,8 @@ class Field:
         if self.form in ("quantity", "vector") and self.dimension is not None:
             one = units.named(self.dimension)
             return one if self.form == "quantity" else f"three components, each {one}"
+        if self.form == "list" and self.dimension == units.NONE:
+            return "a list of plain numbers such as `[5, 12.5, 18.25] %`"
         if self.form == "choice":
             *others, last = self.options
             return f"{', '.join(others)} or {last}" if others else last

@@ -102,7 +102,7 @@ def doubts(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
 
 def no_judge(scene: Scene, at: Location | None, name: str) -> Diagnostic:
     """A scene in which nothing can tell right from wrong."""
-    references = scene.of_kind("reference")
+    references = {n: r for n, r in scene.of_kind("reference").items() if r.constructor.name != "curve"}
     against = next(iter(references), "theory")
     help = f"declare one: `metric eta = energy_norm(PROBE, against = {against})`"
     help += "" if references else ", and a reference such as `reference theory = simo_reissner(BODY)`"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
@@ -62,10 +62,11 @@ class Work:
         own = [p for p in self.scene.of_kind("probe").values() if p.thing.body == body]
         return [p for p in own if p.thing.tracked in (None, *self.measured)]
 
-    def warn(self, found: Sequence[Diagnostic]) -> None:
-        """Keep warnings for the report, and show those that no state before had."""
+    def warn(self, found: Sequence[Diagnostic], here: bool = False) -> None:
+        """Keep warnings for the report, and show those that no state before had; of what is so `here`, the state."""
         self.warnings.extend(found)
-        self.options.warn([d for d in found if not self._said(d)])
+        new, where = [d for d in found if not self._said(d)], self.where.strip()
+        self.options.warn([replace(d, notes=(*d.notes, where)) for d in new] if here and where else new)
 
     @property
     def earlier(self) -> list[Work]:

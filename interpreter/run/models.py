@@ -6,7 +6,10 @@ import os
 import sys
 import time
 from dataclasses import replace
+from operator import add
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from softmark.interpreter.evidence.force_check import watched
 from softmark.interpreter.evidence.selection_error import reactions
@@ -16,7 +19,7 @@ from softmark.interpreter.models.answers.at_rest import at_rest
 from softmark.interpreter.models.answers.stressed import stressed
 from softmark.interpreter.models.prepare import prepared_model
 from softmark.interpreter.models.shared.pieces import facts
-from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.parts.resultants import doubts, resultants
 from softmark.interpreter.problem.points import seen_finite
@@ -28,6 +31,8 @@ from softmark.interpreter.run.answers import Work
 
 if TYPE_CHECKING:
     from softmark.solvers.statics.equilibrium import Iteration
+
+NEAR_REST = 1e-4  # of what nodes moved by in the state before: one that moves by less is solved from rest
 
 
 def prepare(work: Work) -> None:
@@ -71,7 +76,8 @@ def solve(work: Work, name: str) -> None:
             reason, seen = "the displacements are not finite numbers", {}
             solution = Solution("failed", reason, solution.facts, notes=solution.notes)
     rest = at_rest(declared, case, prepared, solution)
-    work.warn((*doubts(case, declared, loads := resultants(case, prepared)), *solution.notes))
+    work.warn(doubts(case, declared, loads := resultants(case, prepared)))
+    work.warn(solution.notes, here=True)
     message = solution.message if solution.displacement is None else None
     work.views[name] = View(
         name,
@@ -97,13 +103,30 @@ def solve(work: Work, name: str) -> None:
 
 
 def _begun(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
-    """The solution, from that of the state before where there is one; none where that has no answer."""
+    """The solution, from that of the state before where there is one; none where that has no answer.
+
+    A state that turns out to be next to rest is solved again from there.
+    """
     if work.before is None or work.before.state is None:
         return _timed(work, name, prepared)
     before = work.before.models[name]
     if before.status not in ANSWERED:
         return Solution("skipped", f"the state before it, {percent(work.before.state)}, has no answer", {}), [], []
-    return _timed(work, name, prepared if before.mesh is None else prepared.after(before.mesh))
+    if before.mesh is None:
+        return _timed(work, name, prepared)
+    found, wall, cpu = _timed(work, name, prepared.after(before.mesh))
+    if not _at_rest_again(found, before.mesh):
+        return found, wall, cpu
+    again, more, cpu_more = _timed(work, name, prepared)
+    return again, list(map(add, wall, more)), list(map(add, cpu, cpu_more))
+
+
+def _at_rest_again(found: Solution, before: Moved) -> bool:
+    """Whether a state is next to nothing beside the one before: what that leaves of rounding would be large in it."""
+    if found.mesh is None:
+        return False
+    now, then = (float(np.abs(moved.displacement).max(initial=0.0)) for moved in (found.mesh, before))
+    return now <= NEAR_REST * then
 
 
 def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,17 +13,14 @@ from softmark.interpreter.evidence.force_check import loose
 from softmark.interpreter.metrics.measure import metrics_of
 from softmark.interpreter.problem.points import drawn, surface_of
 from softmark.interpreter.problem.view import View
-from softmark.interpreter.results.report import (
-    ModelResult,
-    ReferenceResult,
-    Report,
-    SeenSurface,
-    Warned,
-)
+from softmark.interpreter.results.report import ModelResult, ReferenceResult, Report, SeenSurface, Warned
 from softmark.interpreter.results.states import joined, percent
 from softmark.interpreter.run.answers import Work
 from softmark.interpreter.run.environment import describe, environment
 from softmark.interpreter.run.names import names_of
+
+if TYPE_CHECKING:
+    from softmark.grammar.diagnostic import Diagnostic
 
 
 def unfinished(works: Sequence[Work]) -> Report:
@@ -88,17 +85,29 @@ def _drawn(work: Work, view: View) -> np.ndarray:
 
 def _report(works: Sequence[Work], partial: bool) -> Report:
     scene = works[0].scene
-    warnings = tuple(
-        Warned(d.code, d.message, d.span.line if d.span and d.source is scene.source else None, d.help)
-        for d in dict.fromkeys(d for work in works for d in work.warnings)
-    )
     states = tuple(work.state for work in works if work.state is not None)
+    warnings = tuple(
+        Warned(d.code, d.message + where, d.span.line if d.span and d.source is scene.source else None, d.help)
+        for d, where in _warned(works).items()
+    )
     models: dict[str, ModelResult] = _over_states([work.models for work in works], states)
     references: dict[str, ReferenceResult] = _over_states([work.references for work in works], states)
     known: dict[str, ModelResult | ReferenceResult] = {**models, **references}
     expectations = () if partial else tuple(judge(scene, known, e, states) for e in scene.expectations)
     described, machine = describe(scene), environment(works[0].started)
     return Report(described, machine, models, references, expectations, warnings, partial, names_of(scene))
+
+
+def _warned(works: Sequence[Work]) -> dict[Diagnostic, str]:
+    """All warnings, each with the states that it is about where it is not about all."""
+    found: dict[Diagnostic, list[str]] = {}
+    for work in works:
+        for d in dict.fromkeys(work.warnings):
+            found.setdefault(d, []).append(percent(work.state or 0.0))
+    return {
+        d: "" if len(own) == len(works) else f" (in the {'state' if len(own) == 1 else 'states'} {', '.join(own)})"
+        for d, own in found.items()
+    }
 
 
 def _over_states(known: Sequence[dict[str, Any]], states: Sequence[float]) -> dict[str, Any]:

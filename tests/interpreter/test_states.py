@@ -22,6 +22,8 @@ from softmark.interpreter.language.overrides import read_one
 from softmark.interpreter.language.states import in_state, states_of
 from softmark.interpreter.report.run import html, terminal
 from softmark.interpreter.results.vtk import write_vtu
+from softmark.interpreter.run.options import Options, Sound
+from softmark.interpreter.run.pipeline import report_of
 
 STATES = (0.1, 0.4, 1.0)
 BAR = """
@@ -206,6 +208,20 @@ def test_what_comes_before_a_state_without_an_answer_stays(tmp_path: Path) -> No
     assert [f.name for f in write_vtu(report, tmp_path)][:3] == ["hexes.pvd", "hexes-0000.vtu", "hexes-0001.vtu"]
 
 
+def test_a_warning_says_in_which_states_it_holds() -> None:
+    """Small strain turns too far under the whole load alone; that the mesh is coarse is said of all states once."""
+    shown: list[Any] = []
+    text = ROD.format(g=30, course=", course = state").partition("model rod")[0]
+    model = "model linear = fem(tet4, strain = small, size = 10 mm)\n"
+    own = softmark.loads(
+        text + ANALYSIS.replace("10, 40", "1, 2") + "probe tip = point(bar, at = (40, 0, 0) mm)\n" + model
+    )
+    report = report_of(Sound(own.scene, own.warnings), Options(warn=shown.extend))
+    (turned,) = (w for w in report.warnings if w.code == "W306")
+    assert turned.message.endswith(" (in the state 100 %)")
+    assert [d.notes for d in shown if d.code == "W306"] == [("in the state 100 %",)]
+
+
 # ------------------------------------------------------------------ measurements
 
 
@@ -247,7 +263,7 @@ def test_the_report_has_every_state(report: softmark.Report) -> None:
     assert 'id="states"' in page
     assert page.count('id="states-') >= len(report.models["finite"].metrics)
     assert '"labels": ["10 %", "40 %", "100 %"]' in page
-    assert "Numbers are those of the last state, 100 %" in page
+    assert "Numbers are those in the last state, 100 %" in page
     assert "2 models in 3 states" in page
     assert "what else is told is of the last state, 100 %" in lines
     shape = report.models["finite"].shape
@@ -292,7 +308,6 @@ def test_a_scene_without_states_pays_nothing() -> None:
     """One run of the scene itself, and no word of states in its report."""
     from softmark.interpreter.plan.plan import plan_of
     from softmark.interpreter.run.answers import works_of
-    from softmark.interpreter.run.options import Options
 
     own = softmark.loads(ROD.format(g=9.81, course=""))
     (work,) = works_of(own.scene, plan_of(own.scene), Options(), [])

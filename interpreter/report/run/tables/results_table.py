@@ -20,7 +20,6 @@ from softmark.interpreter.report.page.markup import count, listed, prose, tag, t
 from softmark.interpreter.report.run.bodies import BodyResults
 from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of
 from softmark.interpreter.results.report import ModelResult, ReferenceResult
-from softmark.interpreter.results.states import percent
 
 WIDE = 6  # a table with more metrics is set more tightly
 SYMBOLS = {
@@ -39,7 +38,7 @@ CAPTION = (
 )
 BEST = " The least error of a column is in bold and marked best."
 TIED = " Errors that differ by less than the uncertainty of the reference are not ranked: they are all marked tied."
-LAST = " Numbers are those of the last state, {}; times and iterations those of all states together."
+LAST = " Numbers are those{}; times and iterations those of all states together."
 CLOCK = " Shares of the time that there is are marked ✓ for real time and ✗ for none."
 
 
@@ -47,8 +46,7 @@ def caption(findings: Findings) -> str:
     """What the tables are, in words."""
     best, tied = (any(ask(m) for m in findings.metrics) for ask in (findings.best, findings.tied))
     clock = any(m.clock for m in findings.metrics)
-    last = next((r.states[-1] for r in findings.everyone.values() if r.states), None)
-    of_last = "" if last is None else LAST.format(percent(last))
+    of_last = LAST.format(findings.of_last) if findings.of_last else ""
     return text(CAPTION + of_last + (BEST if best else "") + (TIED if tied else "") + (CLOCK if clock else ""))
 
 
