@@ -62,11 +62,11 @@ class Work:
         own = [p for p in self.scene.of_kind("probe").values() if p.thing.body == body]
         return [p for p in own if p.thing.tracked in (None, *self.measured)]
 
-    def warn(self, found: Sequence[Diagnostic], here: bool = False) -> None:
-        """Keep warnings for the report, and show those that no state before had; of what is so `here`, the state."""
-        self.warnings.extend(found)
-        new, where = [d for d in found if not self._said(d)], self.where.strip()
-        self.options.warn([replace(d, notes=(*d.notes, where)) for d in new] if here and where else new)
+    def warn(self, found: Sequence[Diagnostic], here: Sequence[Diagnostic] = ()) -> None:
+        """Keep warnings for the report, and show those that no state before had: of those `here` with their state."""
+        new, where = [d for d in (*found, *here) if not self._said(d)], self.where.strip()
+        self.warnings.extend((*found, *here))
+        self.options.warn([replace(d, notes=(*d.notes, where)) if where and d in here else d for d in new])
 
     @property
     def earlier(self) -> list[Work]:

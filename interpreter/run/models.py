@@ -76,8 +76,7 @@ def solve(work: Work, name: str) -> None:
             reason, seen = "the displacements are not finite numbers", {}
             solution = Solution("failed", reason, solution.facts, notes=solution.notes)
     rest = at_rest(declared, case, prepared, solution)
-    work.warn(doubts(case, declared, loads := resultants(case, prepared)))
-    work.warn(solution.notes, here=True)
+    work.warn(doubts(case, declared, loads := resultants(case, prepared)), here=solution.notes)
     message = solution.message if solution.displacement is None else None
     work.views[name] = View(
         name,
