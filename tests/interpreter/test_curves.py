@@ -35,7 +35,7 @@ def value(own: Course, reference: Curve, statistic: str, initial: float = 0.1) -
     return metric.measure(Seen("m", None, none, none, known=Known("b", curve=reference), curve=own))  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_every_statistic_is_the_integral_that_it_says(seed: int) -> None:
     """Adaptive quadrature of scipy between the bends; areas and shares, which have kinks, with their zeros as well."""
     own, ref = _random(seed)
@@ -244,6 +244,8 @@ def test_curves_in_the_report(pulled: softmark.Report) -> None:
     """In JSON, and in the page one chart for each measurement: two statistics of the same curves share it."""
     page = render(pulled)
     assert page.count("curves of models over") == 2
+    assert "the mean of 2 repeats, which deviate by up to" in page
+    assert "66.7 % of its range is judged" in page
     drawn = pulled.models["one"].metrics["miss"].to_json()["curve"]
     assert drawn["x"] == pytest.approx([4e-3, 8e-3, 12e-3, 16e-3, 20e-3])
     assert drawn["units"] == ["m", "N"]

@@ -194,6 +194,7 @@ model    cells = fem(hex8, strain = small, size = 2.5 mm)
 """
 
 
+@pytest.mark.slow
 def test_what_is_stated_of_a_frequency_holds_its_error() -> None:
     """A bar in a tube stretches alone: 3 c / 4 L is the second tone. Linear cells of h are (k h)^2 / 24 above it, here
     0.06 % for k h = 0.12; what coarser meshes say is that or more, and the page has all tones up to it."""

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 640.0, 300.0
 ROWS = 60  # of the table of numbers
+WHOLE = 0.999  # of the measured range: less is said
 
 
 def section_of(findings: Findings) -> str:
@@ -107,10 +108,21 @@ class _Measured:
         return "; ".join(ends) + "."
 
     def _caption(self) -> str:
-        return (
-            f"`{self.metric.name}`: curves of models over `{self.reference}`, which was measured; the lines beside it"
-            " are its uncertainty."
-        )
+        """What is drawn, what the measurement is made of, and which part of it is judged."""
+        facts = self.findings.report.references[self.reference].facts
+        said = [f"`{self.metric.name}`: curves of models over `{self.reference}`, with its uncertainty on both sides."]
+        if facts.get("repeats", 1) > 1:
+            said.append(f"It is the mean of {facts['repeats']} repeats, which deviate by up to"
+                        f" {self._said(float(facts['spread']))}.")  # fmt: skip
+        if facts.get("lost") is not None:
+            said.append(f"Unloading did not give back {100.0 * float(facts['lost']):.3g} % of the work of loading.")
+        said += [f"{note}." for note in facts.get("notes") or ()]
+        models = (r.metrics.get(self.metric.name) for r in self.findings.everyone.values())
+        shares = [float(m.details["covered_share"]) for m in models if m is not None and "covered_share" in m.details]
+        if shares and min(shares) < WHOLE:
+            least, most = (f"{100.0 * share:.3g}" for share in (min(shares), max(shares)))
+            said.append(f"{least if least == most else f'{least} to {most}'} % of its range is judged.")
+        return " ".join(said)
 
     def _columns(self) -> list[PlateColumn]:
         """The models' points, and the measurement there."""
