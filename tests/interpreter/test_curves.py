@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -287,3 +289,13 @@ metric   drop = displacement(end, along = -z)
     assert told[0] is not None
     assert np.abs(told[0]).max() > 1e-4
     assert told[1] == pytest.approx(told[0], abs=1e-12)
+
+
+def test_a_scene_without_curves_reads_and_imports_nothing_of_them() -> None:
+    """The words are known; what checks, compares and states curves is not looked at, and no table is read."""
+    asked = (
+        "import sys, softmark; softmark.load('stiff-cantilever').run();"
+        "print([m for m in sys.modules if m.endswith(('front.curves', 'curve_answers'))])"
+    )
+    done = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
