@@ -184,7 +184,8 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
     place = drawn(case)
     if place.triangles is None:
         return None
-    held = [s.thing for s in case.supports if isinstance(s.thing, Holding) and not s.thing.moves]
+    own = [s.thing for s in case.supports if not isinstance(s.thing, InPlane)]
+    held = [thing for thing in own if isinstance(thing, Holding) and not thing.moves]
     wheres = [support.where for support in held]
     if not wheres:
         return None

@@ -1,15 +1,18 @@
 """Finite elements: all that is known of a cell by itself, nothing of any law.
 
-To add an element: one file with its class (element.py says what it needs), one line in ELEMENTS.
+Those of plane problems are slices of others (quadrilaterals.py). To add an element: one file with its class (element.py says what it needs), one line in ELEMENTS.
 """
 
 from __future__ import annotations
 
+from collections import ChainMap
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from softmark.solvers.elements.hex8 import Hex8
 from softmark.solvers.elements.hex20 import Hex20
 from softmark.solvers.elements.hex27 import Hex27
+from softmark.solvers.elements.quadrilaterals import PLANE
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
 
@@ -24,6 +27,13 @@ ELEMENTS: dict[str, type[Element]] = {
     "hex27": Hex27,
 }
 
+WORDS: Mapping[str, type[Element]] = ChainMap(dict(PLANE), ELEMENTS)  # for scenes; cells of meshes are ELEMENTS
+
+
+def sliced(name: str) -> str:
+    """The element that cells of a mesh have: of a plane one, that which it is a slice of."""
+    return PLANE[name].slice_of if name in PLANE else name
+
 
 class UnknownElement(ValueError):
     """There is no such element; the message has its name, and those that there are."""
@@ -31,6 +41,6 @@ class UnknownElement(ValueError):
 
 def element_of(name: str) -> type[Element]:
     """The class of an element by its word. Raises UnknownElement."""
-    if name not in ELEMENTS:
+    if name not in WORDS:
         raise UnknownElement(f"there is no element `{name}`: elements are {', '.join(ELEMENTS)}")
-    return ELEMENTS[name]
+    return WORDS[name]

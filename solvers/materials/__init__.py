@@ -19,6 +19,7 @@ from softmark.solvers.materials.law import Law, project
 from softmark.solvers.materials.linear_elastic import LinearElastic
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
+from softmark.solvers.materials.plane_stress import PlaneStress
 from softmark.solvers.materials.small_strain import SmallStrain
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
@@ -75,10 +76,11 @@ STRAINS: dict[str, Callable[[Isotropic], Law]] = {
 def law_for(material: Isotropic, strain: str) -> Law:
     """The law of `material` for a model that measures `strain`, a key of STRAINS.
 
-    `small` and `corotational` use the moduli at rest of any material; `finite` is the material's own law.
-    Raises NoFiniteLaw, and KeyError for a strain that is not in STRAINS.
+    `small` and `corotational` use the moduli at rest of any material; `finite` is the material's own law. Of a plate
+    it is that in plane stress. Raises NoFiniteLaw, and KeyError for a strain that is not in STRAINS.
     """
-    return STRAINS[strain](material)
+    law = STRAINS[strain](material)
+    return PlaneStress(law) if material.thin else law
 
 
 def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
@@ -86,6 +88,8 @@ def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
 
     That modulus is lam, or the bulk modulus in a law that is written with it. None where the law does not come apart.
     """
+    if material.thin:
+        return None
     mu, lam = material.shear_modulus, material.lame_lambda
     if strain == "small":
         return SmallStrain(mu, 0.0), SmallStrain(0.0, lam)
@@ -99,6 +103,8 @@ def mixed_for(material: Isotropic, strain: str) -> Mixed | None:
 
     Right for every Poisson's ratio, 0.5 included. None where the law does not come apart.
     """
+    if material.thin:
+        return None
     mu, K = material.shear_modulus, material.bulk_modulus
     if strain == "small":
         return Mixed(SmallStrain(mu, -2.0 / 3.0 * mu), Dilatation(), K)

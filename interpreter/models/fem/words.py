@@ -75,7 +75,7 @@ class Fem(Model):
     composite = True
     finely = ("size",)
 
-    element: Annotated[str, "element", "the element: tet4, tet10, hex8, hex20 or hex27"]
+    element: Annotated[str, "element", "the element: tet4, tet10, hex8, hex20 or hex27; of plane bodies quad4, quad8 or quad9"]
     strain: Annotated[Literal["small", "corotational", "finite"], "how strain is measured"]
     size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
@@ -255,7 +255,7 @@ class Fem(Model):
 
     def _locking(self, declared: Declared, case: Case) -> Diagnostic | None:
         nu = case.material.poisson
-        if not self.locks_at(nu) or case.material.incompressible:
+        if not self.locks_at(nu) or case.material.incompressible or case.material.thin:
             return None
         element = element_of(self.element)
         cure = "use `formulation = mixed`" if element.pressures == "corners" else formulations.FREE
@@ -288,6 +288,8 @@ class Fem(Model):
         at = declared.at("size")
         element = element_of(self.element)
         cells = len(element.split[0]) * shape.volume / self.size**3
+        if shape.flat:  # one through the thickness
+            cells, low, high = shape.volume / (high[2] - low[2]) / self.size**2, low[:2], high[:2]
         if cells > element.most:
             size = units.show(self.size, units.LENGTH)
             extent = units.show(max(b - a for a, b in zip(low, high, strict=True)), units.LENGTH)
