@@ -71,6 +71,11 @@ class Case:
         return (self.material, *(self.body.thing.as_it_is(part.thing.material) for part in self.parts))
 
     @property
+    def named_supports(self) -> tuple[Declared, ...]:
+        """Its supports without what holds a plane body in its plane."""
+        return tuple(s for s in self.supports if not isinstance(s.thing, InPlane))
+
+    @property
     def planar(self) -> str:
         """`plane_strain` or `plane_stress` of a plane body; "" of a solid."""
         kind: str = self.body.thing.planar

@@ -258,7 +258,7 @@ class Fem(Model):
         if not self.locks_at(nu) or case.material.incompressible or case.material.thin:
             return None
         element = element_of(self.element)
-        cure = "use `formulation = mixed`" if element.pressures == "corners" else formulations.FREE
+        cure = "use `formulation = mixed`" if element.pressures == "corners" else formulations.for_plane(self, formulations.FREE)
         return diagnostic(
             "W301",
             declared.at("element"),
