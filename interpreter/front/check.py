@@ -97,8 +97,8 @@ def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for body in scene.of_kind("body").values():
         problem = body.thing.shape.fault
         if problem:
-            yield diagnostic("E581", body.at("shape"), f"`{body.name}` has a shape that no body has: {problem}",
-                             "no such shape")  # fmt: skip
+            at = body.at("region" if body.thing.planar else "shape")
+            yield diagnostic("E581", at, f"`{body.name}` has a shape that no body has: {problem}", "no such shape")
 
 
 def _plane(scene: Scene, found: Found) -> Iterator[Diagnostic]:

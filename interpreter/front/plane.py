@@ -35,11 +35,15 @@ def shapes(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def acting(scene: Scene) -> Iterator[Diagnostic]:
-    """Loads and supports that act across the plane of a plane body."""
+    """Loads and supports that act across the plane of a plane body.
+
+    Weight acts on all bodies of a scene: beside solids a plane body may lie level, and is held in its plane.
+    """
     bodies = {name for name, body in scene.of_kind("body").items() if body.thing.planar}
+    alone = 0 < len(bodies) == len(scene.of_kind("body"))
     for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
         own = declared.value("body")
-        flat = own in bodies or (own is None and bodies and declared.kind == "load")
+        flat = own in bodies or (own is None and alone and declared.kind == "load")
         if flat and abs(_across(declared)) > 0.0:
             does = "moves" if declared.kind == "support" else "pulls"
             yield diagnostic("E544", declared.at(), f"`{declared.name}` {does} a plane body out of its plane",

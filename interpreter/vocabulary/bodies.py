@@ -5,7 +5,6 @@ Those of plane problems are slices of a plane region, a given thickness of it: `
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -37,8 +36,12 @@ class Planar:
     @cached_property
     def shape(self) -> Shape:
         """The slice; a shape that is no plane region as it is, which is refused."""
-        sliced: Shape = replace(self.region, depth=self.thickness) if self.region.flat else self.region
-        return sliced
+        if not self.region.flat:
+            given: Shape = self.region
+            return given
+        from softmark.solvers.mesh.flat import Slice
+
+        return Slice(self.region, self.thickness)
 
     def as_it_is(self, material: Any) -> Any:
         """A material, as it is in this body."""

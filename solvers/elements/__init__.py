@@ -1,6 +1,7 @@
 """Finite elements: all that is known of a cell by itself, nothing of any law.
 
-Those of plane problems are slices of others (quadrilaterals.py). To add an element: one file with its class (element.py says what it needs), one line in ELEMENTS.
+Those of plane problems are slices of others (quadrilaterals.py).
+To add an element: one file with its class (element.py says what it needs), one line in ELEMENTS.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from softmark.solvers.elements.tet10 import Tet10
 
 if TYPE_CHECKING:
     from softmark.solvers.elements.element import Element
+
+__all__ = ["ELEMENTS", "PLANE", "WORDS", "UnknownElement", "element_of", "named", "sliced"]
 
 ELEMENTS: dict[str, type[Element]] = {
     "tet4": Tet4,
@@ -41,6 +44,11 @@ class UnknownElement(ValueError):
 
 def element_of(name: str) -> type[Element]:
     """The class of an element by its word. Raises UnknownElement."""
-    if name not in WORDS:
+    if name not in ELEMENTS:
         raise UnknownElement(f"there is no element `{name}`: elements are {', '.join(ELEMENTS)}")
-    return WORDS[name]
+    return ELEMENTS[name]
+
+
+def named(word: str) -> type[Element]:
+    """What a model calls its element, those of plane bodies too. Raises UnknownElement."""
+    return PLANE[word] if word in PLANE else element_of(word)

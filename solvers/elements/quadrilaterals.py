@@ -27,6 +27,7 @@ class Quad4(Hex8):
     described: ClassVar[str] = "four-node quadrilaterals"
     briefly: ClassVar[str] = "linear quadrilaterals"
     family: ClassVar[str] = "quadrilaterals"
+    springs: ClassVar[bool] = False
     slice_of: ClassVar[str] = "hex8"
 
 

@@ -19,7 +19,6 @@ from softmark.solvers.materials.law import Law, project
 from softmark.solvers.materials.linear_elastic import LinearElastic
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
-from softmark.solvers.materials.plane_stress import PlaneStress
 from softmark.solvers.materials.small_strain import SmallStrain
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
@@ -80,7 +79,11 @@ def law_for(material: Isotropic, strain: str) -> Law:
     it is that in plane stress. Raises NoFiniteLaw, and KeyError for a strain that is not in STRAINS.
     """
     law = STRAINS[strain](material)
-    return PlaneStress(law) if material.thin else law
+    if not material.thin:
+        return law
+    from softmark.solvers.materials.plane_stress import PlaneStress
+
+    return PlaneStress(law)
 
 
 def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:

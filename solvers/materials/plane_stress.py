@@ -6,7 +6,7 @@ is a law of the motion within the plane, with the energy of the solid at that st
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
 from softmark.solvers.materials.isotropic import Isotropic
@@ -21,6 +21,7 @@ else:
 
 ITERATIONS = 60
 LEAST, MOST = 0.1, 10.0  # by which factor the stretch changes at most in one of them
+FLAT = 1e-3  # of a thickness: some laws have no stress across what is flat
 ROUNDING = 1e-14  # of the stretch: a smaller change is none
 
 
@@ -53,7 +54,10 @@ class PlaneStress:
     solid: Law
 
     def opened(self, F: Array) -> Array:
-        """The same F (m, 3, 3) with the stretch across the plate that leaves no stress there; nan where none does."""
+        """The same F (m, 3, 3) with the stretch across the plate that leaves no stress there; nan where none does.
+
+        By Newton's method, each step of which it holds to a factor of ten.
+        """
         F = F.copy()
         F[:, 2, 2] = self._first(F)
         left = np.arange(len(F))
@@ -68,11 +72,11 @@ class PlaneStress:
         F[left[~self._still(F[left])], 2, 2] = np.nan
         return F
 
-    def _still(self, F: Array) -> Array:
+    def _still(self, F: Array) -> Any:
         """Whether the stress across the plate is rounding alone (m,)."""
         A = self.solid.dPdF(np.eye(3, dtype=F.dtype)[None])[0, 2, 2, 2, 2]
-        found: Array = np.abs(self.solid.P(F)[:, 2, 2]) <= 100.0 * np.finfo(F.dtype).eps * A
-        return found
+        found = np.abs(self.solid.P(F)[:, 2, 2]) <= 100.0 * np.finfo(F.dtype).eps * A
+        return found & (F[:, 2, 2] > FLAT)
 
     def _first(self, F: Array) -> Array:
         """A stretch to start from (m,): J^-(lam / (lam + 2 mu)) of the area ratio J, right where strains are small."""
@@ -102,3 +106,9 @@ class PlaneStress:
     def dPdF_projected(self, F: Array) -> Array:
         """The positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3)."""
         return project(self.dPdF(F))
+
+
+def thickness(law: Law, F: Array) -> Array:
+    """The stretch across a plate (m,) under F (m, 3, 3); of another law than a plate's that of F."""
+    found: Array = (law.opened(F) if isinstance(law, PlaneStress) else F)[:, 2, 2]
+    return found

@@ -27,13 +27,14 @@ Place = tuple[float, float]  # x and y, m
 
 
 class Flat(Shape):
-    """A region of the plane z = 0, the image of a square; `depth` (m) is how thick a slice of it is, half on each side.
+    """A region of the plane z = 0, the image of a square; `depth` (m) is how thick it is, half on each side: 1 m
+    by itself, and of a `Slice` what is asked for.
 
     The mesh is a grid of the square, carried over with all its nodes: those between corners lie where the map has them.
     """
 
     flat = True
-    depth: float
+    depth = 1.0
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
         """x and y (m) of points of the square, s and t from 0 to 1: counter-clockwise, numbers or arrays."""
@@ -81,13 +82,60 @@ class Flat(Shape):
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
         """Cells of an element with edges of about `size` (m), one through the thickness. Raises UnknownElement."""
+        from softmark.solvers.elements import sliced
         from softmark.solvers.mesh.mesh import Mesh
         from softmark.solvers.mesh.structured import grid, solid
 
-        made = solid(grid(*self.counts(size)), 1.0, 1.0, kind)
+        made = solid(grid(*self.counts(size)), 1.0, 1.0, sliced(kind))
         s, t, z = made.points.T
         points = np.stack([*self(s, t), self.depth * (z - 0.5)], axis=1)
         return Mesh(np.ascontiguousarray(points), made.cells, made.kind)
+
+
+@dataclass(frozen=True)
+class Slice(Flat):
+    """A region, so thick (m)."""
+
+    region: Flat
+    depth: float
+
+    def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
+        """As the region has it."""
+        return self.region(s, t)
+
+    @property
+    def fault(self) -> str:
+        """That of the region."""
+        return self.region.fault
+
+    @property
+    def convex(self) -> bool:  # type: ignore[override]
+        """As the region is."""
+        return self.region.convex
+
+    @property
+    def area(self) -> float:
+        """Of the region, m^2."""
+        return self.region.area
+
+    @property
+    def sizes(self) -> tuple[float, float]:
+        """Of the region, m."""
+        return self.region.sizes
+
+    @property
+    def ends(self) -> tuple[Place, Place]:
+        """Of the region, m."""
+        return self.region.ends
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """Of the region."""
+        return self.region.sides
+
+    def within(self, x: float, y: float, slack: float) -> bool:
+        """Whether the region holds a point."""
+        return self.region.within(x, y, slack)
 
 
 @dataclass(frozen=True)
@@ -104,7 +152,6 @@ class Quadrilateral(Flat):
     second: Annotated[Vector3, "m", "the next corner counter-clockwise"]
     third: Annotated[Vector3, "m", "the corner opposite to the first"]
     fourth: Annotated[Vector3, "m", "the last corner"]
-    depth: float = 1.0
 
     @property
     def _corners(self) -> list[Place]:
@@ -173,7 +220,6 @@ class QuarterRing(Flat):
     outer: Annotated[float, "m in (0, inf)", "semi-axis of the outer border along x"]
     inner_y: Annotated[float | None, "m in (0, inf)", "semi-axis of the hole along y; as along x without"] = None
     outer_y: Annotated[float | None, "m in (0, inf)", "that of the outer border; as along x without"] = None
-    depth: float = 1.0
 
     @property
     def _hole(self) -> Place:
@@ -234,7 +280,7 @@ class Elliptic(Side):
     def of(self, corners: Floats) -> NDArray[np.bool_]:
         """Which facets (f, k, 3) have all their nodes on it (f,)."""
         unit = np.hypot(corners[..., 0] / self.a, corners[..., 1] / self.b)
-        found: NDArray[np.bool_] = (np.abs(unit - 1.0) < ON).all(axis=1)
+        found: NDArray[np.bool_] = np.asarray((np.abs(unit - 1.0) < ON).all(axis=1))
         return found
 
     def onto(self, place: Any) -> Any:

@@ -8,7 +8,6 @@ from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
 from softmark.solvers.materials import Isotropic, law_for, mixed_for, parts_for
 from softmark.solvers.materials.constraints import Constraint
-from softmark.solvers.materials.plane_stress import PlaneStress
 from softmark.solvers.mesh.interpolation import Rule, centre_rule, integration
 from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.pressures import pressures
@@ -53,9 +52,10 @@ class State:
         """du_i/dX_J (m, q, 3, 3)."""
         parts = integration(self.mesh, rule=rule)
         H: Floats = np.einsum("mai,mqaJ->mqiJ", self.u[self.mesh.cells], parts.dNdX, optimize=True)
-        law = law_for(self.material, self.strain) if self.material.thin else None
-        if isinstance(law, PlaneStress):
-            H[..., 2, 2] = law.opened(_deformation(H))[:, 2, 2].reshape(H.shape[:2]) - 1.0
+        if self.material.thin:  # it grows thinner than its nodes show
+            from softmark.solvers.materials.plane_stress import thickness
+
+            H[..., 2, 2] = thickness(law_for(self.material, self.strain), _deformation(H)).reshape(H.shape[:2]) - 1.0
         return H
 
     def _stress(self, H: Floats, rule: Rule) -> Floats:
