@@ -112,6 +112,7 @@ def by_felupe(law: Any) -> np.ndarray:
     return found
 
 
+@pytest.mark.slow
 def test_rubber_in_plane_strain_is_that_of_felupe() -> None:
     """The same law, cells and load (linear sides: a trapezoidal rule is exact); node by node to 1e-8."""
     import felupe
@@ -181,6 +182,7 @@ def test_a_pulled_strip_in_plane_strain() -> None:
     assert found["szz"] == pytest.approx(P[2, 2] / (1.4 * narrow), rel=1e-7)
 
 
+@pytest.mark.slow
 def test_forces_are_those_of_the_thickness_and_nothing_else_is() -> None:
     """Twice as thick with the same traction moves as far, and carries twice as much."""
     text = "model own = fem(quad8, strain = finite, size = 16 mm)\nmetric held = force(wall, along = -y)"
@@ -226,6 +228,7 @@ def test_a_stated_error_holds_the_true_one(model: str, kind: str) -> None:
     assert abs(own - fine) <= said.value
 
 
+@pytest.mark.slow
 def test_solids_load_nothing_of_plates() -> None:
     """A scene of a solid builds nothing of plane problems, and loads no law of plates."""
     text = """
