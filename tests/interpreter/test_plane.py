@@ -228,6 +228,17 @@ def test_a_stated_error_holds_the_true_one(model: str, kind: str) -> None:
     assert abs(own - fine) <= said.value
 
 
+def test_a_page_shows_the_plane() -> None:
+    """x to the right, y upward, whatever gravity says; a solid beside it is seen as solids are."""
+    from softmark.interpreter.report.run.findings import Findings
+    from softmark.interpreter.report.view3d.camera import view_of
+    from softmark.interpreter.report.view3d.still import axes_of
+
+    report = solved("model own = fem(quad4, strain = small, size = 16 mm)")
+    shapes = [m.shape for m in report.models.values() if m.shape is not None]
+    assert axes_of(view_of(Findings(report), shapes)) == pytest.approx(np.eye(3), abs=1e-12)
+
+
 @pytest.mark.slow
 def test_solids_load_nothing_of_plates() -> None:
     """A scene of a solid builds nothing of plane problems, and loads no law of plates."""
