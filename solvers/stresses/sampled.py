@@ -24,7 +24,8 @@ class State:
     """A mesh that is deformed, and what its cells are made of.
 
     `u` (n, 3) are displacements of its nodes in m. `way` is how the volume is kept: full | selective | mean_dilatation
-    | mixed; of `mixed`, `pressures` (m, b) are those that were solved for, Pa, positive in tension.
+    | mixed; of `mixed`, `pressures` (m, b) are those that were solved for, Pa, positive in tension. In a `plane` nothing
+    varies along z.
     """
 
     mesh: Mesh
@@ -33,6 +34,7 @@ class State:
     u: Floats
     way: str = "full"
     pressures: Floats | None = None
+    plane: bool = False
 
     def sampled(self, rule: Rule) -> tuple[Floats, Floats, Floats]:
         """Points X (m, q, 3) in m, Cauchy stress (m, q, 6) in Pa by SYMMETRIC, and H = du/dX (m, q, 9).

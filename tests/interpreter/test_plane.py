@@ -182,6 +182,18 @@ def test_a_pulled_strip_in_plane_strain() -> None:
     assert found["szz"] == pytest.approx(P[2, 2] / (1.4 * narrow), rel=1e-7)
 
 
+@pytest.mark.parametrize("element", ["quad4", "quad9"])
+def test_stress_does_not_know_the_thickness(element: str) -> None:
+    """From a tenth of a cell to a hundred cells: recovered in the plane, whatever lies before or behind."""
+    text = f"model own = fem({element}, strain = small, size = 8 mm)\nmetric held = stress(tip, component = zz)"
+    found = []
+    for thick in ("1 mm", "1 m"):
+        scene = (SCENE + text).replace("KIND", "plane_strain").replace("thickness = 3 mm", f"thickness = {thick}")
+        metrics = softmark.loads(scene).run().models["own"].metrics
+        found.append([metrics[name].value for name in ("rise", "held")])
+    assert found[0] == pytest.approx(found[1], rel=1e-7)
+
+
 @pytest.mark.slow
 def test_forces_are_those_of_the_thickness_and_nothing_else_is() -> None:
     """Twice as thick with the same traction moves as far, and carries twice as much."""
