@@ -24,8 +24,8 @@ class State:
     """A mesh that is deformed, and what its cells are made of.
 
     `u` (n, 3) are displacements of its nodes in m. `way` is how the volume is kept: full | selective | mean_dilatation
-    | mixed; of `mixed`, `pressures` (m, b) are those that were solved for, Pa, positive in tension. In a `plane` nothing
-    varies along z.
+    | mixed; of `mixed`, `pressures` (m, b) are those that were solved for, Pa, positive in tension. In a `plane`
+    nothing varies along z.
     """
 
     mesh: Mesh
