@@ -55,7 +55,8 @@ class PlaneStrain(Planar):
     The region lies in the plane z = 0. Forces are those on the given thickness, and stress along z is what keeps it so.
     Models are `fem` with `quad4`, `quad8` or `quad9`. Loads act on the edge, or as gravity in the plane. Conditions and
     points are of x and y, with z = 0. Frequencies are not found, nor reduced models made: a slice of finite thickness
-    has motions that vary through it, which the plane has not.
+    has motions that vary through it, which the plane has not. Whether an equilibrium is stable is judged of the slice
+    as well, which may find such a motion in one that is thick and pressed: thin slices are as the plane.
     """
 
     region: Annotated[Any, "shape", "a plane region, such as `quadrilateral(...)`"]

@@ -240,6 +240,14 @@ def test_a_stated_error_holds_the_true_one(model: str, kind: str) -> None:
     assert abs(own - fine) <= said.value
 
 
+def test_walks_along_elements_stay_with_those_of_the_body() -> None:
+    """Others would be refused at every step; a solid's are asserted in test_stress_quantities."""
+    from softmark.interpreter.plan.quantities import quantity_of
+
+    text = SCENE.replace("KIND", "plane_strain") + "model own = fem(quad4, strain = small, size = 16 mm)"
+    assert quantity_of(softmark.loads(text).scene, "own.element").options == ("quad4", "quad8", "quad9")
+
+
 def test_a_page_shows_the_plane() -> None:
     """x to the right, y upward, whatever gravity says; a solid beside it is seen as solids are."""
     from softmark.interpreter.report.run.findings import Findings
