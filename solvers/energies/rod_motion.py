@@ -1,0 +1,139 @@
+"""Energies of a rod in motion, over displacements of its nodes and rotation vectors from where a step has begun.
+
+Within a step the unknowns of a node are its displacement from rest and a rotation vector theta about its own axes, q =
+q0 exp(theta / 2). `RodChart` holds q0, and moves on when a step is accepted: theta stays below the turn of a step, so
+that a rod may turn without limit and its rotations are never added up as vectors. Forces are those on the nodes, with
+moments about their own axes; their tangent is by the unknowns. An energy of another kind is a class beside `TurningRod`.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.energies import rod_kernels
+from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
+from softmark.solvers.energies.rod import RodElastic
+
+_NO_FORCES, _NO_SLOTS, _NO_DATA = np.zeros((0, 6)), np.zeros((0, 12, 12), dtype=np.int32), np.zeros(0)
+
+
+class RodChart:
+    """The rotations q0 (nodes, 4) from which unknowns count, and the undeformed state `rest` (nodes * 7,)."""
+
+    def __init__(self, rest: Floats) -> None:
+        nodes = rest.reshape(-1, 7)
+        self.X = np.ascontiguousarray(nodes[:, :3])
+        self._q_rest = np.ascontiguousarray(nodes[:, 3:])
+        count = len(nodes)
+        self.at, self.q, self.T = np.empty((count, 3)), np.empty((count, 4)), np.empty((count, 3, 3))
+        self.reset()
+
+    def reset(self) -> None:
+        """Count from the undeformed state."""
+        self.q0 = self._q_rest.copy()
+        self._known = np.full((len(self.X), 6), np.nan)
+
+    def turned(self, x: Floats) -> tuple[Floats, Floats, Floats]:
+        """Positions (n, 3), rotations (n, 4) and d(turn about own axes)/d theta (n, 3, 3), till the next call."""
+        if not np.array_equal(unknowns := x.reshape(-1, 6), self._known):
+            rod_kernels.turn(unknowns, self.X, self.q0, self.at, self.q, self.T)
+            self._known[:] = unknowns
+        return self.at, self.q, self.T
+
+    def state(self, x: Floats) -> Floats:
+        """The state (nodes * 7,) of unknowns x (nodes * 6,)."""
+        at, q, _ = self.turned(x)
+        return np.concatenate([at, q], axis=1).ravel()
+
+    def rebase(self, x: Floats) -> Floats:
+        """Count from the state x from now on; the unknowns of that state, whose rotation vectors are zero."""
+        q = self.turned(x)[1]
+        self.q0 = q / np.linalg.norm(q, axis=1, keepdims=True)  # which rounding would take from length one
+        self._known[:] = np.nan
+        new = x.reshape(-1, 6).copy()
+        new[:, 3:] = 0.0
+        return new.ravel()
+
+
+@dataclass(frozen=True)
+class TurningRod(Energy):
+    """The strain energy of an `elastic` rod over the unknowns of a chart.
+
+    It has a potential, but its forces are no gradient by rotation vectors: `conservative` is False, steps are judged by
+    what is out of balance.
+    """
+
+    chart: RodChart
+    elastic: RodElastic
+    conservative: bool = False
+
+    @property
+    def stencils(self) -> Ints:
+        """Those of the rod at rest."""
+        return self.elastic.stencils
+
+    @cached_property
+    def _parts(self) -> tuple[Ints, Floats, Floats, Floats]:
+        rod = self.elastic
+        return np.ascontiguousarray(rod.elements), rod.lengths, rod.stiffness.diagonal, rod.rest_strains
+
+    def value(self, x: Floats) -> float:
+        """Strain energy, J."""
+        return float(rod_kernels.rod(*self.chart.turned(x), *self._parts, 1.0, _NO_FORCES, _NO_SLOTS, _NO_DATA))
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Nodal forces, N, and moments about the nodes' own axes, N m."""
+        rod_kernels.rod(*self.chart.turned(x), *self._parts, scale, g.reshape(-1, 6), _NO_SLOTS, _NO_DATA)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """The tangent of the forces; `projected` its symmetric part by turns about own axes, made semi-definite."""
+        if projected:
+            self._add_definite(x, data, slots, scale)
+        else:
+            rod_kernels.rod(*self.chart.turned(x), *self._parts, scale, _NO_FORCES, slots, data)
+
+    def _add_definite(self, x: Floats, data: Floats, slots: Ints, scale: float) -> None:
+        at, q, T = self.chart.turned(x)
+        own = np.zeros((len(self.elastic.elements), 12, 12))
+        places = np.arange(own.size, dtype=slots.dtype).reshape(own.shape)
+        plain = np.tile(np.eye(3), (len(T), 1, 1))
+        rod_kernels.rod(at, q, plain, *self._parts, 1.0, _NO_FORCES, places, own.ravel())
+        w, V = np.linalg.eigh(0.5 * (own + own.swapaxes(1, 2)))
+        local = (V * np.maximum(w, 0.0)[:, None, :]) @ V.swapaxes(1, 2)
+        # what is held, at -1, is counted in front and left out
+        data += np.bincount(slots.ravel() + 1, local.ravel(), len(data) + 1)[1:] * scale
+
+    def rounding(self, x: Floats) -> float:
+        """What rounding of positions leaves in the forces, N."""
+        return self.elastic.rounding(self.chart.state(x))
+
+
+@dataclass(frozen=True)
+class DeadRodLoad(Energy):
+    """Nodal forces (nodes, 3) in N that keep their direction, over displacements and rotation vectors."""
+
+    forces: Floats
+    conservative: bool = True
+
+    @property
+    def stencils(self) -> Ints:
+        """None: it has no Hessian."""
+        return no_stencils()
+
+    def value(self, x: Floats) -> float:
+        """Potential, zero at rest, J."""
+        return -float(np.sum(self.forces * x.reshape(-1, 6)[:, :3]))
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """g -= scale f on the displacements."""
+        g.reshape(-1, 6)[:, :3] -= scale * self.forces
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Nothing: the forces are constant."""
+
+    def rounding(self, x: Floats) -> float:
+        """None: the forces are constant."""
+        return 0.0
