@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import field
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from scipy import sparse
@@ -14,9 +14,11 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.loading import Constant, Course
 from softmark.solvers.dynamics.scheme import Integrator
 from softmark.solvers.dynamics.trapezoidal import Trapezoidal
-from softmark.solvers.dynamics.turning import Turning
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.linear.factorisations import factor
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.turning import Turning
 
 CONSTANT = Constant()
 

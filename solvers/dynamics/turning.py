@@ -22,8 +22,10 @@ from typing import Protocol
 import numpy as np
 
 from softmark.solvers.dynamics.scheme import Past, Stage
+from softmark.solvers.energies import rod_kernels
 from softmark.solvers.energies.energy import Floats, Ints
 
+NONE = np.zeros((0, 3, 3))  # no derivative is asked for
 ROUNDS = 8  # at most, of the velocity that an explicit step ends with
 
 
@@ -45,37 +47,29 @@ class Turning:
 
     def gyroscopic(self, v: Floats) -> Floats:
         """w x J w at the unknowns (dofs,), N m."""
-        w = v[self.where]
         found = np.zeros(len(v))
-        found[self.where] = _cross(w, self.J * w)
-        return found
-
-    def slopes(self, v: Floats) -> Floats:
-        """Its derivative by w (n, 3, 3)."""
-        w = v[self.where]
-        found: Floats = _hat(w) * self.J[:, None, :] - _hat(self.J * w)
+        rod_kernels.gyroscopic(self.where, v, self.J, 1.0, found)
         return found
 
     def inertia(self, stage: Stage, x: Floats, v: Floats) -> Floats:
         """What the equations of a step have beyond M a (dofs,), N m, for an end x with the velocity v."""
-        if not stage.between:
-            f = (1.0 - stage.alpha_f) * self.gyroscopic(v)
-            return f + stage.alpha_f * self.gyroscopic(stage.start.v) if stage.alpha_f else f
-        half, w0, w1 = 0.5 * x[self.where], stage.start.v[self.where], v[self.where]
         found = np.zeros(len(x))
-        change = _turned(half, self.J * w1) - _turned(-half, self.J * w0) - self.J * (w1 - w0)
-        found[self.where] = change / stage.step
+        if stage.between:
+            rod_kernels.spun(self.where, x, stage.start.v, v, self.J, stage.step, stage.B, found, NONE)
+            return found
+        rod_kernels.gyroscopic(self.where, v, self.J, 1.0 - stage.alpha_f, found)
+        if stage.alpha_f:
+            rod_kernels.gyroscopic(self.where, stage.start.v, self.J, stage.alpha_f, found)
         return found
 
     def tangent(self, stage: Stage, x: Floats, v: Floats) -> Floats:
         """Its derivative by the end of the step (n, 3, 3)."""
-        if not stage.between:
-            return (1.0 - stage.alpha_f) * stage.B * self.slopes(v)
-        half, w0, w1 = 0.5 * x[self.where], stage.start.v[self.where], v[self.where]
-        rotated = stage.B * (_exponential(half) - np.eye(3)) * self.J[:, None, :]
-        ahead = _exponential(half) @ _hat(self.J * w1) @ _jacobian(half)
-        behind = _exponential(-half) @ _hat(self.J * w0) @ _jacobian(-half)
-        found: Floats = (rotated - 0.5 * (ahead + behind)) / stage.step
+        found = np.empty((len(self.J), 3, 3))
+        if stage.between:
+            start, left = stage.start.v, np.zeros(len(x))
+            rod_kernels.spun(self.where, x, start, v, self.J, stage.step, stage.B, left, found)
+        else:
+            rod_kernels.gyroscopic_slopes(self.where, v, self.J, (1.0 - stage.alpha_f) * stage.B, found)
         return found
 
     def settled(self, half: Floats, a: Floats, lumped: Floats, h: float, alpha: float) -> Floats:
@@ -100,52 +94,3 @@ class Turning:
             x[self.where] = -theta  # it was counted from itself
             before = replace(before, x=x)
         return Past(replace(now, x=self.chart.rebase(now.x)), before)
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    """a x b (n, 3)."""
-    found = np.empty_like(a)
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        found[:, i] = a[:, j] * b[:, k] - a[:, k] * b[:, j]
-    return found
-
-
-def _hat(v: Floats) -> Floats:
-    """Matrices (n, 3, 3) of v x."""
-    found = np.zeros((len(v), 3, 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        found[:, k, j], found[:, j, k] = v[:, i], -v[:, i]
-    return found
-
-
-def _series(theta: Floats) -> tuple[Floats, Floats, Floats]:
-    """sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3 for t = |theta|, each (n, 1, 1)."""
-    m = np.einsum("ni,ni->n", theta, theta)[:, None, None]
-    t = np.sqrt(np.maximum(m, 1e-2))  # below, what is left out of each series is below rounding
-    near = m < 1e-2
-    s = np.where(near, 1 - m / 6 * (1 - m / 20 * (1 - m / 42 * (1 - m / 72))), np.sin(t) / t)
-    p = np.where(near, 0.5 * (1 - m / 12 * (1 - m / 30 * (1 - m / 56 * (1 - m / 90)))), (1 - np.cos(t)) / t**2)
-    r = np.where(near, (1 - m / 20 * (1 - m / 42 * (1 - m / 72 * (1 - m / 110)))) / 6, (t - np.sin(t)) / t**3)
-    return s, p, r
-
-
-def _exponential(theta: Floats) -> Floats:
-    """Rotation matrices (n, 3, 3) of rotation vectors (n, 3)."""
-    s, p, _ = _series(theta)
-    T = _hat(theta)
-    found: Floats = np.eye(3) + s * T + p * (T @ T)
-    return found
-
-
-def _jacobian(theta: Floats) -> Floats:
-    """The right Jacobian (n, 3, 3): exp(theta + d) = exp(theta) exp(J d)."""
-    _, p, r = _series(theta)
-    T = _hat(theta)
-    found: Floats = np.eye(3) - p * T + r * (T @ T)
-    return found
-
-
-def _turned(theta: Floats, v: Floats) -> Floats:
-    """exp(theta) v (n, 3)."""
-    found: Floats = np.einsum("nij,nj->ni", _exponential(theta), v)
-    return found

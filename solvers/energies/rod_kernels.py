@@ -258,3 +258,72 @@ def _behind(row: Floats, T: Floats, left: Floats) -> None:
         left[i] = row[i]
     for j in range(3):
         row[j] = left[0] * T[0, j] + left[1] * T[1, j] + left[2] * T[2, j]
+
+
+@part
+def _exponential(x: float, y: float, z: float, E: Floats, T: Floats) -> None:
+    """exp(theta) and the right Jacobian of theta = (x, y, z)."""
+    m = x * x + y * y + z * z
+    if m < 0.01:
+        s = 1.0 - m / 6.0 * (1.0 - m / 20.0 * (1.0 - m / 42.0 * (1.0 - m / 72.0)))
+        p = 0.5 * (1.0 - m / 12.0 * (1.0 - m / 30.0 * (1.0 - m / 56.0 * (1.0 - m / 90.0))))
+        r = (1.0 - m / 20.0 * (1.0 - m / 42.0 * (1.0 - m / 72.0 * (1.0 - m / 110.0)))) / 6.0
+    else:
+        t = math.sqrt(m)
+        s, p, r = math.sin(t) / t, (1.0 - math.cos(t)) / m, (t - math.sin(t)) / (m * t)
+    E[0, 0], E[0, 1], E[0, 2] = 1.0 - p * (y * y + z * z), p * x * y - s * z, p * x * z + s * y
+    E[1, 0], E[1, 1], E[1, 2] = p * x * y + s * z, 1.0 - p * (x * x + z * z), p * y * z - s * x
+    E[2, 0], E[2, 1], E[2, 2] = p * x * z - s * y, p * y * z + s * x, 1.0 - p * (x * x + y * y)
+    T[0, 0], T[0, 1], T[0, 2] = 1.0 - r * (y * y + z * z), r * x * y + p * z, r * x * z - p * y
+    T[1, 0], T[1, 1], T[1, 2] = r * x * y - p * z, 1.0 - r * (x * x + z * z), r * y * z + p * x
+    T[2, 0], T[2, 1], T[2, 2] = r * x * z + p * y, r * y * z - p * x, 1.0 - r * (x * x + y * y)
+
+
+@kernel
+def gyroscopic(where: Ints, v: Floats, J: Floats, scale: float, f: Floats) -> None:
+    """f (dofs,) += scale w x J w of sections with velocities w = v[where], moments of inertia J (n, 3)."""
+    for k in range(where.shape[0]):
+        for i in range(3):
+            a, b = (i + 1) % 3, (i + 2) % 3
+            f[where[k, i]] += scale * v[where[k, a]] * v[where[k, b]] * (J[k, b] - J[k, a])
+
+
+@kernel
+def gyroscopic_slopes(where: Ints, v: Floats, J: Floats, scale: float, found: Floats) -> None:
+    """`scale` times the derivatives by w (n, 3, 3) of w x J w."""
+    for k in range(where.shape[0]):
+        for i in range(3):
+            a, b = (i + 1) % 3, (i + 2) % 3
+            found[k, i, i] = 0.0
+            found[k, i, a] = scale * v[where[k, b]] * (J[k, b] - J[k, a])
+            found[k, i, b] = scale * v[where[k, a]] * (J[k, b] - J[k, a])
+
+
+@maker
+def spun(where: Ints, x: Floats, v0: Floats, v1: Floats, J: Floats, h: float, B: float, f: Floats, found: Floats) -> None:
+    """What the change of angular momentum over a step h, seen from its middle, has beyond J (w1 - w0) / h.
+
+    f (dofs,) += (exp(x/2) J w1 - exp(-x/2) J w0 - J (w1 - w0)) / h; `found` (n, 3, 3), or empty: its derivative by x,
+    where w1 goes with B x.
+    """
+    E, T = np.zeros((2, 3, 3))
+    for k in range(where.shape[0]):
+        X, Y, Z = 0.5 * x[where[k, 0]], 0.5 * x[where[k, 1]], 0.5 * x[where[k, 2]]
+        for side in range(2):
+            sign = 1.0 - 2.0 * side
+            v = v1 if side == 0 else v0
+            _exponential(sign * X, sign * Y, sign * Z, E, T)
+            a, b, c = J[k, 0] * v[where[k, 0]], J[k, 1] * v[where[k, 1]], J[k, 2] * v[where[k, 2]]
+            f[where[k, 0]] += sign / h * (E[0, 0] * a + E[0, 1] * b + E[0, 2] * c - a)
+            f[where[k, 1]] += sign / h * (E[1, 0] * a + E[1, 1] * b + E[1, 2] * c - b)
+            f[where[k, 2]] += sign / h * (E[2, 0] * a + E[2, 1] * b + E[2, 2] * c - c)
+            if found.shape[0] == 0:
+                continue
+            for j in range(3):  # d exp(y) u = -exp(y) [u] T dy
+                x_, y_, z_ = b * T[2, j] - c * T[1, j], c * T[0, j] - a * T[2, j], a * T[1, j] - b * T[0, j]
+                for i in range(3):
+                    change = -0.5 / h * (E[i, 0] * x_ + E[i, 1] * y_ + E[i, 2] * z_)
+                    if side == 0:
+                        found[k, i, j] = change + B / h * J[k, j] * (E[i, j] - (1.0 if i == j else 0.0))
+                    else:
+                        found[k, i, j] += change
