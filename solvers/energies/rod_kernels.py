@@ -300,7 +300,9 @@ def gyroscopic_slopes(where: Ints, v: Floats, J: Floats, scale: float, found: Fl
 
 
 @maker
-def spun(where: Ints, x: Floats, v0: Floats, v1: Floats, J: Floats, h: float, B: float, f: Floats, found: Floats) -> None:
+def spun(
+    where: Ints, x: Floats, v0: Floats, v1: Floats, J: Floats, h: float, B: float, f: Floats, found: Floats
+) -> None:
     """What the change of angular momentum over a step h, seen from its middle, has beyond J (w1 - w0) / h.
 
     f (dofs,) += (exp(x/2) J w1 - exp(-x/2) J w0 - J (w1 - w0)) / h; `found` (n, 3, 3), or empty: its derivative by x,

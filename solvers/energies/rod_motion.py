@@ -3,12 +3,13 @@
 Within a step the unknowns of a node are its displacement from rest and a rotation vector theta about its own axes, q =
 q0 exp(theta / 2). `RodChart` holds q0, and moves on when a step is accepted: theta stays below the turn of a step, so
 that a rod may turn without limit and its rotations are never added up as vectors. Forces are those on the nodes, with
-moments about their own axes; their tangent is by the unknowns. An energy of another kind is a class beside `TurningRod`.
+moments about their own axes; their tangent is by the unknowns. Another energy is a class beside `TurningRod`.
 """
 
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,9 @@ from softmark.solvers.energies import rod_kernels
 from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
 from softmark.solvers.energies.rod import RodElastic
 
-_NO_FORCES, _NO_SLOTS, _NO_DATA = np.zeros((0, 6)), np.zeros((0, 12, 12), dtype=np.int32), np.zeros(0)
+_NO_SLOTS: Any = np.zeros((0, 12, 12), dtype=np.int32)  # as patterns have them
+Turned = tuple[Floats, Floats, Floats]  # positions (n, 3), rotations (n, 4), d(turn)/d(unknowns) (n, 3, 3)
+_NO_FORCES, _NO_DATA = np.zeros((0, 6)), np.zeros(0)
 
 
 class RodChart:
@@ -36,7 +39,7 @@ class RodChart:
         self.q0 = self._q_rest.copy()
         self._known = np.full((len(self.X), 6), np.nan)
 
-    def turned(self, x: Floats) -> tuple[Floats, Floats, Floats]:
+    def turned(self, x: Floats) -> Turned:
         """Positions (n, 3), rotations (n, 4) and d(turn about own axes)/d theta (n, 3, 3), till the next call."""
         if not np.array_equal(unknowns := x.reshape(-1, 6), self._known):
             rod_kernels.turn(unknowns, self.X, self.q0, self.at, self.q, self.T)
@@ -76,31 +79,39 @@ class TurningRod(Energy):
         return self.elastic.stencils
 
     @cached_property
-    def _parts(self) -> tuple[Ints, Floats, Floats, Floats]:
+    def _parts(self) -> Any:
+        """Elements, lengths, stiffnesses and strains at rest, as the kernel takes them."""
         rod = self.elastic
         return np.ascontiguousarray(rod.elements), rod.lengths, rod.stiffness.diagonal, rod.rest_strains
 
+    def _run(
+        self, turned: Turned, scale: float, g: Floats = _NO_FORCES, slots: Any = _NO_SLOTS, data: Floats = _NO_DATA
+    ) -> float:
+        at, q, T = turned
+        elements, l, C, rest = self._parts
+        return float(rod_kernels.rod(at, q, T, elements, l, C, rest, scale, g, slots, data))
+
     def value(self, x: Floats) -> float:
         """Strain energy, J."""
-        return float(rod_kernels.rod(*self.chart.turned(x), *self._parts, 1.0, _NO_FORCES, _NO_SLOTS, _NO_DATA))
+        return self._run(self.chart.turned(x), 1.0)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Nodal forces, N, and moments about the nodes' own axes, N m."""
-        rod_kernels.rod(*self.chart.turned(x), *self._parts, scale, g.reshape(-1, 6), _NO_SLOTS, _NO_DATA)
+        self._run(self.chart.turned(x), scale, g.reshape(-1, 6))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """The tangent of the forces; `projected` its symmetric part by turns about own axes, made semi-definite."""
         if projected:
             self._add_definite(x, data, slots, scale)
         else:
-            rod_kernels.rod(*self.chart.turned(x), *self._parts, scale, _NO_FORCES, slots, data)
+            self._run(self.chart.turned(x), scale, _NO_FORCES, slots, data)
 
     def _add_definite(self, x: Floats, data: Floats, slots: Ints, scale: float) -> None:
         at, q, T = self.chart.turned(x)
         own = np.zeros((len(self.elastic.elements), 12, 12))
         places = np.arange(own.size, dtype=slots.dtype).reshape(own.shape)
         plain = np.tile(np.eye(3), (len(T), 1, 1))
-        rod_kernels.rod(at, q, plain, *self._parts, 1.0, _NO_FORCES, places, own.ravel())
+        self._run((at, q, plain), 1.0, _NO_FORCES, places, own.ravel())
         w, V = np.linalg.eigh(0.5 * (own + own.swapaxes(1, 2)))
         local = (V * np.maximum(w, 0.0)[:, None, :]) @ V.swapaxes(1, 2)
         # what is held, at -1, is counted in front and left out
