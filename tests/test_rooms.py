@@ -27,7 +27,18 @@ KNOWN_BY_TYPE = [
     {f"softmark.interpreter.models.fem.{m}" for m in ("formulations", "levers", "words")},
     {
         f"softmark.solvers.dynamics.{m}"
-        for m in ["damping", "forces", "frequencies", "lagged", "newton", "problem", "scheme", "system", "trapezoidal"]
+        for m in [
+            "damping",
+            "forces",
+            "frequencies",
+            "lagged",
+            "newton",
+            "problem",
+            "scheme",
+            "system",
+            "trapezoidal",
+            "turning",
+        ]  # fmt: skip
     },
 ]
 LONGEST = 500  # lines of a file

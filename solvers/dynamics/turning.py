@@ -22,8 +22,8 @@ from typing import Protocol
 import numpy as np
 
 from softmark.solvers.dynamics.scheme import Past, Stage
-from softmark.solvers.energies import rod_kernels
 from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.turning import kernels
 
 NONE = np.zeros((0, 3, 3))  # no derivative is asked for
 ROUNDS = 8  # at most, of the velocity that an explicit step ends with
@@ -48,18 +48,18 @@ class Turning:
     def gyroscopic(self, v: Floats) -> Floats:
         """w x J w at the unknowns (dofs,), N m."""
         found = np.zeros(len(v))
-        rod_kernels.gyroscopic(self.where, v, self.J, 1.0, found)
+        kernels.gyroscopic(self.where, v, self.J, 1.0, found)
         return found
 
     def inertia(self, stage: Stage, x: Floats, v: Floats) -> Floats:
         """What the equations of a step have beyond M a (dofs,), N m, for an end x with the velocity v."""
         found = np.zeros(len(x))
         if stage.between:
-            rod_kernels.spun(self.where, x, stage.start.v, v, self.J, stage.step, stage.B, found, NONE)
+            kernels.spun(self.where, x, stage.start.v, v, self.J, stage.step, stage.B, found, NONE)
             return found
-        rod_kernels.gyroscopic(self.where, v, self.J, 1.0 - stage.alpha_f, found)
+        kernels.gyroscopic(self.where, v, self.J, 1.0 - stage.alpha_f, found)
         if stage.alpha_f:
-            rod_kernels.gyroscopic(self.where, stage.start.v, self.J, stage.alpha_f, found)
+            kernels.gyroscopic(self.where, stage.start.v, self.J, stage.alpha_f, found)
         return found
 
     def tangent(self, stage: Stage, x: Floats, v: Floats) -> Floats:
@@ -67,9 +67,9 @@ class Turning:
         found = np.empty((len(self.J), 3, 3))
         if stage.between:
             start, left = stage.start.v, np.zeros(len(x))
-            rod_kernels.spun(self.where, x, start, v, self.J, stage.step, stage.B, left, found)
+            kernels.spun(self.where, x, start, v, self.J, stage.step, stage.B, left, found)
         else:
-            rod_kernels.gyroscopic_slopes(self.where, v, self.J, (1.0 - stage.alpha_f) * stage.B, found)
+            kernels.gyroscopic_slopes(self.where, v, self.J, (1.0 - stage.alpha_f) * stage.B, found)
         return found
 
     def settled(self, half: Floats, a: Floats, lumped: Floats, h: float, alpha: float) -> Floats:

@@ -1,7 +1,7 @@
 """Rods in motion: forces and tangents over rotation vectors, orders in time, momenta, spins and swings.
 
-Truths: the numpy formulas of the rod at rest (other formulas, see rod_kernels), Euler's equations and the rod's own by
-scipy's DOP853, which share no integrator with the march, and the closed period of a pendulum.
+Truths: the numpy formulas of the rod at rest (others, see energies/turning/kernels.py), Euler's equations and the
+rod's own by scipy's DOP853, which share no integrator with the march, and the closed period of a pendulum.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from softmark.solvers.dynamics.scheme import Motion
 from softmark.solvers.dynamics.trajectory import Trajectory
 from softmark.solvers.dynamics.turning import Turning
 from softmark.solvers.energies.rod import RodElastic
-from softmark.solvers.energies.rod_motion import DeadRodLoad, RodChart, TurningRod
 from softmark.solvers.energies.rod_rotation import exponential, product, rotation
 from softmark.solvers.energies.rod_section import RodStiffness, circular
 from softmark.solvers.energies.rod_state import chain, rod_at_rest
+from softmark.solvers.energies.turning.rods import DeadRodLoad, RodChart, TurningRod
 from softmark.solvers.linear.chains import ChainSolver
 
 NONE = np.zeros(0, dtype=np.int64)

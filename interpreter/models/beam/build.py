@@ -121,7 +121,8 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop)
         return static
     from softmark.interpreter.models.beam.moving import moving
 
-    return moving(static, declared, case, static.mass())
+    parts = (static.elastic, static.problem, static.mass(), static.applied)
+    return moving(static, declared, case, *parts)
 
 
 def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:

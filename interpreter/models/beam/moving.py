@@ -15,24 +15,28 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.turning import Turning
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.energies.rod_motion import DeadRodLoad, RodChart, TurningRod
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_state import displacement_at
+from softmark.solvers.energies.turning.rods import DeadRodLoad, RodChart, TurningRod
 from softmark.solvers.linear.chains import ChainSolver
 from softmark.solvers.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.beam.build import PreparedBeam
+    from collections.abc import Sequence
+
+    from softmark.interpreter.models.shared.prepared import Prepared
     from softmark.solvers.dynamics.resolution import Resolution
     from softmark.solvers.dynamics.scheme import Motion
+    from softmark.solvers.energies.rod import RodElastic, RodLoad
+    from softmark.solvers.statics.problem import Statics
 
 
 @dataclass(frozen=True)
 class MovingBeam(PreparedMotion):
     """A rod in motion; its states are kept as positions and quaternions (nodes * 7,)."""
 
-    static: PreparedBeam
-    mesh: Mesh | None = field(default=None)
+    mesh: Mesh | None = None
+    rest: Floats = field(default_factory=lambda: np.zeros(0))
 
     @property
     def _chart(self) -> RodChart:
@@ -50,7 +54,7 @@ class MovingBeam(PreparedMotion):
 
     def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
         """How points around the axis move, and where they end: there is no mesh to show."""
-        rest = self.static.rest
+        rest = self.rest
 
         def course(X: Floats) -> Floats:
             return np.array([displacement_at(x, rest, X) for x in states])
@@ -61,25 +65,28 @@ class MovingBeam(PreparedMotion):
         return {}
 
 
-def moving(static: PreparedBeam, declared: Declared, case: Case, mass: Floats) -> MovingBeam:
-    """A beam with its mass at the nodes (6 n,), kg and kg m^2, and each load by itself."""
+def moving(
+    static: Prepared, declared: Declared, case: Case, elastic: RodElastic, problem: Statics, mass: Floats,
+    applied: Sequence[tuple[Declared, RodLoad]],
+) -> MovingBeam:  # fmt: skip
+    """A beam with its mass at the nodes (6 n,), kg and kg m^2, and each load by itself; `problem` is that at rest."""
     analysis: Any = case.analysis
-    chart, count = RodChart(static.rest), len(static.points)
-    own, problem = mass.reshape(-1, 6), static.problem
+    chart, count = RodChart(elastic.rest), len(static.points)
+    own = mass.reshape(-1, 6)
     start = np.zeros((count, 6))
     start[:, :3] = velocity(analysis, static.points, np.repeat(own[:, 0], 3)).reshape(-1, 3)
-    start[:, 3:] = np.array(analysis.spin) @ rotation(static.rest.reshape(-1, 7)[:, 3:])  # about the nodes' own axes
-    loads = [DeadRodLoad(energy.forces) for _, energy in static.applied]
+    start[:, 3:] = np.array(analysis.spin) @ rotation(elastic.rest.reshape(-1, 7)[:, 3:])  # about the nodes' own axes
+    loads = [DeadRodLoad(energy.forces) for _, energy in applied]
     where = 6 * np.arange(count)[:, None] + np.arange(3, 6)
     dynamics = Dynamics(
-        Assembly(6 * count, problem.fixed, [TurningRod(chart, static.elastic)], loads),
+        Assembly(6 * count, problem.fixed, [TurningRod(chart, elastic)], loads),
         mass,
         np.zeros(6 * count),
         start.ravel(),
         problem.fixed,
         problem.target,
         support_course(case),
-        tuple(course_of(load) for load, _ in static.applied),
+        tuple(course_of(load) for load, _ in applied),
         Rayleigh(analysis.damping_mass, analysis.damping_stiffness),
         integrator_of(analysis),
         analysis.tolerance,
@@ -88,4 +95,4 @@ def moving(static: PreparedBeam, declared: Declared, case: Case, mass: Floats) -
         lagged=False,
         turning=Turning(chart, where, np.ascontiguousarray(own[:, 3:])),
     )
-    return MovingBeam(static, declared, analysis, dynamics)
+    return MovingBeam(static, declared, analysis, dynamics, rest=elastic.rest)

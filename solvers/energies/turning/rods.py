@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies import rod_kernels
 from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
 from softmark.solvers.energies.rod import RodElastic
+from softmark.solvers.energies.turning import kernels
 
 _NO_SLOTS: Any = np.zeros((0, 12, 12), dtype=np.int32)  # as patterns have them
 Turned = tuple[Floats, Floats, Floats]  # positions (n, 3), rotations (n, 4), d(turn)/d(unknowns) (n, 3, 3)
@@ -42,7 +42,7 @@ class RodChart:
     def turned(self, x: Floats) -> Turned:
         """Positions (n, 3), rotations (n, 4) and d(turn about own axes)/d theta (n, 3, 3), till the next call."""
         if not np.array_equal(unknowns := x.reshape(-1, 6), self._known):
-            rod_kernels.turn(unknowns, self.X, self.q0, self.at, self.q, self.T)
+            kernels.turn(unknowns, self.X, self.q0, self.at, self.q, self.T)
             self._known[:] = unknowns
         return self.at, self.q, self.T
 
@@ -89,7 +89,7 @@ class TurningRod(Energy):
     ) -> float:
         at, q, T = turned
         elements, l, C, rest = self._parts
-        return float(rod_kernels.rod(at, q, T, elements, l, C, rest, scale, g, slots, data))
+        return float(kernels.rod(at, q, T, elements, l, C, rest, scale, g, slots, data))
 
     def value(self, x: Floats) -> float:
         """Strain energy, J."""
