@@ -21,11 +21,12 @@ from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.scheme import Motion
 from softmark.solvers.dynamics.trajectory import Trajectory
 from softmark.solvers.dynamics.turning import Turning
+from softmark.solvers.energies.energy import Energy
 from softmark.solvers.energies.rod import RodElastic
 from softmark.solvers.energies.rod_rotation import exponential, product, rotation
 from softmark.solvers.energies.rod_section import RodStiffness, circular
 from softmark.solvers.energies.rod_state import chain, rod_at_rest
-from softmark.solvers.energies.turning.rods import DeadRodLoad, RodChart, TurningRod
+from softmark.solvers.energies.turning.rods import DeadRodLoad, RodChart, TurnedLoad, TurningRod
 from softmark.solvers.linear.chains import ChainSolver
 
 NONE = np.zeros(0, dtype=np.int64)
@@ -99,6 +100,63 @@ def test_forces_and_tangents_are_those_of_the_rod_at_rest(size: float) -> None:
     rod.elastic.add_hessian(state, H, slots)
     still = still.reshape(6 * n, -1)
     np.testing.assert_allclose(0.5 * (still + still.T), H.reshape(6 * n, -1), rtol=0, atol=1e-12)
+
+
+class Arm(Energy):
+    """A dead force f at the material point a beside a node: E = -f . R a."""
+
+    def __init__(self, node: int, arm: np.ndarray, force: np.ndarray) -> None:
+        self.node, self.arm, self.force = node, arm, force
+
+    @property
+    def conservative(self) -> bool:
+        return True
+
+    @property
+    def stencils(self) -> np.ndarray:
+        return np.array([[6 * self.node + 3, 6 * self.node + 4, 6 * self.node + 5]])
+
+    def _own(self, x: np.ndarray) -> np.ndarray:
+        return rotation(x.reshape(-1, 7)[self.node, 3:]).T @ self.force
+
+    def value(self, x: np.ndarray) -> float:
+        return -float(self._own(x) @ self.arm)
+
+    def add_gradient(self, x: np.ndarray, g: np.ndarray, scale: float = 1.0) -> None:
+        g.reshape(-1, 6)[self.node, 3:] -= scale * np.cross(self.arm, self._own(x))
+
+    def add_hessian(
+        self, x: np.ndarray, data: np.ndarray, slots: np.ndarray, scale: float = 1.0, projected: bool = False
+    ) -> None:
+        F, both = self._own(x), np.outer(self._own(x), self.arm)
+        data[slots[0]] += scale * (F @ self.arm * np.eye(3) - 0.5 * (both + both.T))
+
+    def rounding(self, x: np.ndarray) -> float:
+        return 0.0
+
+
+def test_the_tangent_of_a_load_that_turns_is_the_derivative_of_its_forces() -> None:
+    """By central differences, of a force on an arm in a state that is turned far; the rod's own has no part in it."""
+    rng, problem = np.random.default_rng(5), gum(3)
+    chart = chart_of(problem)
+    chart.q0 = product(chart.q0, exponential(rng.normal(size=(3, 3))))
+    load, x = TurnedLoad(chart, Arm(1, rng.normal(size=3), rng.normal(size=3))), rng.normal(size=18)
+
+    def forces(x: np.ndarray) -> np.ndarray:
+        g = np.zeros(18)
+        load.add_gradient(x, g)
+        return g
+
+    K = np.zeros(18 * 18)
+    load.add_hessian(x, K, load.stencils[:, :, None] * 18 + load.stencils[:, None, :])
+    found = np.array([(forces(x + 1e-6 * d) - forces(x - 1e-6 * d)) / 2e-6 for d in np.eye(18)]).T
+    np.testing.assert_allclose(K.reshape(18, 18), found, rtol=0, atol=1e-8)
+
+
+def test_supports_that_turn_are_refused() -> None:
+    """Their angle would count from every step anew."""
+    with pytest.raises(ValueError, match="do not turn"):
+        gum(3, fixed=np.arange(6), target=np.eye(6)[4])
 
 
 def test_a_chain_solver_solves_what_is_not_symmetric() -> None:

@@ -14,10 +14,11 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.turning import Turning
-from softmark.solvers.energies.energy import Floats
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.rod import RodLoad
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_state import displacement_at
-from softmark.solvers.energies.turning.rods import DeadRodLoad, RodChart, TurningRod
+from softmark.solvers.energies.turning.rods import DeadRodLoad, RodChart, TurnedLoad, TurningRod
 from softmark.solvers.linear.chains import ChainSolver
 from softmark.solvers.mesh.mesh import Mesh
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared import Prepared
     from softmark.solvers.dynamics.resolution import Resolution
     from softmark.solvers.dynamics.scheme import Motion
-    from softmark.solvers.energies.rod import RodElastic, RodLoad
+    from softmark.solvers.energies.rod import RodElastic
     from softmark.solvers.statics.problem import Statics
 
 
@@ -67,7 +68,7 @@ class MovingBeam(PreparedMotion):
 
 def moving(
     static: Prepared, declared: Declared, case: Case, elastic: RodElastic, problem: Statics, mass: Floats,
-    applied: Sequence[tuple[Declared, RodLoad]],
+    applied: Sequence[tuple[Declared, Energy]],
 ) -> MovingBeam:  # fmt: skip
     """A beam with its mass at the nodes (6 n,), kg and kg m^2, and each load by itself; `problem` is that at rest."""
     analysis: Any = case.analysis
@@ -76,7 +77,7 @@ def moving(
     start = np.zeros((count, 6))
     start[:, :3] = velocity(analysis, static.points, np.repeat(own[:, 0], 3)).reshape(-1, 3)
     start[:, 3:] = np.array(analysis.spin) @ rotation(elastic.rest.reshape(-1, 7)[:, 3:])  # about the nodes' own axes
-    loads = [DeadRodLoad(energy.forces) for _, energy in applied]
+    loads = [_in_motion(energy, chart) for _, energy in applied]
     where = 6 * np.arange(count)[:, None] + np.arange(3, 6)
     dynamics = Dynamics(
         Assembly(6 * count, problem.fixed, [TurningRod(chart, elastic)], loads),
@@ -96,3 +97,8 @@ def moving(
         turning=Turning(chart, where, np.ascontiguousarray(own[:, 3:])),
     )
     return MovingBeam(static, declared, analysis, dynamics, rest=elastic.rest)
+
+
+def _in_motion(energy: Energy, chart: RodChart) -> Energy:
+    """A load of the rod at rest."""
+    return DeadRodLoad(energy.forces) if isinstance(energy, RodLoad) else TurnedLoad(chart, energy)

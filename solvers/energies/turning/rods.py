@@ -148,3 +148,53 @@ class DeadRodLoad(Energy):
     def rounding(self, x: Floats) -> float:
         """None: the forces are constant."""
         return 0.0
+
+
+@dataclass(frozen=True)
+class TurnedLoad(Energy):
+    """A load on a rod at rest, an `energy` over positions and quaternions, over the unknowns of a chart.
+
+    Its stencils are the rotations of single nodes. Hessians of rods are second derivatives along geodesics; the tangent
+    of forces g about a node's own axes is that plus [g]x / 2, by turns about these axes.
+    """
+
+    chart: RodChart
+    energy: Energy
+    conservative: bool = False
+
+    @property
+    def stencils(self) -> Ints:
+        """Those of the load. Raises ValueError for others than the rotations of nodes."""
+        found = self.energy.stencils
+        if found.size and not (found.shape[1] == 3 and np.array_equal(found, found[:, :1] // 6 * 6 + [3, 4, 5])):
+            raise ValueError("a load in motion turns single sections")
+        return found
+
+    def value(self, x: Floats) -> float:
+        """Of the load, J."""
+        return self.energy.value(self.chart.state(x))
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus its forces and its moments about the nodes' own axes."""
+        self.energy.add_gradient(self.chart.state(x), g, scale)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """The tangent of the forces; `projected` is that of the load."""
+        state = self.chart.state(x)
+        if projected:
+            self.energy.add_hessian(state, data, slots, scale, True)
+            return
+        g, local = np.zeros(x.size), np.zeros((*self.stencils.shape, 3))
+        self.energy.add_gradient(state, g)
+        self.energy.add_hessian(state, local.reshape(-1), np.arange(local.size).reshape(local.shape))
+        half = 0.5 * g[self.stencils]
+        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+            local[:, k, j] += half[:, i]
+            local[:, j, k] -= half[:, i]
+        turned = local @ self.chart.turned(x)[2][self.stencils[:, 0] // 6]
+        keep = slots >= 0
+        np.add.at(data, slots[keep], scale * turned[keep])
+
+    def rounding(self, x: Floats) -> float:
+        """Of the load."""
+        return self.energy.rounding(self.chart.state(x))
