@@ -20,7 +20,6 @@ from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_state import displacement_at
 from softmark.solvers.energies.turning.rods import DeadRodLoad, RodChart, TurnedLoad, TurningRod
 from softmark.solvers.linear.chains import ChainSolver
-from softmark.solvers.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
     from softmark.solvers.dynamics.resolution import Resolution
     from softmark.solvers.dynamics.scheme import Motion
     from softmark.solvers.energies.rod import RodElastic
+    from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.problem import Statics
 
 
