@@ -15,6 +15,7 @@ from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.models.answers.at_rest import at_rest
 from softmark.interpreter.models.answers.stressed import stressed
 from softmark.interpreter.models.prepare import prepared_model
+from softmark.interpreter.models.shared.meshing import filled_facts
 from softmark.interpreter.models.shared.pieces import facts
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Fault
@@ -55,7 +56,8 @@ def solve(work: Work, name: str) -> None:
     solution, wall, cpu = _timed(work, name, prepared)
     solution = stressed(work.scene, declared, case, watched(work.scene, declared, case, prepared, solution))
     history = solution.history
-    solution = replace(solution, facts=solution.facts | facts(case, prepared.mesh))
+    known = facts(case, prepared.mesh) | filled_facts(case, prepared.mesh)
+    solution = replace(solution, facts=solution.facts | known)
     clock = {
         "setup_s": Timing((setup,)),
         "solve_s": Timing(tuple(wall)) if wall else None,

@@ -25,10 +25,11 @@ UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never re
 KINDS = {element.meshio: name for name, element in ELEMENTS.items()}  # meshio's word -> ours
 OTHERS = frozenset({"wedge", "pyramid", "wedge15", "wedge18", "pyramid13", "pyramid14"})
 AGAIN = "write it again as .vtu, .vtk, .msh, .inp or .mesh: it may be cut off, or its name may not say its format"
+NO_SURFACE = "E573"
 FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
 
 
-__all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface"]
+__all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface", "read_triangles"]
 
 
 def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
@@ -62,9 +63,26 @@ def read_surface(path: str, unit: float, coincident: str = "refuse") -> tuple[Fl
     there = {block.type for block in data.cells}
     if there & KINDS.keys() or not there & FACETS.keys():
         return surface(read(path, unit, coincident))
+    return used(*_facets(data, unit))[:2]
+
+
+def read_triangles(path: str, unit: float) -> tuple[Floats, Ints]:
+    """Points (n, 3) in m and triangles (t, 3) of a file that holds a surface alone. Raises UnreadableMesh."""
+    data = _parsed(Path(path))
+    there = {block.type for block in data.cells}
+    if there & (KINDS.keys() | OTHERS):
+        raise UnreadableMesh(
+            "it holds cells, not a surface alone", NO_SURFACE, f'take it as it is: `mesh("{Path(path).name}", ...)`'
+        )
+    if not there & FACETS.keys():
+        raise UnreadableMesh("it has no triangles", NO_SURFACE, "name a file of a surface: STL, OBJ, PLY, OFF or VTK")
+    return _facets(data, unit)
+
+
+def _facets(data: Any, unit: float) -> tuple[Floats, Ints]:
+    """Points (n, 3) in m and triangles (t, 3): those of the file, and the halves of its quadrilaterals."""
     found = [block.data[:, FACETS[block.type]].reshape(-1, 3) for block in data.cells if block.type in FACETS]
-    triangles, points = np.concatenate(found).astype(np.int64), _points(data, unit)
-    return used(points, triangles)[:2]
+    return _points(data, unit), np.concatenate(found).astype(np.int64)
 
 
 def read_points(path: str, unit: float) -> Floats:
