@@ -10,7 +10,7 @@ from pathlib import Path
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.conditions import Condition, Point
 from softmark.interpreter.language.messages import diagnostic
-from softmark.interpreter.language.scene import Declared, Location, Scene
+from softmark.interpreter.language.scene import Location, Scene
 from softmark.interpreter.problem.case import Fault, case_for, reach
 from softmark.interpreter.vocabulary.loads import Follower, PerArea
 from softmark.solvers.mesh.filled import Filled
@@ -23,7 +23,7 @@ MOST = 4000  # cells of a body that are looked at
 
 def meshes(scene: Scene) -> Iterator[Diagnostic]:
     """Files that a model would mesh with and that cannot hold a solid."""
-    said = set()
+    said: set[Location | Diagnostic] = set()
     for model in scene.asked("model").values():
         if model.thing.mesh_key() is None:
             continue
@@ -33,48 +33,24 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
             continue
         own = model.thing.own_mesh
         shape, at = (own, model.at("mesh")) if own is not None else (case.shape, case.body.at("shape"))
-        if isinstance(shape, Filled) and (wrong := _unfilled(model, shape)) is not None:
-            yield wrong
-        doubt = _doubt(shape) if shape.file and not shape.file.startswith("data:") else None
+        if isinstance(shape, Filled):
+            from softmark.interpreter.front import surfaces  # nothing of it where no surface is filled
+
+            found = surfaces.doubts(model, case, shape)
+            yield from (d for d in found if d not in said)
+            said.update(found)
+        path = shape.file if shape.prebuilt else ""
+        doubt = _doubt(path) if path and not path.startswith("data:") else None
         if doubt is not None and at not in said:
             said.add(at)
-            code, label, reason, help = doubt
-            yield diagnostic(code, at, f"the mesh of `{case.body.name}` cannot be used: {reason}", label, help)
+            problem = f"the mesh of `{case.body.name}` cannot be used: {doubt[0]}"
+            yield diagnostic("E403", at, problem, "no solid mesh", doubt[1])
 
 
-def _doubt(shape: Shape) -> tuple[str, str, str, str] | None:
-    """Why the file of a shape gives no solid mesh: code, label, reason and remedy."""
-    if isinstance(shape, Filled):
-        return _not_closed(shape)
+def _doubt(path: str) -> tuple[str, str] | None:
     from softmark.solvers.mesh.files import formats  # no scene without a mesh file needs to know of formats
 
-    doubt = formats.doubt(shape.file)
-    return None if doubt is None else ("E403", "no solid mesh", *doubt)
-
-
-def _not_closed(shape: Filled) -> tuple[str, str, str, str] | None:
-    """The same of a surface that is to be filled: whether it encloses a body is known without the mesher."""
-    from softmark.solvers.mesh.files.flaws import UnreadableMesh
-
-    try:
-        shape.closed()
-    except UnreadableMesh as error:
-        return error.code, "encloses no body", str(error), error.remedy or "name a file of one closed surface"
-    return None
-
-
-def _unfilled(model: Declared, shape: Filled) -> Diagnostic | None:
-    """Elements that a filled surface cannot be made of."""
-    from softmark.solvers.elements import ELEMENTS, element_of
-    from softmark.solvers.elements.cells import Tetrahedron
-
-    kind = model.thing.mesh_key()[0]
-    if kind not in ELEMENTS or element_of(kind).family == Tetrahedron.family:
-        return None
-    fit = [f"`{name}`" for name, element in ELEMENTS.items() if element.family == Tetrahedron.family]
-    name = Path(shape.file).name
-    return diagnostic("E577", model.at(), f"`{model.name}` asks for {kind}, and `{name}` is filled with tetrahedra",
-                      "no hexahedra here", f"take {' or '.join(fit)}; tet10 does not lock as tet4 does")  # fmt: skip
+    return formats.doubt(path)
 
 
 def tables(scene: Scene) -> Iterator[Diagnostic]:

@@ -15,6 +15,7 @@ import time
 from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 MESHER = "pytetwild"
 MISSING, FAILED = "E575", "E576"
 MEANT = "1"  # to be raised when the same input is to give another mesh
+UNREAD = (OSError, ValueError, KeyError, EOFError, BadZipFile)  # what a file of arrays that is cut off may raise
 REACH = 3.0  # tolerances: how far from the surface a node of the mesh's own may lie to be moved onto it
 SHRUNK = 0.3  # of its volume: what a cell keeps at the least when its nodes are moved
 LOST = 1e-3  # of the volume: what hangs on by an edge may be left out if it is no more
@@ -101,16 +103,16 @@ def _folder() -> Path | None:
 def _kept(key: str) -> Made | None:
     """What was made before; None of a cache that has none, or that cannot be read."""
     folder = _folder()
-    with suppress(OSError, ValueError, KeyError, EOFError):
+    with suppress(*UNREAD):
         if folder is not None and (folder / f"{key}.npz").is_file():
             return _read(folder / f"{key}.npz")
     return None
 
 
 def _read(file: Path) -> Made:
-    with np.load(file, allow_pickle=False) as found:
+    with file.open("rb") as data, np.load(data, allow_pickle=False) as found:
         points, cells = found["points"].astype(np.float64), found["cells"].astype(np.int64)
-        seconds = float(found["seconds"])
+        seconds = float(found["seconds"]) if "seconds" in found else 0.0
     if points.ndim != 2 or points.shape[1:] != (3,) or cells.ndim != 2 or cells.shape[1:] != (4,):
         raise ValueError("no mesh of tetrahedra")
     return points, cells, seconds
@@ -144,12 +146,13 @@ def _filled(surface: Closed, size: float, tolerance: float) -> Made:
                  tolerance=tolerance / extent)  # fmt: skip
         command = [sys.executable, "-m", "softmark.solvers.mesh.files.tetwild", str(given), str(wanted)]
         before = _spent()
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL)
+        done = subprocess.run(  # in that folder, for it writes what nobody asked for
+            command, cwd=folder, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL
+        )
         seconds = _spent() - before
         try:
-            with np.load(wanted, allow_pickle=False) as found:
-                points, cells = found["points"].astype(np.float64), found["cells"].astype(np.int64)
-        except (OSError, ValueError, KeyError) as error:
+            points, cells, _ = _read(wanted)
+        except UNREAD as error:
             raise _failed(done) from error
     if not len(cells):
         raise UnreadableMesh(

@@ -17,6 +17,9 @@ from softmark.solvers.mesh.distort import qualities
 from softmark.solvers.mesh.filling import FilledMesh
 from softmark.solvers.mesh.mesh import Floats, Mesh, surface
 
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.files.closed import Closed
+
 VOLUME: units.Dimension = units.power(units.LENGTH, 3)
 AWAY = 2.0  # tolerances: a mesh that is farther from its surface is said to be
 PER_FACET = np.array([[1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [1, 0, 1], [1, 1, 1]], dtype=float)
@@ -58,18 +61,13 @@ def _apart(mesh: Mesh, points: Floats, triangles: Any) -> tuple[float, float, li
 
 
 def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
-    """Warnings: a surface that was repaired, a mesh that is far from its surface, walls thinner than its cells."""
-    found = facts(mesh).get("filled")
-    if found is None or not isinstance(mesh, FilledMesh) or mesh.filling is None:
+    """Warnings where a mesh is far from its surface; and what a check could not say of a public data set."""
+    if not isinstance(mesh, FilledMesh) or mesh.filling is None:
         return
-    how, body = mesh.filling, case.body.name
-    has, should = (units.show(float(f"{found[key]:.5g}"), VOLUME) for key in ("mesh_m3", "surface_m3"))
-    if how.repairs:
-        doubt = f"; closed holes leave {100 * how.surface.doubt:.2g} % open" if how.surface.capped else ""
-        twice = ", parts that pass through others counted twice" if how.surface.crossings else ""
-        yield diagnostic("W348", case.body.at("shape"), f"the surface of `{body}` was repaired to fill it",
-                         f"its mesh holds {has}, and the surface {should}{twice}{doubt}",
-                         "look at the surface there, in the program that made it", how.repairs)  # fmt: skip
+    found, how = facts(mesh)["filled"], mesh.filling
+    if case.shape.file.startswith("data:"):
+        said = repaired(case, how.surface), too_thin(declared, case, how.surface)
+        yield from (d for d in said if d is not None)
     away = max(found["mesh_to_surface_m"], found["surface_to_mesh_m"])
     if away > AWAY * how.tolerance:
         place = units.show_all(found["farthest_m"], units.LENGTH)
@@ -77,8 +75,26 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
                          f"up to {units.show(float(f'{away:.3g}'), units.LENGTH)} apart, near {place}",
                          f"{units.show(how.tolerance, units.LENGTH)} was to be met: thin or sharp parts were lost; "
                          "take a smaller `size`, or a smaller `tolerance` of `filled`")  # fmt: skip
-    thick, size = 2.0 * how.surface.volume / how.surface.area, declared.thing.size
-    if size is not None and size > thick:
-        yield diagnostic("W350", declared.at("size"), f"the cells of `{declared.name}` are larger than `{body}` is thick",
-                         f"about {units.show(float(f'{thick:.3g}'), units.LENGTH)}: twice its volume over its area",
-                         "one cell across a wall is far too stiff in bending: take three or more")  # fmt: skip
+
+
+def repaired(case: Case, surface: Closed) -> Diagnostic | None:
+    """A warning about a surface that was mended: what, how much of it, and what its volume may be off by."""
+    if not surface.repairs:
+        return None
+    volume = units.show(float(f"{surface.volume:.5g}"), VOLUME)
+    open_ = f", give or take {100 * surface.doubt:.2g} % for what was closed" if surface.capped else ""
+    twice = ", of which what passes through itself counts twice" if surface.crossings else ""
+    return diagnostic("W348", case.body.at("shape"), f"the surface of `{case.body.name}` is repaired to be filled",
+                      f"it encloses {volume}{twice}{open_}",
+                      "look at it there, in the program that made it; the report has the volume of the mesh",
+                      surface.repairs)  # fmt: skip
+
+
+def too_thin(declared: Declared, case: Case, surface: Closed) -> Diagnostic | None:
+    """A warning about cells that are large for the body: twice its volume over its area is how thick a plate is."""
+    thick, size = 2.0 * surface.volume / surface.area, declared.thing.size
+    if size is None or size <= thick:
+        return None
+    return diagnostic("W350", declared.at("size"), f"the cells of `{declared.name}` are large for `{case.body.name}`",
+                      f"twice its volume over its area is {units.show(float(f'{thick:.3g}'), units.LENGTH)}",
+                      "a plate is that thick, a ball three times that; one cell across hardly bends")  # fmt: skip

@@ -229,13 +229,17 @@ def _capped(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Floats
 
 
 def _loops(ends: Ints) -> list[list[int]]:
-    """Directed edges (e, 2) as closed loops of points. Raises UnreadableMesh where they end."""
+    """Directed edges (e, 2) as closed loops of points; chains that end at an edge of three triangles are closed too."""
     follow: dict[int, list[int]] = {}
+    surplus: dict[int, int] = {}
     for a, b in ends.tolist():
         follow.setdefault(a, []).append(b)
+        surplus[a] = surplus.get(a, 0) + 1
+        surplus[b] = surplus.get(b, 0) - 1
+    starts = [point for point, more in surplus.items() for _ in range(more)]  # of chains; loops have none
     loops = []
     while follow:
-        loop = [next(iter(follow))]
+        loop = [starts.pop() if starts else next(iter(follow))]
         while (ways := follow.get(loop[-1])) is not None:
             there = ways.pop()
             if not ways:
@@ -243,8 +247,6 @@ def _loops(ends: Ints) -> list[list[int]]:
             if there == loop[0]:
                 break
             loop.append(there)
-        else:
-            raise _nothing("its triangles hang together in no way that has an inside")
         if len(loop) > 2:
             loops.append(loop)
     return loops

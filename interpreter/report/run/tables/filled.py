@@ -1,4 +1,4 @@
-"""Bodies that are filled surfaces: a line for each model, with what was repaired and how its mesh stands to the surface."""
+"""Filled surfaces: a line for each model, with what was repaired and how its mesh stands to the surface."""
 
 from __future__ import annotations
 
