@@ -15,16 +15,16 @@ from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.models.answers.at_rest import at_rest
 from softmark.interpreter.models.answers.stressed import stressed
 from softmark.interpreter.models.prepare import prepared_model
-from softmark.interpreter.models.shared.meshing import filled_facts
 from softmark.interpreter.models.shared.pieces import facts
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
-from softmark.interpreter.problem.case import Fault
+from softmark.interpreter.problem.case import Case, Fault
 from softmark.interpreter.problem.parts.resultants import doubts, resultants
 from softmark.interpreter.problem.points import seen_finite
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import ModelResult, Timing
 from softmark.interpreter.run import probes
 from softmark.interpreter.run.answers import Work
+from softmark.solvers.mesh.filled import Filled
 
 if TYPE_CHECKING:
     from softmark.solvers.statics.equilibrium import Iteration
@@ -56,7 +56,7 @@ def solve(work: Work, name: str) -> None:
     solution, wall, cpu = _timed(work, name, prepared)
     solution = stressed(work.scene, declared, case, watched(work.scene, declared, case, prepared, solution))
     history = solution.history
-    known = facts(case, prepared.mesh) | filled_facts(case, prepared.mesh)
+    known = facts(case, prepared.mesh) | _filled(case, prepared)
     solution = replace(solution, facts=solution.facts | known)
     clock = {
         "setup_s": Timing((setup,)),
@@ -95,6 +95,15 @@ def solve(work: Work, name: str) -> None:
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)
     work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind,
                                     stress=solution.stress if asks(work.scene) else None)  # fmt: skip
+
+
+def _filled(case: Case, prepared: Prepared) -> dict[str, Any]:
+    """How the mesh of a filled surface stands to it; nothing of another body, and nothing is imported for it."""
+    if not isinstance(case.shape, Filled):
+        return {}
+    from softmark.interpreter.models.shared import filled
+
+    return filled.facts(prepared.mesh)
 
 
 def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:

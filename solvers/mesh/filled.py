@@ -30,7 +30,7 @@ class Filled(Shape):
     Nodes of the mesh's surface are moved onto the file's. Edges between them are straight, for elements of any order;
     the report says how far they are from the surface, and how the volumes differ.
     The mesher draws random numbers that cannot be set, so the cache keeps what it made: the same file gives the same
-    mesh again. Another machine's differs by less than models of two sizes do; the report has a digest of each.
+    mesh again. Without that cache it differs as another mesh of the same size does; the report has a digest of each.
     """
 
     path: Annotated[str, "file", "the file of the surface, relative to the scene"]

@@ -29,7 +29,7 @@ metric out = displacement(tip, along = +x)
 metric all = displacement(skin, along = +x)
 """
 FILLED = 'filled("block.stl", unit = 1 mm)'
-MODELS = ("fem(tet10, strain = small, size = 3 mm)", "mass_spring(stiffness = from_material(), size = 3 mm)")
+MODELS = ("fem(tet10, strain = small, size = 5 mm)", "mass_spring(stiffness = from_material(), size = 3 mm)")
 
 
 @pytest.fixture
@@ -71,6 +71,7 @@ def test_a_filled_box_is_a_box(folder: Path, model: str) -> None:
     json.dumps(filled)
 
 
+@pytest.mark.slow
 def test_the_report_has_a_line_for_it(folder: Path) -> None:
     (folder / "block.scene").write_text(SCENE.format(shape=FILLED, model=MODELS[0]), encoding="utf-8")
     assert main(["run", "block.scene", "--out", "report"]) == 0

@@ -74,12 +74,3 @@ def filled_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic
     from softmark.interpreter.models.shared import filled  # nothing of it where no surface is filled
 
     return tuple(filled.notes(declared, case, mesh))
-
-
-def filled_facts(case: Case, mesh: Mesh | None) -> dict[str, Any]:
-    """The `filled` part of what a report says of a solution; nothing of another body."""
-    if not isinstance(case.shape, Filled):
-        return {}
-    from softmark.interpreter.models.shared import filled
-
-    return filled.facts(mesh)

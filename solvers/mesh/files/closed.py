@@ -54,7 +54,7 @@ class Closed:
     @property
     def doubt(self) -> float:
         """Of the volume: what may be wrong with it for holes, as if each cap were bulged by half its radius."""
-        return self.capped**1.5 / (4.0 * np.sqrt(np.pi)) / self.volume
+        return float(self.capped**1.5 / (4.0 * np.sqrt(np.pi)) / self.volume)
 
 
 def signed(points: Floats, triangles: Ints) -> float:

@@ -83,6 +83,7 @@ def closest(places: Floats, points: Floats, triangles: Ints, reach: float) -> tu
 
 def _in_triangle(p: Floats, X: Floats) -> Floats:
     """The points of triangles (n, 3, 3) closest to p (n, 3): in the plane, or the nearest of those on three edges."""
+    best: Floats
     a, ab, ac = X[:, 0], X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]
     gram = np.stack([np.einsum("ni,ni->n", q, r) for q, r in ((ab, ab), (ab, ac), (ac, ac))])
     right = np.stack([np.einsum("ni,ni->n", q, p - a) for q in (ab, ac)])

@@ -95,7 +95,7 @@ def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
     told, log.disabled = log.disabled, True  # a missing texture is nobody's concern here
     try:
         with rationed(path), path.open("rb") as data:
-            found = trimesh.load(data, file_type=path.suffix.lower()[1:], process=False, force="mesh",
+            found: Any = trimesh.load(data, file_type=path.suffix.lower()[1:], process=False, force="mesh",
                                  skip_materials=True)  # fmt: skip
     except Exception as error:  # its readers raise what they like
         raise UnreadableMesh(f"trimesh cannot read it ({_reason(error)})", remedy=SURFACE_AGAIN) from error
