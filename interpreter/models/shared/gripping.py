@@ -27,6 +27,7 @@ Bools = np.ndarray[Any, np.dtype[np.bool_]]
 
 SMALL = 1e-6  # of the body: a selection with less volume, or area, has none
 WHOLE = 1e-9  # what rounding leaves of a share
+ALONG = 1e-6  # of an edge: what rounding leaves of one that begins on the border
 MISSED = 0.02  # of a selection: a polygon with as many sides as a mesh has around a circle misses no more
 HALVINGS = {2: 0, 3: 4, 4: 2}  # of the edges of pieces near a curved border, by the corners of a piece
 GROUP = 16  # cells that are bounded together
@@ -113,7 +114,7 @@ def _found(condition: Condition, mesh: Mesh) -> Grip:
     volumes, areas = cells_of(mesh), _facets(mesh)
     looked = [(kind, fractions(condition, kind, mesh)) for kind in (volumes, areas)]
     for kind, f in looked:  # a selection without its border: what is held inside is held up to there
-        nodes[np.unique(kind.nodes[f >= 1.0 - WHOLE])] = True
+        nodes[_up_to_border(condition, kind.nodes[f >= 1.0 - WHOLE], nodes, mesh)] = True
     if not any(float(f @ kind.sizes) > SMALL * kind.sizes.sum() for kind, f in looked):
         edges = _edges(mesh)
         looked = [(edges, fractions(condition, edges, mesh))]
@@ -124,6 +125,22 @@ def _found(condition: Condition, mesh: Mesh) -> Grip:
     return Grip(
         nodes, wide | nodes, held, max((beyond for _, beyond in shares), default=0.0), _layer(*looked[0], nodes)
     )
+
+
+def _up_to_border(condition: Condition, whole: Ints, held: Bools, mesh: Mesh) -> Ints:
+    """Nodes of whole cells (c, k) that are not held, all of whose edges to held ones are selected.
+
+    A corner that lies outside takes the cube of how far it does from the cell's volume: nothing that could be seen.
+    """
+    cell, corner = np.nonzero(~held[whole])
+    own = whole[cell, corner]
+    ends = np.stack([np.repeat(own, whole.shape[1]), whole[cell].ravel()], axis=1)
+    ends = ends[held[ends[:, 1]]]
+    if not len(ends):
+        return own
+    lengths = np.linalg.norm(mesh.points[ends[:, 1]] - mesh.points[ends[:, 0]], axis=1)
+    f = fractions(condition, _Kind(ends, lengths, ends[:, None, :]), mesh)
+    return np.setdiff1d(own, ends[f < 1.0 - ALONG, 0])
 
 
 def _layer(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float] | None:
