@@ -37,4 +37,4 @@ def _hexahedra(model: Declared, shape: Filled) -> Diagnostic | None:
     fit = [f"`{name}`" for name, element in ELEMENTS.items() if element.family == Tetrahedron.family]
     name = Path(shape.file).name
     return diagnostic("E577", model.at(), f"`{model.name}` asks for {kind}, and `{name}` is filled with tetrahedra",
-                      "no hexahedra here", f"take {' or '.join(fit)}; tet10 does not lock as tet4 does")  # fmt: skip
+                      "tetrahedra only", f"take {' or '.join(fit)}; tet10 does not lock as tet4 does")  # fmt: skip

@@ -16,6 +16,7 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rectangle
 from softmark.solvers.mesh.filled import Filled
+from softmark.solvers.mesh.flat import Quadrilateral, QuarterRing
 from softmark.solvers.mesh.shape import (
     Bounds,
     Circular,
@@ -332,6 +333,8 @@ SHAPES: dict[str, type[Shape]] = {
     "sphere": Sphere,
     "ellipsoid": Ellipsoid,
     "spherical_shell": SphericalShell,
+    "quadrilateral": Quadrilateral,
+    "quarter_ring": QuarterRing,
     "mesh": MeshFile,
     "filled": Filled,
 }
