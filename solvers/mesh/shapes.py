@@ -311,6 +311,13 @@ class MeshFile(Shape):
 
         return converted(read(self.path, self.unit, self.coincident), kind, self.split)
 
+    def named(self, kind: str | None = None) -> Mesh:
+        """The same with the groups of the file; without an element as the file has its cells. Raises as `mesh`."""
+        from softmark.solvers.mesh.files.reading import converted, read
+
+        whole = read(self.path, self.unit, self.coincident, named=True)
+        return whole if kind is None else converted(whole, kind, self.split)
+
     def surface(self, size: float = 0.0) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of its boundary, or of a file of triangles. Raises UnreadableMesh."""
         from softmark.solvers.mesh.files.reading import read_surface
