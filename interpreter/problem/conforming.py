@@ -36,6 +36,8 @@ def cuts_of(case: Case, shape: Shape | None = None) -> Cuts:
     shape = shape or case.shape
     found: list[Cut] = []
     for asking in (*case.supports, *case.parts) if shape.spans else ():
+        if asking.thing.where.groups:  # of a file, whose mesh is as it is
+            continue
         found += _Asking(shape, asking.thing.where).cuts()
     return tuple(dict.fromkeys(found))
 

@@ -28,6 +28,7 @@ from softmark.solvers.elements.tet10 import Tet10
 from softmark.solvers.mesh import shape as geometry
 
 if TYPE_CHECKING:
+    from softmark.interpreter.problem.members import Members
     from softmark.references.measured import Measured
 
 Floats = NDArray[np.float64]
@@ -107,10 +108,23 @@ def _surface(probe: Declared, case: Case) -> ProbePoints:
         return ProbePoints(X, triangles)
     from softmark.interpreter.problem.parts.faces import clipped
 
-    points, part, share = clipped(probe.thing.where, X, triangles)
+    where, members = probe.thing.where, None
+    if where.groups:
+        members = _on_surface(case, shape, where)
+    points, part, share = clipped(where, X, triangles, members)
     if not len(points):
         raise _nothing(probe)
     return ProbePoints(points, part, notes=_missed(probe, share))
+
+
+def _on_surface(case: Case, shape: geometry.Shape, where: Condition) -> Members:
+    """Which triangles of the surface of a file are of a named group. Raises Fault."""
+    from softmark.interpreter.problem import members
+
+    mesh = shape.named()
+    members.check((r for r in case.groups if r.thing.name in where.groups), mesh)
+    facets, each = members.of_facets(mesh), len(mesh.element.facet.triangles)
+    return lambda name: np.repeat(facets(name), each)
 
 
 def _missed(probe: Declared, share: float) -> tuple[Diagnostic, ...]:
@@ -135,6 +149,10 @@ def _part(probe: Declared, X: Floats) -> Floats:
 
 def _chosen(probe: Declared, X: Floats) -> NDArray[np.bool_]:
     """Which points a probe's condition selects. Raises Fault if none."""
+    if probe.thing.where.groups:
+        from softmark.interpreter.problem.members import unplaced
+
+        raise unplaced(probe)
     extent = float(np.linalg.norm(np.ptp(X, axis=0)))
     held = np.broadcast_to(probe.thing.where.holds(*X.T, extent), len(X))
     if not held.any():
@@ -190,7 +208,10 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
         return None
     from softmark.interpreter.problem.parts.faces import clipped
 
-    points, triangles, _ = clipped(reduce(partial(Condition.junction, "or"), wheres), place.X, place.triangles)
+    where, members = reduce(partial(Condition.junction, "or"), wheres), None
+    if where.groups:
+        members = _on_surface(case, located(case.shape, case.body.at("shape")), where)
+    points, triangles, _ = clipped(where, place.X, place.triangles, members)
     return (points, triangles) if len(triangles) else None
 
 

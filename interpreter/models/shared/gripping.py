@@ -7,6 +7,7 @@ cells and flat facets; curved ones are followed by pieces of a fraction of a cel
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,11 +17,13 @@ from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Border,
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.members import apart, of_cells, of_facets, of_nodes
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.mesh.clip import Pieces, joined
 
 if TYPE_CHECKING:
+    from softmark.interpreter.problem.members import Members
     from softmark.solvers.mesh.mesh import Mesh
 
 Bools = np.ndarray[Any, np.dtype[np.bool_]]
@@ -88,15 +91,21 @@ def _note(declared: Declared, name: str, own: Grip) -> Diagnostic:
 
 @dataclass(frozen=True)
 class _Kind:
-    """Cells, facets or edges of a mesh: nodes (m, k) of each, its size (m,), and simplices (m, s, c) of its nodes."""
+    """Cells, facets or edges of a mesh: nodes (m, k) of each, its size (m,), and simplices (m, s, c) of its nodes.
+
+    `members` tells which of them are of a named group.
+    """
 
     nodes: Ints
     sizes: Floats
     simplices: Ints
+    members: Members
 
 
 def _found(condition: Condition, mesh: Mesh) -> Grip:
-    nodes = _selects(condition, mesh.points, mesh)
+    nodes = np.zeros(len(mesh.points), dtype=np.bool_)
+    for own, which in apart(condition, of_nodes(mesh)):
+        nodes[which] = _selects(own, mesh.points[which], mesh)
     wide = nodes.copy()
     volumes, areas = cells_of(mesh), _facets(mesh)
     looked = [(kind, fractions(condition, kind, mesh)) for kind in (volumes, areas)]
@@ -125,14 +134,14 @@ def _share(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float]:
 def cells_of(mesh: Mesh) -> _Kind:
     corners = mesh.cells[:, : mesh.element.corners]
     simplices = corners[:, None, :] if corners.shape[1] == 4 else corners[:, np.array(SIX)]
-    return _Kind(mesh.cells, mesh.volumes, simplices)
+    return _Kind(mesh.cells, mesh.volumes, simplices, of_cells(mesh))
 
 
 def _facets(mesh: Mesh) -> _Kind:
     triangles = mesh.facets[:, np.array(mesh.element.facet.triangles)]  # (f, s, 3)
     whole = Pieces(mesh.points[triangles.reshape(-1, 3)], np.repeat(np.arange(len(triangles)), triangles.shape[1]))
     areas: Floats = np.bincount(whole.of, whole.sizes, minlength=len(triangles)).astype(np.float64)
-    return _Kind(mesh.facets, areas, triangles)
+    return _Kind(mesh.facets, areas, triangles, of_facets(mesh))
 
 
 def _edges(mesh: Mesh) -> _Kind:
@@ -140,7 +149,7 @@ def _edges(mesh: Mesh) -> _Kind:
     sides = mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     ends = np.unique(np.sort(sides, axis=1), axis=0)
     lengths = np.linalg.norm(mesh.points[ends[:, 1]] - mesh.points[ends[:, 0]], axis=1)
-    return _Kind(ends, lengths, ends[:, None, :])
+    return _Kind(ends, lengths, ends[:, None, :], lambda name: of_nodes(mesh)(name)[ends].all(axis=1))
 
 
 # ------------------------------------------------------------------ fractions of cells
@@ -148,6 +157,12 @@ def _edges(mesh: Mesh) -> _Kind:
 
 def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
     """What part of each cell a condition selects (m,), from 0 to 1."""
+    if condition.groups:
+        known = np.zeros(len(kind.nodes))
+        for own, which in apart(condition, kind.members):
+            some = replace(kind, nodes=kind.nodes[which], sizes=kind.sizes[which], simplices=kind.simplices[which])
+            known[which] = fractions(own, some, mesh)
+        return known
     number = np.repeat(np.arange(len(kind.nodes)), kind.simplices.shape[1])
     corners = kind.simplices.reshape(-1, kind.simplices.shape[2])
     crossed = np.zeros(len(kind.nodes), dtype=np.bool_)

@@ -41,7 +41,7 @@ def groups(data: Any, path: Path, kind: str, cells: Ints, element: type[Element]
     found: dict[str, Group] = {}
     for name, masks in _masks(data):
         own = _members(data, masks, kind)
-        if len(own.cells):
+        if len(own.cells) or not own.facets:
             found[name] = Group("cells", own.cells)
         if own.facets:
             found[name + FACES if len(own.cells) else name] = _faces(own.facets, cells, element)
@@ -51,9 +51,10 @@ def groups(data: Any, path: Path, kind: str, cells: Ints, element: type[Element]
 def _of_sets(sets: Mapping[str, abaqus_sets.Members], cells: Ints, element: type[Element]) -> dict[str, Group]:
     found = {}
     for name, own in sets.items():
-        if len(own.cells):
+        faces = len(own.faces) or own.corners or own.foreign
+        if len(own.cells) or not faces:
             found[name] = Group("cells", own.cells)
-        if len(own.faces) or own.corners or own.foreign:
+        if faces:
             more = _faces(own.corners, cells, element)
             members = np.unique(np.concatenate([own.faces, more.members]), axis=0)
             found[name + FACES if len(own.cells) else name] = Group("faces", members, 0, own.foreign + more.foreign)
