@@ -198,8 +198,8 @@ class Condition:
     """A selection of points: `holds` works on floats and on arrays, `over` on a box; `said` is its text with values.
 
     `borders` are the surfaces that can bound it: between them it is true or false throughout. `regions` names those
-    that it is made of. `groups` are named parts of a mesh file in it: what they hold no coordinates tell, and `given_of`
-    makes the condition that is left where it is known whether each of them is there.
+    that it is made of. `groups` are named parts of a mesh file in it: no coordinates tell what these hold, and
+    `given_of` makes the condition that is left for things of which it is known.
     """
 
     _test: Callable[[tuple[Any, Any, Any], float], Any] = field(repr=False)

@@ -13,11 +13,14 @@ from softmark.grammar.suggest import nearest
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Fault, fault
+from softmark.interpreter.problem.data import located
+from softmark.solvers.elements.tet4 import Tet4
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.interpreter.problem.case import Case
+    from softmark.solvers.mesh.mesh import Floats, Mesh
 
     Mask = NDArray[np.bool_]
     Members = Callable[[str], Mask]
@@ -54,6 +57,18 @@ def of_nodes(mesh: Mesh) -> Members:
     return partial(_found, "nodes_in", mesh)
 
 
+def of_places(case: Case, X: Floats) -> Members:
+    """Which points X (n, 3), m, within a body lie in a cell of a group (n,)."""
+    if not case.groups:
+        return lambda name: np.zeros(len(X), dtype=np.bool_)
+    from softmark.solvers.mesh.groups import cells_at
+    from softmark.solvers.mesh.interpolation import locate
+
+    mesh = located(case.shape, case.body.at("shape")).named(Tet4.name)
+    nodes = locate(mesh, X).nodes
+    return lambda name: cells_at(mesh, name, nodes)
+
+
 def _found(of: str, mesh: Mesh, name: str) -> Mask:
     from softmark.solvers.mesh import groups  # no mesh without names needs it
 
@@ -79,38 +94,39 @@ def _has(region: Declared, mesh: Mesh) -> None:
     more = [f"and {len(known) - LISTED} more"] if len(known) > LISTED else []
     close = nearest(name, list(known))
     meant = f"did you mean `{close}`? " if close else ""
-    help_ = f"{meant}groups of the file: {', '.join([*listed, *more])}" if known else (
-        "the file names no groups: physical groups of Gmsh, ELSET, NSET or SURFACE of Abaqus, whole numbers on cells of VTU"
-    )  # fmt: skip
-    raise fault("E324", region.at("name"), f"the mesh of `{region.thing.body}` has no group `{name}`", "not in the file",
-                help_)  # fmt: skip
+    help = "it names none: physical groups of Gmsh, ELSET, NSET or SURFACE of Abaqus, whole numbers on cells of VTU do"
+    if known:
+        help = f"{meant}groups of the file: {', '.join([*listed, *more])}"
+    problem = f"the mesh of `{region.thing.body}` has no group `{name}`"
+    raise fault("E324", region.at("name"), problem, "not in the file", help)
 
 
 def _is_sound(region: Declared, mesh: Mesh) -> None:
-    own, name = (mesh.groups or {})[region.thing.name], region.thing.name
+    own, name, at = (mesh.groups or {})[region.thing.name], region.thing.name, region.at("name")
     count = len(own.members) + own.foreign
     if not count:
-        raise fault("E326", region.at("name"), f"the group `{name}` is empty", "nothing in it",
-                    "write the mesh with something in this group, or leave the region out")  # fmt: skip
+        help = "write the mesh with something in this group, or leave the region out"
+        raise fault("E326", at, f"the group `{name}` is empty", "nothing in it", help)
     if own.kind == "faces" and region.thing.material is not None:
-        raise fault("E325", region.at("material"), f"`{region.name}` is a group of faces, and faces are made of nothing",
-                    own.described, "a material goes to a group of cells; leave `material` out")  # fmt: skip
+        problem = f"`{region.name}` is a group of faces, and faces are made of nothing"
+        help = "a material goes to a group of cells; leave `material` out"
+        raise fault("E325", region.at("material"), problem, own.described, help)
     if own.foreign:
-        raise fault("E326", region.at("name"),
-                    f"{own.foreign} of {count} members of the group `{name}` are no face of a solid cell", own.described,
-                    "name faces of the mesh itself, between the same nodes: nodes of a set, facets of hexahedra in two "
-                    "triangles, and shells beside the body are not")  # fmt: skip
+        problem = f"{own.foreign} of {count} members of the group `{name}` are no face of a solid cell"
+        help = (
+            "name faces of the mesh itself, between the same nodes; nodes of a set that make no face, halves of the "
+            "faces of hexahedra, and shells beside the body are none"
+        )
+        raise fault("E326", at, problem, own.described, help)
     if own.inside:
-        raise fault("E326", region.at("name"),
-                    f"{own.inside} of {count} faces of the group `{name}` lie inside the body", own.described,
-                    "supports, loads and probes are on the surface: name faces of the surface, or the cells on one "
-                    "side")  # fmt: skip
+        problem = f"{own.inside} of {count} faces of the group `{name}` lie inside the body"
+        help = "supports, loads and probes are on the surface: name faces of it, or the cells on one side"
+        raise fault("E326", at, problem, own.described, help)
 
 
 def unplaced(declared: Declared) -> Fault:
     """That points alone are asked for a group."""
-    where = declared.value("where")
-    return fault("E325", declared.at("where"),
-                 f"`{declared.name}` looks at points alone, and no place tells whether it is in "
-                 f"{', '.join(f'`{g}`' for g in where.groups)}",
-                 "a group of cells or faces", "use a `surface` or a `volume`, or a condition on coordinates")  # fmt: skip
+    names = ", ".join(f"`{name}`" for name in declared.value("where").groups)
+    problem = f"`{declared.name}` looks at points alone, and no place tells whether it is in {names}"
+    help = "use a `surface` or a `volume`, or a condition on coordinates"
+    return fault("E325", declared.at("where"), problem, "a group of cells or faces", help)

@@ -30,6 +30,7 @@ from softmark.solvers.mesh import shape as geometry
 if TYPE_CHECKING:
     from softmark.interpreter.problem.members import Members
     from softmark.references.measured import Measured
+    from softmark.solvers.mesh.mesh import Mesh
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -77,7 +78,7 @@ def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Pro
         case Surface():
             return _surface(probe, case)
         case Volume(size=size):
-            return _volume(located(case.shape, case.body.at("shape")), size or COARSER * _size(case.shape))
+            return _volume(probe, case, located(case.shape, case.body.at("shape")), size or COARSER * _size(case.shape))
         case Nodes(mesh=mesh):
             return _of_body(probe, case, located(mesh, probe.at("mesh")).points())
         case Markers(of=of):
@@ -170,13 +171,42 @@ def _nothing(probe: Declared) -> Fault:
     )
 
 
-def _volume(shape: geometry.Shape, size: float) -> ProbePoints:
+def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> ProbePoints:
     """Four points in every tetrahedron, by which integrals of squares of linear fields are exact: at its centroid alone
-    the strains of linear elements are better than anywhere else, and their error seems less than it is."""
-    mesh = shape.mesh(Tet4.name, size)
+    the strains of linear elements are better than anywhere else, and their error seems less than it is. Tetrahedra that
+    a border of the condition passes are cut there. Raises Fault if nothing is selected."""
+    where, named = probe.thing.where, case.groups and shape.prebuilt
+    mesh = shape.named(Tet4.name) if named else shape.mesh(Tet4.name, size)
     xi, weights = Tet10.quadrature()
-    X = Tet4.shape(xi) @ mesh.points[mesh.cells]  # (m, 4, 3)
-    return ProbePoints(X.reshape(-1, 3), weights=np.outer(mesh.volumes, weights / weights.sum()).ravel())
+    corners, volumes = mesh.points[mesh.cells], mesh.volumes
+    if where is not None:
+        corners, volumes = _selected(probe, case, mesh)
+    X = Tet4.shape(xi) @ corners  # (m, 4, 3)
+    return ProbePoints(X.reshape(-1, 3), weights=np.outer(volumes, weights / weights.sum()).ravel())
+
+
+def _selected(probe: Declared, case: Case, mesh: Mesh) -> tuple[Floats, Floats]:
+    """Tetrahedra (t, 4, 3), m, of what a probe selects of a mesh, and their volumes (t,), m^3. Raises Fault."""
+    from softmark.interpreter.problem import members
+    from softmark.interpreter.problem.parts.pieces import within
+    from softmark.solvers.mesh.clip import Pieces
+
+    where, whole = probe.thing.where, Pieces(mesh.points[mesh.cells], np.arange(len(mesh.cells)))
+    members.check((r for r in case.groups if r.thing.name in where.groups), mesh)
+    found = [
+        within(own, whole.chosen(np.flatnonzero(_mask(which, len(mesh.cells)))), mesh.extent)
+        for own, which in members.apart(where, members.of_cells(mesh))
+    ]
+    corners, sizes = (np.concatenate([getattr(part, name) for part in found]) for name in ("corners", "sizes"))
+    if not sizes.sum() > 0.0:
+        raise _nothing(probe)
+    return corners, sizes
+
+
+def _mask(which: Any, count: int) -> NDArray[np.bool_]:
+    found = np.zeros(count, dtype=np.bool_)
+    found[which] = True
+    return found
 
 
 def drawn(case: Case) -> ProbePoints:

@@ -60,7 +60,8 @@ def unordered(case: Case) -> list[tuple[Declared, Declared]]:
 def overlap(a: Declared, b: Declared, label: str) -> Fault:
     """A Fault of two parts that overlap."""
     return fault(
-        "E592", b.at("where" if b.thing.group is None else "name"), f"`{a.name}` and `{b.name}` overlap and are of different materials", label,
+        "E592", b.at("where" if b.thing.group is None else "name"),
+        f"`{a.name}` and `{b.name}` overlap and are of different materials", label,
         f"say which lies over the other: `over = [{a.name}]` in `{b.name}`, or select without the other: "
         f"`where = ... and not {a.name}`",
     )  # fmt: skip

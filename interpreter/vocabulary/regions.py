@@ -52,9 +52,8 @@ class BodyGroup(Region):
     (Abaqus, CalculiX), and `ARRAY=VALUE` of whole numbers on cells (VTU, VTK, Medit), or `ARRAY` where these are ones
     and zeros. A set of nodes stands for the faces all of whose corners it has. Where a name has cells and faces, the
     faces are `NAME:faces`. No geometry is involved: a group of faces is its facets, one of cells its cells, and a load
-    on a group of cells acts on those of their faces that are the body's surface. The name stands wherever a condition
-    does, with others too: `where = tip and z > 0 mm`. Only cells have a material. Bodies, models and probes that take it
-    have a mesh from a file.
+    on a group of cells acts on those of their faces that are the body's surface. The region stands wherever a condition
+    does, with others too: `where = tip and z > 0 mm`. Only cells have a material.
     """
 
     body: Annotated[str, "body", "the body that it is a part of; its mesh is a file"]
@@ -68,7 +67,7 @@ class BodyGroup(Region):
         return self.name
 
     @property
-    def where(self) -> Condition:  # type: ignore[override]
+    def where(self) -> Condition:
         """Which of its cells, facets and nodes."""
         return _member(self.name)
 

@@ -77,6 +77,11 @@ def nodes_in(mesh: Mesh, name: str) -> Bools:
     return found
 
 
+def cells_at(mesh: Mesh, name: str, nodes: Ints) -> Bools:
+    """Whether cells that are known by their nodes (n, a), in order, are members (n,)."""
+    return _same(mesh.cells[cells_in(mesh, name)], nodes)
+
+
 def _corners(mesh: Mesh, members: Ints) -> Ints:
     """Nodes at the corners of faces (k, c), in order of their numbers."""
     cell, side = members.T

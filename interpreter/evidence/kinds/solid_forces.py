@@ -167,12 +167,14 @@ def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:
     for support in case.supports:
         where = np.zeros(len(points), dtype=np.bool_)
         for condition, which in apart(support.thing.where, of_nodes(mesh.mesh)):
-            where[which] = np.broadcast_to(condition.holds(*points[which].T, extent), len(points[which]))
+            x, y, z = points[which].T
+            where[which] = np.broadcast_to(condition.holds(x, y, z, extent), len(x))
         for nodes, members in ((mesh.cells, of_cells(mesh.mesh)), (mesh.mesh.facets, of_facets(mesh.mesh))):
             corners = points[nodes]
             X = corners + INWARD * (corners.mean(axis=1, keepdims=True) - corners)
             for condition, which in apart(support.thing.where, members):
-                inside = np.broadcast_to(condition.holds(*np.moveaxis(X[which], 2, 0), extent), nodes[which].shape)
+                x, y, z = np.moveaxis(X[which], 2, 0)
+                inside = np.broadcast_to(condition.holds(x, y, z, extent), x.shape)
                 where[nodes[which][inside.all(axis=1)]] = True
         for c in support.thing.components:
             found[:, c] |= where

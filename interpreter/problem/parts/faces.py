@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Condition
-from softmark.interpreter.problem.parts.patches import Floats, Ints, Mask
 from softmark.interpreter.problem.members import apart
+from softmark.interpreter.problem.parts.patches import Floats, Ints, Mask
 from softmark.solvers.mesh.clip import Pieces, joined
 
 if TYPE_CHECKING:
@@ -28,7 +28,8 @@ def clipped(
 ) -> tuple[Floats, Ints, float]:
     """Points (n, 3) and triangles (t, 3) of the part of a surface that a condition selects, and the share that this is.
 
-    `members` tells which triangles are of a named group, where the condition has some. Points are in the order of the surface. Where no area is taken, the points that are selected, none where there are
+    `members` tells which triangles are of a named group, where the condition has some.
+    Points are in the order of the surface. Where no area is taken, the points that are selected, none where there are
     none. The share is of the area within the condition's borders, curved ones as chords of triangles that they cross.
     """
     extent = float(np.linalg.norm(np.ptp(X, axis=0)))

@@ -43,9 +43,8 @@ def part(asked: ConditionOnPatches) -> Part:
     patches = asked.patches
     f, tri = patches.triangles
     if not len(f) or not asked.condition.borders:  # the same everywhere
-        there = len(f) and asked.condition.given([], patches.extent)
-        whole = np.arange(len(patches.corners)) if there else f[:0]
-        return Part(whole, f[:0], np.zeros((0, 2)), np.zeros(0))
+        there = bool(len(f) and asked.condition.given([], patches.extent))
+        return Part(np.arange(len(patches.corners) if there else 0), f[:0], np.zeros((0, 2)), np.zeros(0))
     crossed: Mask = np.asarray(asked.look(f, tri).crossed.any(axis=0))
     if crossed.any():
         asked = asked.steady(np.unique(f[crossed]))

@@ -172,6 +172,24 @@ def _parsed(path: Path) -> Any:
     return _tried(path, (k for k in kinds if k not in UNENDING))
 
 
+def _without_sets(path: Path) -> Any:
+    """A file of Abaqus without its sets: meshio stops at many that are in order, and abaqus_sets.py reads them."""
+    import meshio
+
+    kept, keeps = [], True
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True):
+        if line.startswith("*") and not line.startswith("**"):
+            keyword = line[1:].partition(",")[0].strip().upper()
+            if keyword == "INCLUDE":  # whose path is that of the file
+                return meshio.read(path, "abaqus")
+            keeps = keyword not in ("NSET", "ELSET", "SURFACE")
+        if keeps:
+            kept.append(line)
+    from meshio.abaqus._abaqus import read_buffer
+
+    return read_buffer(StringIO("".join(kept)))
+
+
 def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
     import meshio
 
@@ -181,7 +199,7 @@ def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
         said = StringIO()  # meshio prints why it fails, and exits
         try:
             with redirect_stdout(said), redirect_stderr(said), rationed(path):
-                return meshio.read(path, kind)
+                return _without_sets(path) if kind == "abaqus" else meshio.read(path, kind)
         except SystemExit:
             reasons.append(" ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file")
         except Exception as error:  # its readers raise what they like
