@@ -70,6 +70,7 @@ class OfTensors(Metric):
             "norm_Pa": float(np.linalg.norm(tensors.cauchy[place])),
             "cells_apart_Pa": float(field.unresolved(at)[0]),
             "usual_stress_Pa": field.usual[0],
+            "where_materials_meet": field.shared(seen.X),
         }
         return Measurement(value, details, samples=values if len(values) > 1 else None)
 

@@ -1,0 +1,109 @@
+"""Stress and strain of a solid of several materials: recovered in the cells of each alone.
+
+Where two materials meet stress and strain jump, and a polynomial over cells of both would smooth what is there. At a
+point that lies where they meet, the numbers are those of the side with the larger stress.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.mesh.interpolation import locate
+from softmark.solvers.mesh.mesh import Floats, Mesh
+from softmark.solvers.stresses.field import Stresses
+from softmark.solvers.stresses.sampled import State
+
+if TYPE_CHECKING:
+    from softmark.solvers.materials import Isotropic
+    from softmark.solvers.mesh.mesh import Ints
+
+AT = 1e-9  # of the extent: how much farther than the nearest cell a cell may be that a point belongs to as well
+SIX = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # of a symmetric tensor: how often each component is there
+
+
+@dataclass(frozen=True)
+class Layers(Stresses):
+    """The same of several states, each of the cells of one material over the nodes of all; `state` is the first."""
+
+    each: tuple[Stresses, ...] = ()
+
+    @staticmethod
+    def of(state: State, materials: tuple[Isotropic, ...], owners: Ints) -> Layers:
+        """Of a state whose cells are of one of some materials, by its number (m,)."""
+        found = []
+        for number, material in enumerate(materials):
+            which = np.flatnonzero(owners == number)
+            if len(which):
+                mesh = Mesh(state.mesh.points, state.mesh.cells[which], state.mesh.kind)
+                pressures = None if state.pressures is None else state.pressures[which]
+                found.append(Stresses(replace(state, mesh=mesh, material=material, pressures=pressures)))
+        return Layers(found[0].state, tuple(found))
+
+    def values(self, X: Floats) -> Floats:
+        """As `Stresses` has them: where materials meet, of the side with the larger stress."""
+        found, size = np.full((len(X), 15), np.nan), np.full(len(X), -1.0)
+        for own, here in self._owners(X):
+            values = own.values(X[here])
+            larger = _size(values) > size[here]
+            found[here[larger]] = values[larger]
+            size[here] = np.maximum(size[here], _size(values))
+        return found
+
+    def values_at_nodes(self) -> Floats:
+        """Of nodes that several materials share, of the side with the larger stress."""
+        found = [own.values_at_nodes() for own in self.each]
+        size = np.stack([_size(values) for values in found])
+        picked: Floats = np.stack(found)[size.argmax(axis=0), np.arange(size.shape[1])]
+        return picked
+
+    def unresolved(self, X: Floats) -> Floats:
+        """By how much stresses of the cells around X (n, 3) differ from what is recovered of them (n,), Pa."""
+        found = np.zeros(len(X))
+        for own, here in self._owners(X):
+            found[here] = np.maximum(found[here], own.unresolved(X[here]))
+        return found
+
+    def shared(self, X: Floats) -> int:
+        """How many of the points X (n, 3) lie where materials meet."""
+        count = np.zeros(len(X), dtype=np.int64)
+        for _, here in self._owners(X):
+            count[here] += 1
+        return int((count > 1).sum())
+
+    def sampled(self) -> None:
+        """Look at every cell once. Raises NoStress where that cannot be."""
+        for own in self.each:
+            own.sampled()
+
+    @cached_property
+    def usual(self) -> tuple[float, float]:
+        """The root mean squares of the norms of stress, Pa, and of strain, over the body."""
+        sizes = np.array([float(np.abs(own.state.mesh.volumes).sum()) for own in self.each])
+        squares = np.array([own.usual for own in self.each]) ** 2
+        stress, strain = np.sqrt(sizes @ squares / sizes.sum()).tolist()
+        return stress, strain
+
+    def moved(self, step: Floats) -> Layers:
+        """The same with displacements added to its nodes (n, 3), m."""
+        moved = tuple(own.moved(step) for own in self.each)
+        return Layers(moved[0].state, moved)
+
+    def _owners(self, X: Floats) -> Iterator[tuple[Stresses, Ints]]:
+        """Materials, and which of the points X (n, 3) are in their cells, or nearest to them."""
+        away = np.stack([locate(own.state.mesh, X).outside for own in self.each])  # (r, n)
+        near = away <= away.min(axis=0) + AT * self.state.mesh.extent
+        for own, here in zip(self.each, near, strict=True):
+            if here.any():
+                yield own, np.flatnonzero(here)
+
+
+def _size(values: Floats) -> Floats:
+    """The norm of stress (n,), Pa; of nodes that a material does not have, below any."""
+    norm: Floats = np.sqrt((SIX * values[:, :6] ** 2).sum(axis=1))
+    return np.where(np.isnan(norm), -1.0, norm)
