@@ -174,7 +174,7 @@ class Cylinder(RoundPrism):
         from softmark.solvers.mesh.structured import disc, rounded, solid
 
         mesh = solid(disc(self.radius, size, cuts=cuts), self.length, size, kind, cuts)
-        return rounded(placed(mesh, self.axis, self.origin), self.sides)
+        return rounded(placed(mesh, self.axis, self.origin), self.sides, self.within(cuts))
 
     @property
     def sides(self) -> tuple[Around, ...]:

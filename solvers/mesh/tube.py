@@ -117,7 +117,8 @@ class Tube(RoundPrism):
         from softmark.solvers.mesh.structured import ring, rounded, solid
 
         section = ring(self.inner, self.radius, around(self.radius, size), size, cuts)
-        return rounded(placed(solid(section, self.length, size, kind, cuts), self.axis, self.origin), self.sides)
+        mesh = placed(solid(section, self.length, size, kind, cuts), self.axis, self.origin)
+        return rounded(mesh, self.sides, self.within(cuts))
 
     @property
     def sides(self) -> tuple[Around, ...]:

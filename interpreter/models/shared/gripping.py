@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.language.conditions import Condition
+from softmark.interpreter.language.conditions import Border, Condition
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.members import apart, of_cells, of_facets, of_nodes
-from softmark.interpreter.problem.parts.pieces import Bools, cut, near, selects, undecided
+from softmark.interpreter.problem.parts.pieces import Bools, cut, near, selects, slack_of, undecided
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.mesh.clip import Pieces
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
 
 SMALL = 1e-6  # of the body: a selection with less volume, or area, has none
+ASIDE = 1e-3  # of the size of a face: how far from it the slope of a level is looked for
 WHOLE = 1e-9  # what rounding leaves of a share
 MISSED = 0.02  # of a selection: a polygon with as many sides as a mesh has around a circle misses no more
 SIX = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))  # of a hexahedron
@@ -167,6 +168,7 @@ def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
     number = np.repeat(np.arange(len(kind.nodes)), kind.simplices.shape[1])
     corners = kind.simplices.reshape(-1, kind.simplices.shape[2])
     crossed = np.zeros(len(kind.nodes), dtype=np.bool_)
+    followed = _followed(condition, kind, mesh)
     beside = np.arange(len(corners))
     if not all(border.plane for border in condition.borders):
         beside = np.flatnonzero(undecided(condition, mesh.points[corners], mesh.extent))
@@ -174,6 +176,7 @@ def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
         crossed[number[beside[near(border, mesh.points[corners[beside]], mesh.extent)]]] = True
     whole = Pieces(mesh.points[kind.simplices[:, 0]], np.arange(len(kind.nodes)))
     f = selects(condition, whole.middles, mesh.extent).astype(float)
+    crossed &= np.isnan(followed)
     some = crossed[number]
     pieces = Pieces(mesh.points[corners[some]], number[some])
     for border in condition.borders:
@@ -183,4 +186,42 @@ def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
     total = np.bincount(pieces.of, size, minlength=count)
     own = np.bincount(pieces.of[chosen], size[chosen], minlength=count)
     found: Floats = np.where(crossed & (total > 0.0), own / np.where(total > 0.0, total, 1.0), f)
+    return np.where(np.isnan(followed), found, followed)
+
+
+def _followed(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
+    """Shares (m,) of curved cells of which faces lie on a border with all their nodes, and nothing beyond it; else nan.
+
+    What such a cell has beyond the border is thin: its volume is the integral of its depth over the face.
+    """
+    found, element = np.full(len(kind.nodes), np.nan), mesh.element
+    if len(condition.borders) != 1 or kind.nodes.shape[1] != element.nodes or element.nodes == element.corners:
+        return found
+    border, sides = condition.borders[0], np.array(element.facets)
+    if border.plane is not None:
+        return found
+    level, slack = border.at(*mesh.points.T)[kind.nodes], slack_of(border, mesh.extent)
+    on = (np.abs(level) <= slack)[:, sides].all(axis=2)  # (m, s)
+    cells = np.flatnonzero(on.any(axis=1) & ((level.min(axis=1) >= -slack) | (level.max(axis=1) <= slack)))
+    if len(cells):
+        inside = selects(condition, mesh.points[kind.nodes[cells]].mean(axis=1), mesh.extent)
+        at, side = np.nonzero(on[cells])
+        faces = kind.nodes[cells[at][:, None], sides[side]]
+        share = np.bincount(at, _beyond(border, mesh.points[faces], mesh), minlength=len(cells)) / kind.sizes[cells]
+        found[cells] = np.where(inside, 1.0 - share, share)
     return found
+
+
+def _beyond(border: Border, faces: Floats, mesh: Mesh) -> Floats:
+    """The volume (f,), m^3, between outward faces with nodes (f, k, 3) and a border that lies on their inner side."""
+    facet = mesh.element.facet
+    xi, w = facet.quadrature()
+    X = np.einsum("qk,fki->fqi", facet.shape(xi), faces)
+    t = np.einsum("qkj,fki->jfqi", facet.gradient(xi), faces)
+    n = np.cross(t[0], t[1])
+    area = np.linalg.norm(n, axis=2)
+    step = ASIDE * float(np.sqrt(area.max()))
+    up, down = (border.at(*np.moveaxis(X + s * n / area[..., None], 2, 0)) for s in (step, -step))
+    depth = border.at(*np.moveaxis(X, 2, 0)) * 2.0 * step / (up - down)
+    volume: Floats = (np.maximum(depth, 0.0) * area) @ w
+    return volume

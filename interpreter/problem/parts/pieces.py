@@ -47,14 +47,15 @@ def cut(pieces: Pieces, border: Border, extent: float) -> Pieces:
         pieces = joined(pieces.chosen(np.flatnonzero(~beside)), pieces.chosen(np.flatnonzero(beside)).refined())
     beside = near(border, pieces.corners, extent)
     rest, crossed = pieces.chosen(np.flatnonzero(~beside)), pieces.chosen(np.flatnonzero(beside))
-    return joined(rest, crossed.cut(_level(border), _slack(border, extent), border.plane is None))
+    return joined(rest, crossed.cut(_level(border), slack_of(border, extent), border.plane is None))
 
 
 def _level(border: Border) -> Any:
     return lambda X: np.broadcast_to(border.at(*X.T), len(X))
 
 
-def _slack(border: Border, extent: float) -> float:
+def slack_of(border: Border, extent: float) -> float:
+    """Levels that count as on a border."""
     return RELATIVE_TOLERANCE * float(extent) ** border.power
 
 
@@ -66,7 +67,7 @@ def near(border: Border, corners: Floats, extent: float) -> Bools:
     """
     if border.plane is not None:
         level = _level(border)(corners.reshape(-1, 3)).reshape(corners.shape[:2])
-        slack = _slack(border, extent)
+        slack = slack_of(border, extent)
         return np.asarray((level.min(axis=1) < -slack) & (level.max(axis=1) > slack))
     k = corners.shape[1]
     i, j = np.triu_indices(k, 1)
