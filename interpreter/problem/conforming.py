@@ -35,12 +35,13 @@ MOST = 32  # intervals that may hold a crossing: with more, the border is no suc
 def cuts_of(case: Case, shape: Shape | None = None) -> Cuts:
     """The cuts that the supports and parts of a case ask of meshes of its shape; none of a mesh from a file."""
     shape = shape or case.shape
-    found: list[Cut] = []
-    for asking in (*case.supports, *case.parts) if shape.spans else ():
-        if asking.thing.where.groups:  # of a file, whose mesh is as it is
-            continue
-        found += _Asking(shape, asking.thing.where).cuts()
-    return tuple(dict.fromkeys(found))
+    asking = (*case.supports, *case.parts)
+    return tuple(dict.fromkeys(cut for own in asking for cut in cuts_for(own.thing.where, shape)))
+
+
+def cuts_for(where: Condition, shape: Shape) -> Cuts:
+    """The cuts that a condition asks of meshes of a shape; none of a mesh from a file, which is as it is."""
+    return tuple(_Asking(shape, where).cuts()) if shape.spans and not where.groups else ()
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault, fault
+from softmark.interpreter.problem.conforming import cuts_for
 from softmark.interpreter.problem.data import located
 from softmark.interpreter.problem.outliers import kept
 from softmark.interpreter.problem.prism_surface import skin_of
@@ -176,7 +177,8 @@ def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> 
     the strains of linear elements are better than anywhere else, and their error seems less than it is. Tetrahedra that
     a border of the condition passes are cut there. Raises Fault if nothing is selected."""
     where, named = probe.thing.where, case.groups and shape.prebuilt
-    mesh = shape.named(Tet4.name) if named else shape.mesh(Tet4.name, size)
+    cuts = () if where is None else cuts_for(where, shape)
+    mesh = shape.named(Tet4.name) if named else shape.mesh(Tet4.name, size, cuts)
     xi, weights = Tet10.quadrature()
     corners, volumes = mesh.points[mesh.cells], mesh.volumes
     if where is not None:

@@ -235,7 +235,7 @@ def test_a_condition_with_a_group_is_never_asked_at_a_place() -> None:
 
 
 def test_a_probe_of_a_part_of_a_volume_has_its_volume_and_moments() -> None:
-    """A quarter of a sphere in a box, and half of the box: planes are exact, a sphere by pieces of a cell."""
+    """A quarter of a sphere in a box, and half of the box: planes are exact, a sphere by straight pieces."""
     text = """material gel = linear_elastic(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
 body bar = solid(box(size = (20, 10, 10) mm), gel)
 support clamp = fixed(bar, where = x <= 0 mm)
@@ -258,7 +258,7 @@ metric some = strain(ball, component = xx, over = mean)
     assert half.weights.sum() == pytest.approx(2e-6 - corner, rel=1e-12)
     moment = 2e-6 * 1e-2 - corner * 7e-3 / 3
     assert half.weights @ half.X[:, 0] == pytest.approx(moment, rel=1e-12)
-    assert ball.weights.sum() == pytest.approx(np.pi * 8e-3**3 / 3, rel=2e-3)  # a quarter, by chords
+    assert ball.weights.sum() == pytest.approx(np.pi * 8e-3**3 / 3, rel=2e-2)  # a quarter, by chords
 
 
 def test_a_scene_without_groups_imports_nothing_for_them() -> None:

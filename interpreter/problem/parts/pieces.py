@@ -20,14 +20,17 @@ GROUP = 16  # cells that are bounded together
 
 
 def within(condition: Condition, whole: Pieces, extent: float) -> Pieces:
-    """The part of some simplices that a condition selects, of a body of an extent (m), in their order."""
+    """The part of some simplices that a condition selects, of a body of an extent (m), in their order.
+
+    A curved border is met on their edges, and is straight between: as near as the simplices are fine.
+    """
     corners = whole.corners
     crossed = np.zeros(len(corners), dtype=np.bool_)
     for border in condition.borders:
         crossed |= near(border, corners, extent)
     pieces = whole.chosen(np.flatnonzero(crossed))
     for border in condition.borders:
-        pieces = cut(pieces, border, extent)
+        pieces = cut(pieces, border, extent, halved=False)
     found = joined(whole.chosen(np.flatnonzero(~crossed)), pieces)
     found = found.chosen(np.flatnonzero(selects(condition, found.middles, extent)))
     return found.chosen(np.argsort(found.of, kind="stable"))
@@ -39,10 +42,10 @@ def selects(condition: Condition, X: Floats, extent: float) -> Bools:
     return np.array(np.broadcast_to(condition.holds(x, y, z, extent), len(X)), dtype=np.bool_)
 
 
-def cut(pieces: Pieces, border: Border, extent: float) -> Pieces:
-    """The pieces cut by a border, those near a curved one in several rounds."""
+def cut(pieces: Pieces, border: Border, extent: float, halved: bool = True) -> Pieces:
+    """The pieces cut by a border, those near a curved one in several rounds where they are to be `halved`."""
     dimension = pieces.corners.shape[1] - 1
-    for _ in range(0 if border.plane else HALVINGS[dimension + 1] * dimension):
+    for _ in range(0 if border.plane or not halved else HALVINGS[dimension + 1] * dimension):
         beside = near(border, pieces.corners, extent)
         pieces = joined(pieces.chosen(np.flatnonzero(~beside)), pieces.chosen(np.flatnonzero(beside)).refined())
     beside = near(border, pieces.corners, extent)
