@@ -63,7 +63,7 @@ def facets_in(mesh: Mesh, name: str) -> Bools:
     group = (mesh.groups or {})[name]
     if group.kind == "cells":
         return cells_in(mesh, name)[mesh.facet_cells]
-    return _same(_corners(mesh, group.members), np.sort(mesh.facets[:, : mesh.element.facet.corners], axis=1))
+    return same_rows(_corners(mesh, group.members), np.sort(mesh.facets[:, : mesh.element.facet.corners], axis=1))
 
 
 def nodes_in(mesh: Mesh, name: str) -> Bools:
@@ -79,7 +79,7 @@ def nodes_in(mesh: Mesh, name: str) -> Bools:
 
 def cells_at(mesh: Mesh, name: str, nodes: Ints) -> Bools:
     """Whether cells that are known by their nodes (n, a), in order, are members (n,)."""
-    return _same(mesh.cells[cells_in(mesh, name)], nodes)
+    return same_rows(mesh.cells[cells_in(mesh, name)], nodes)
 
 
 def _corners(mesh: Mesh, members: Ints) -> Ints:
@@ -90,8 +90,8 @@ def _corners(mesh: Mesh, members: Ints) -> Ints:
     return found
 
 
-def _same(known: Ints, rows: Ints) -> Bools:
-    """Which rows of nodes (f, c) are among the known ones (k, c)."""
+def same_rows(known: Ints, rows: Ints) -> Bools:
+    """Which rows of numbers (f, c) are among the known ones (k, c)."""
     keys = _keys(np.concatenate([known, rows]))
     return np.isin(keys[len(known) :], keys[: len(known)])
 

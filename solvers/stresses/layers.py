@@ -14,22 +14,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.solvers.mesh.groups import same_rows
 from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.stresses.field import Stresses
 from softmark.solvers.stresses.sampled import State
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from softmark.solvers.materials import Isotropic
     from softmark.solvers.mesh.mesh import Ints
 
-AT = 1e-9  # of the extent: how much farther than the nearest cell a cell may be that a point belongs to as well
+    Bools = NDArray[np.bool_]
+
+AT = 1e-9  # a shape function below it is zero: the point lies on a face of its cell, on which the function is
 SIX = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # of a symmetric tensor: how often each component is there
 
 
 @dataclass(frozen=True)
 class Layers(Stresses):
-    """The same of several states, each of the cells of one material over the nodes of all; `state` is the first."""
+    """The same of several states, each of the cells of one material over the nodes of all; `state` is of all cells."""
 
     each: tuple[Stresses, ...] = ()
 
@@ -43,7 +48,7 @@ class Layers(Stresses):
                 mesh = Mesh(state.mesh.points, state.mesh.cells[which], state.mesh.kind)
                 pressures = None if state.pressures is None else state.pressures[which]
                 found.append(Stresses(replace(state, mesh=mesh, material=material, pressures=pressures)))
-        return Layers(found[0].state, tuple(found))
+        return Layers(state, tuple(found))
 
     def values(self, X: Floats) -> Floats:
         """As `Stresses` has them: where materials meet, of the side with the larger stress."""
@@ -92,15 +97,44 @@ class Layers(Stresses):
     def moved(self, step: Floats) -> Layers:
         """The same with displacements added to its nodes (n, 3), m."""
         moved = tuple(own.moved(step) for own in self.each)
-        return Layers(moved[0].state, moved)
+        return Layers(replace(self.state, u=self.state.u + step), moved)
 
     def _owners(self, X: Floats) -> Iterator[tuple[Stresses, Ints]]:
-        """Materials, and which of the points X (n, 3) are in their cells, or nearest to them."""
-        away = np.stack([locate(own.state.mesh, X).outside for own in self.each])  # (r, n)
-        near = away <= away.min(axis=0) + AT * self.state.mesh.extent
-        for own, here in zip(self.each, near, strict=True):
+        """Materials, and which of the points X (n, 3) are in their cells, or nearest to them; found once for each X."""
+        key = X.tobytes()
+        if key not in self._known:
+            self._known[key] = self._found(X)
+        for own, here in zip(self.each, self._known[key], strict=True):
             if here.any():
                 yield own, np.flatnonzero(here)
+
+    @cached_property
+    def _known(self) -> dict[bytes, Bools]:
+        return {}
+
+    @cached_property
+    def _touched(self) -> Bools:
+        """Which nodes cells of each material have (r, nodes)."""
+        found = np.zeros((len(self.each), len(self.state.mesh.points)), dtype=np.bool_)
+        for row, own in zip(found, self.each, strict=True):
+            row[own.state.mesh.cells] = True
+        return found
+
+    def _found(self, X: Floats) -> Bools:
+        """Which materials each point is of (r, n): that of its cell, and those that meet there.
+
+        Where a point lies on a face, an edge or a corner of its cell, all shape functions but those of its nodes are
+        zero; the materials of the cells that have these nodes meet there.
+        """
+        where = locate(self.state.mesh, X)
+        found = np.stack([same_rows(own.state.mesh.cells, where.nodes) for own in self.each])
+        counts = np.abs(where.N) > AT
+        several = (self._touched[:, where.nodes] | ~counts).all(axis=2).sum(axis=0) > 1
+        for point in np.flatnonzero(several & ~counts.all(axis=1)).tolist():
+            nodes = where.nodes[point][counts[point]]
+            for row, own in zip(found, self.each, strict=True):
+                row[point] |= bool(np.isin(own.state.mesh.cells, nodes).sum(axis=1).max() == len(nodes))
+        return found
 
 
 def _size(values: Floats) -> Floats:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -306,8 +304,7 @@ def test_order_of_stress_recovered_in_each_of_two_materials(kind: str, edges: tu
         w = jacobians(mesh, xi) * weights
         X = np.einsum("qa,mai->mqi", mesh.element.shape(xi), mesh.points[mesh.cells])
         exact = np.stack([six(jumping(X[m], int(side))[1]) for m, side in enumerate(owners)]).reshape(-1, 6)
-        one = Stresses(found.state)  # as if all were one piece, which it is not
-        whole = Stresses(replace(one.state, mesh=mesh))
+        whole = Stresses(found.state)  # as if all were of one material, which it is not
         errors = [np.sqrt(w.ravel() @ ((s.at(X.reshape(-1, 3)).six - exact) ** 2).sum(axis=1)) for s in (found, whole)]
         rows.append(errors)
         assert errors[0] < 0.5 * errors[1]
@@ -328,3 +325,17 @@ def test_each_side_of_a_border_has_its_own_stress() -> None:
     nodes = found.at_nodes().cauchy[:, 0, 0]
     np.testing.assert_allclose(nodes, np.where(mesh.points[:, 1] < 0.49, 0.2, 1.0), rtol=1e-12)
     np.testing.assert_allclose(found.usual, [np.sqrt(0.5 * (0.2**2 + 1.0)), 0.1], rtol=1e-9)
+
+
+def test_cells_whose_nodes_are_all_on_borders_have_a_stress_of_their_own() -> None:
+    """A core one cell thick: every node of it is one of the skins too, and no point within it is."""
+    mesh = Box((1.0, 1.0, 1.0)).mesh("hex8", 1.0 / 3.0)
+    middle = mesh.points[mesh.cells].mean(axis=1)[:, 1]
+    lines = np.unique(np.round(mesh.points[:, 1], 9))
+    owners = ((middle > lines[1]) & (middle < lines[2])).astype(np.int64)
+    materials = tuple(MATERIALS["linear_elastic"](E, 0.0, 1.0) for E in (2.0, 10.0))
+    found = Layers.of(State(mesh, materials[0], "small", mesh.points * [0.1, 0.0, 0.0]), materials, owners)
+    y = np.array([0.5 * lines[1], lines[1], 0.5 * (lines[1] + lines[2]), lines[2], 0.99])
+    X = np.stack([np.full(5, 0.3), y, np.full(5, 0.4)])
+    np.testing.assert_allclose(found.at(X.T.copy()).cauchy[:, 0, 0], [0.2, 1.0, 1.0, 1.0, 0.2], rtol=1e-12)
+    assert found.shared(X.T.copy()) == 2
