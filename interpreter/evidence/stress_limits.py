@@ -4,7 +4,9 @@ Where parts of different materials end on a free surface stress may have no limi
 elastic wedges of different materials and wedge angles under surface tractions"). Where a face that is held ends at one
 that is free, displacements grow like r^a with a < 1, by Poisson's ratio, and
 stresses without limit (Williams 1952, "Stress singularities resulting from various boundary conditions in angular
-corners of plates in extension"). Faces that only slide along a plane, as those of symmetry, end there without that.
+corners of plates in extension"). Faces that only slide along a plane, as those of symmetry, end in a right angle
+without that; where the free face goes on flat, as beside a punch without friction, stresses grow with r^(-1/2)
+(Sadowsky 1928, ZAMM 8).
 """
 
 from __future__ import annotations
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+ALONG = 0.99  # squared cosine: a facet's normal is among the directions in which it is held
+FLAT = 0.17  # cosine of 80 degrees: faces that enclose 100 degrees and more, of which a right angle is none
 UNSETTLED = 0.25  # relative: what refinement may change by more than that may have no limit
 
 
@@ -62,13 +66,17 @@ def _edge(mesh: Mesh) -> float:
 
 def _places(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
     """Points (n, 3) of the mesh where stress has no limit, with words for each kind."""
+    held = _held(case, mesh)
+    of_facets = np.all(held[mesh.facets], axis=1)  # (f, 3)
+    free = ~np.any(of_facets, axis=1)
+    rim = _rim(mesh, np.all(of_facets, axis=1), free)
     sideways = any(material.poisson != 0.0 for material in case.materials)
-    rim = _rim(case, mesh) if sideways else np.zeros(0, dtype=np.int64)
-    if len(rim):
-        whole = [s for s in case.supports if len(s.thing.components) == 3]
-        names = ", ".join(f"`{s.name}`" for s in whole or case.supports)
-        yield f"the edge of what {names} holds", mesh.points[rim]
-    ends = _ends(case, mesh) if sideways and case.parts else rim[:0]
+    if len(rim) and sideways:
+        yield _edge_of(case, mesh, rim, whole=True), mesh.points[rim]
+    punched = _punched(mesh, of_facets, free)
+    if len(punched):
+        yield _edge_of(case, mesh, punched, whole=False), mesh.points[punched]
+    ends = _ends(case, mesh, held) if sideways and case.parts else rim[:0]
     if len(ends):
         yield "the edge where parts of different materials end on the surface", mesh.points[ends]
     for load in case.loads:
@@ -76,7 +84,7 @@ def _places(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
             yield f"the point that `{load.name}` acts at", np.array([load.thing.action.at])
 
 
-def _ends(case: Case, mesh: Mesh) -> NDArray[np.int64]:
+def _ends(case: Case, mesh: Mesh, held: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Nodes of cells of several materials on the surface, where nothing is held: not those in planes of symmetry."""
     from softmark.interpreter.models.shared.regions import owners
 
@@ -87,19 +95,44 @@ def _ends(case: Case, mesh: Mesh) -> NDArray[np.int64]:
         np.maximum.at(high, mesh.cells[:, k], number)
     outer = np.zeros(len(mesh.points), dtype=np.bool_)
     outer[mesh.facets] = True
-    return np.flatnonzero(outer & (low < high) & ~_held(case, mesh).any(axis=1))
+    return np.flatnonzero(outer & (low < high) & ~held.any(axis=1))
+
+
+def _edge_of(case: Case, mesh: Mesh, rim: NDArray[np.int64], whole: bool) -> str:
+    """Words for the edge of the supports there that hold every direction, or of those that let slide; else of all."""
+    there = [s for s in case.supports if grip(s.thing.where, mesh).nodes[rim].any()]
+    some = [s for s in there if (len(s.thing.components) == 3) == whole]
+    names = ", ".join(f"`{s.name}`" for s in some or there)
+    return f"the edge of what {names} holds"
 
 
 def _held(case: Case, mesh: Mesh) -> NDArray[np.bool_]:
-    """Which components of which nodes supports hold (n, 3)."""
+    """Which nodes are held in which direction (nodes, 3)."""
     held = np.zeros((len(mesh.points), 3), dtype=np.bool_)
     for support in case.supports:
         held[np.ix_(grip(support.thing.where, mesh).nodes, support.thing.components)] = True
     return held
 
 
-def _rim(case: Case, mesh: Mesh) -> NDArray[np.int64]:
-    """Nodes between facets that are held in every direction and facets that are held in none."""
-    of_facets = np.all(_held(case, mesh)[mesh.facets], axis=1)  # (f, 3)
-    fixed, free = mesh.facets[np.all(of_facets, axis=1)], mesh.facets[~np.any(of_facets, axis=1)]
-    return np.intersect1d(fixed, free).astype(np.int64)
+def _rim(mesh: Mesh, some: NDArray[np.bool_], others: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Nodes between facets of one kind and of another, each (f,)."""
+    return np.intersect1d(mesh.facets[some], mesh.facets[others]).astype(np.int64)
+
+
+def _punched(mesh: Mesh, of_facets: NDArray[np.bool_], free: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Nodes where facets that are held along their normal alone go on, within FLAT, as facets that are free."""
+    slide = ~free & ~np.all(of_facets, axis=1)
+    rim = _rim(mesh, slide, free)
+    if not len(rim):
+        return rim
+    corners = mesh.points[mesh.facets[:, : mesh.element.facet.corners]]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    slide &= (normals**2 * of_facets).sum(axis=1) > ALONG
+
+    def flat(node: int) -> bool:
+        around = np.any(mesh.facets == node, axis=1)
+        turns = normals[around & slide] @ normals[around & free].T
+        return bool(np.any(turns > FLAT))
+
+    return rim[[flat(int(node)) for node in rim]]

@@ -6,7 +6,7 @@ point that lies where they meet, the numbers are those of the side with the larg
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -17,7 +17,7 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.groups import same_rows
 from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Floats, Mesh
-from softmark.solvers.stresses.field import Stresses
+from softmark.solvers.stresses.field import TWICE, Part, Stresses
 from softmark.solvers.stresses.sampled import State
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     Bools = NDArray[np.bool_]
 
 AT = 1e-9  # a shape function below it is zero: the point lies on a face of its cell, on which the function is
-SIX = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # of a symmetric tensor: how often each component is there
 
 
 @dataclass(frozen=True)
@@ -52,9 +51,10 @@ class Layers(Stresses):
 
     def values(self, X: Floats) -> Floats:
         """As `Stresses` has them: where materials meet, of the side with the larger stress."""
-        found, size = np.full((len(X), 15), np.nan), np.full(len(X), -1.0)
+        found, size = np.zeros((len(X), 0)), np.full(len(X), -1.0)
         for own, here in self._owners(X):
             values = own.values(X[here])
+            found = found if found.size else np.full((len(X), values.shape[1]), np.nan)
             larger = _size(values) > size[here]
             found[here[larger]] = values[larger]
             size[here] = np.maximum(size[here], _size(values))
@@ -69,9 +69,16 @@ class Layers(Stresses):
 
     def unresolved(self, X: Floats) -> Floats:
         """By how much stresses of the cells around X (n, 3) differ from what is recovered of them (n,), Pa."""
+        return self._most(X, lambda own, here: own.unresolved(here))
+
+    def disagreement(self, X: Floats, of: Part) -> Floats:
+        """By what share cells of one material around X (n, 3) differ (n,), as `Stresses` has it: the larger."""
+        return self._most(X, lambda own, here: own.disagreement(here, of))
+
+    def _most(self, X: Floats, of: Callable[[Stresses, Floats], Floats]) -> Floats:
         found = np.zeros(len(X))
         for own, here in self._owners(X):
-            found[here] = np.maximum(found[here], own.unresolved(X[here]))
+            found[here] = np.maximum(found[here], of(own, X[here]))
         return found
 
     def shared(self, X: Floats) -> int:
@@ -87,12 +94,12 @@ class Layers(Stresses):
             own.sampled()
 
     @cached_property
-    def usual(self) -> tuple[float, float]:
-        """The root mean squares of the norms of stress, Pa, and of strain, over the body."""
+    def usual(self) -> tuple[float, float, float]:
+        """The root mean squares of the norms of stress, Pa, of strain, and of deviators, Pa, over the body."""
         sizes = np.array([float(np.abs(own.state.mesh.volumes).sum()) for own in self.each])
         squares = np.array([own.usual for own in self.each]) ** 2
-        stress, strain = np.sqrt(sizes @ squares / sizes.sum()).tolist()
-        return stress, strain
+        stress, strain, shape = np.sqrt(sizes @ squares / sizes.sum()).tolist()
+        return stress, strain, shape
 
     def moved(self, step: Floats) -> Layers:
         """The same with displacements added to its nodes (n, 3), m."""
@@ -139,5 +146,5 @@ class Layers(Stresses):
 
 def _size(values: Floats) -> Floats:
     """The norm of stress (n,), Pa; of nodes that a material does not have, below any."""
-    norm: Floats = np.sqrt((SIX * values[:, :6] ** 2).sum(axis=1))
+    norm: Floats = np.sqrt((TWICE * values[:, :6] ** 2).sum(axis=1))
     return np.where(np.isnan(norm), -1.0, norm)
