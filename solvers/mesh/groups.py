@@ -6,13 +6,12 @@ Faces are kept as a cell and the number of its side, which neither a new numberi
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.records import dataclass
+from softmark.solvers.mesh.group import Group, Groups
 from softmark.solvers.mesh.mesh import Ints, Mesh, _keys
 
 if TYPE_CHECKING:
@@ -24,30 +23,6 @@ if TYPE_CHECKING:
     Bools = NDArray[np.bool_]
 
 ON = 1e-9  # of a reference cell: how far from a side its points may lie
-
-
-@dataclass(frozen=True)
-class Group:
-    """`members` are numbers of cells (k,), or faces (k, 2): a cell and the number of its side.
-
-    `inside` of its faces lie between two cells; `foreign` are the facets (or points) of the file that are no face of
-    a cell at all, and are not among the members.
-    """
-
-    kind: Literal["cells", "faces"]
-    members: Ints
-    inside: int = 0
-    foreign: int = 0
-
-    @property
-    def described(self) -> str:
-        """`24 faces, 3 of them inside the body`."""
-        count = len(self.members) + self.foreign
-        words = f"{count} {self.kind if count != 1 else self.kind[:-1]}"
-        return words + (f", {self.inside} inside the body" if self.inside else "")
-
-
-Groups = Mapping[str, Group]
 
 
 def cells_in(mesh: Mesh, name: str) -> Bools:

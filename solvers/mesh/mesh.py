@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from softmark.solvers.elements.element import Element
-    from softmark.solvers.mesh.groups import Group
+    from softmark.solvers.mesh.group import Group
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -19,7 +19,7 @@ from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 from softmark.solvers.mesh.shape import Shape, Side
 
 if TYPE_CHECKING:
-    from softmark.solvers.mesh.groups import Group
+    from softmark.solvers.mesh.group import Group
 
 WHOLE = 64  # shape functions at the places of new nodes are whole multiples of 1 / WHOLE, or of half of it, and so on
 QUARTERS = 4  # steps along an edge, at which new nodes lie

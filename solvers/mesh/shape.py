@@ -317,12 +317,6 @@ class RoundPrism(Prism):
         u, v = radius * math.cos(turn), radius * math.sin(turn)
         return moved(self.origin, (u, first), (v, second), (along, self.axis))
 
-    def within(self, cuts: tuple[Cut, ...]) -> tuple[Side, ...]:
-        """The cylinders around its axis that cuts of its radius are."""
-        from softmark.solvers.mesh.sides import Around
-
-        return tuple(Around(self.axis, self.origin, self.length, cut.at) for cut in cuts if cut.axis == "radius")
-
     def chord(self, plane: Plane) -> Cut | None:
         """The cut of a plane a x + b y + c z + d = 0 along the axis; None where it is not along it, or outside."""
         normal = plane[:3]

@@ -28,7 +28,7 @@ from softmark.solvers.mesh.shape import (
     placed,
     transverse,
 )
-from softmark.solvers.mesh.sides import Around
+from softmark.solvers.mesh.sides import Around, cylinders
 from softmark.solvers.mesh.spheres import Ellipsoid, Sphere, SphericalShell
 from softmark.solvers.mesh.tube import Tube
 
@@ -174,7 +174,7 @@ class Cylinder(RoundPrism):
         from softmark.solvers.mesh.structured import disc, rounded, solid
 
         mesh = solid(disc(self.radius, size, cuts=cuts), self.length, size, kind, cuts)
-        return rounded(placed(mesh, self.axis, self.origin), self.sides, self.within(cuts))
+        return rounded(placed(mesh, self.axis, self.origin), self.sides, cylinders(self, cuts))
 
     @property
     def sides(self) -> tuple[Around, ...]:

@@ -10,7 +10,7 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import divisions
 from softmark.solvers.mesh.shape import Circular, Plane, RoundPrism, Vector3, placed
-from softmark.solvers.mesh.sides import Around
+from softmark.solvers.mesh.sides import Around, cylinders
 
 if TYPE_CHECKING:
     import numpy as np
@@ -118,7 +118,7 @@ class Tube(RoundPrism):
 
         section = ring(self.inner, self.radius, around(self.radius, size), size, cuts)
         mesh = placed(solid(section, self.length, size, kind, cuts), self.axis, self.origin)
-        return rounded(mesh, self.sides, self.within(cuts))
+        return rounded(mesh, self.sides, cylinders(self, cuts))
 
     @property
     def sides(self) -> tuple[Around, ...]:

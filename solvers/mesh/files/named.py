@@ -15,7 +15,8 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.files import abaqus_sets
-from softmark.solvers.mesh.groups import Group, faces_of
+from softmark.solvers.mesh.group import Group
+from softmark.solvers.mesh.groups import faces_of
 from softmark.solvers.mesh.mesh import Ints
 
 CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}

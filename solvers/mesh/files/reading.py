@@ -22,7 +22,7 @@ from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
 from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, with_nodes
 
 if TYPE_CHECKING:
-    from softmark.solvers.mesh.groups import Group
+    from softmark.solvers.mesh.group import Group
 
 UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
 
