@@ -31,7 +31,7 @@ from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note, 
 from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.pieces import Piece, pieces
 from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
-from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.conforming import Cuts, cuts_of
 from softmark.interpreter.problem.data import located
@@ -40,7 +40,7 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.single import SingleAssembly
 from softmark.solvers.assembly.solids import elastic_energy, elastic_parts
-from softmark.solvers.elements import ELEMENTS, UnknownElement
+from softmark.solvers.elements import ELEMENTS, UnknownElement, sliced
 from softmark.solvers.energies import elementwise
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.elementwise import ElementRotation
@@ -81,6 +81,7 @@ class PreparedSolid(OnMesh):
     size: dict[str, int]
     notes: tuple[Diagnostic, ...]
     first: Start | None = None  # the model whose solution is started from
+    before: Floats | None = None  # displacements of the nodes (3 n,) in the state before, m, to start from
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
     pieces: tuple[Piece, ...] = ()  # the cells of every material
@@ -110,10 +111,16 @@ class PreparedSolid(OnMesh):
         """In double precision."""
         return self.problem.exact or self.problem.assembly
 
+    def after(self, before: Moved) -> PreparedSolid:
+        """The same, to start from what it has found in the state before; what is disturbed starts as it says."""
+        return self if self.disturbance else replace(self, first=None, before=np.ravel(before.displacement))
+
     def solve(self, watch: Watch) -> Solution:
-        """Static equilibrium from rest, or from another model's solution, which is solved first."""
+        """Static equilibrium from rest, from the state before, or from another model's solution, solved first."""
         remedy = "try a smaller load, a finer mesh or another strain measure"
         problem = replace(self.problem, watch=watch)
+        if self.before is not None:
+            problem = replace(problem, start=self.unknowns.begun(self.before))
         if self.first is None:
             return outcome.solution(lambda: self._found(problem), remedy, self._finish, self._loose)
         begun = self.first.begin(self.mesh.points, watch)
@@ -373,10 +380,14 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
 def _made(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
     """The mesh of a shape; with the groups of its file where the case has some. Raises Fault as `mesh_of` says."""
     if not case.groups:
-        return shape.mesh(model.element, model.size or 0.0, cuts)  # a file's has no size but its own
+        return shape.mesh(sliced(model.element), model.size or 0.0, cuts)  # a file's has no size but its own
     from softmark.interpreter.problem import members
 
-    mesh = shape.named(model.element) if shape.prebuilt else shape.mesh(model.element, model.size or 0.0, cuts)
+    mesh = (
+        shape.named(sliced(model.element))
+        if shape.prebuilt
+        else shape.mesh(sliced(model.element), model.size or 0.0, cuts)
+    )
     members.check(case.groups, mesh)
     return mesh
 
