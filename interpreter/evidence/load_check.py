@@ -8,7 +8,7 @@ settled on a facet, where the side of a cylinder is) and nothing else.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ from softmark.interpreter.evidence.materials import alone
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.members import apart, of_facets
 from softmark.interpreter.problem.parts.surface import by_sides, settled_of
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass
 from softmark.records import dataclass
@@ -100,12 +101,11 @@ def _pushed(
     if told is not None and told.remainder > MOST_UNSURE * told.area:  # it has been said already how much is open
         raise Unchecked("the border of what is loaded runs along the surface")
     extent = float(np.sqrt((np.ptp(mesh.points, axis=0) ** 2).sum()))
-    settled, settling = settled_of(case.shape, mesh, load.where)
     found: Floats = np.zeros_like(surface)
     empty, unsure = True, 0.0
-    for own, out in by_sides(case.shape, corners):
-        which = np.flatnonzero(own)
-        sweep = FacetSweep(load.where, corners[which], extent, out, settled[which], settling[which])
+    for condition, which, out in _asked(case, mesh, load.where):
+        settled, settling = settled_of(case.shape, mesh, condition)
+        sweep = FacetSweep(condition, corners[which], extent, out, settled[which], settling[which])
         whole, (f, xi, w), (g, left) = sweep.whole_and_parts()
         if isinstance(load, Follower) or facets.shape[1] == 3:
             found += solids.surface_forces(surface, facets[which[whole]], push)
@@ -118,6 +118,15 @@ def _pushed(
     if empty:
         raise Unchecked("the part of the surface that is loaded is smaller than what is looked for")
     return found, unsure
+
+
+def _asked(case: Case, mesh: Mesh, where: Condition) -> Iterator[tuple[Condition, Ints, Any]]:
+    """Conditions on coordinates, the facets that each is about, and what moves these onto their side."""
+    for condition, members in apart(where, of_facets(mesh)):
+        own = np.zeros(len(mesh.facets), dtype=np.bool_)
+        own[members] = True
+        for beside, out in by_sides(case.shape, mesh.points[mesh.facets]):
+            yield condition, np.flatnonzero(own & beside), out
 
 
 def _whole(surface: Floats, facets: Ints, push: Callable[[Floats], Floats]) -> Floats:

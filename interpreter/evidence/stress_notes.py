@@ -47,6 +47,14 @@ def _said(metric: Declared, view: View, prepared: Prepared) -> Iterator[Diagnost
         details = measured_by(metric.thing, seen_of(metric.thing, view, {})).details
     except Undefined:
         return
+    if many := details["where_materials_meet"]:
+        yield diagnostic(
+            "W345",
+            metric.at("probe"),
+            f"{many} of {details['points']} points that `{metric.name}` looks at in `{view.name}` lie between parts",
+            "stress jumps there",
+            "there the number is that of the side with the larger stress; look at points to one side of the border",
+        )
     apart = details["cells_apart_1"]
     if not apart > APART:
         return

@@ -374,7 +374,7 @@ def _regions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     if scene.of_kind("region"):
         from softmark.interpreter.front import regions
 
-        for ask in (regions.foreign, regions.idle, regions.overlaps, regions.untaken):
+        for ask in (regions.foreign, regions.unnamed, regions.idle, regions.overlaps, regions.untaken):
             yield from ask(scene)
 
 

@@ -76,6 +76,7 @@ class OfTensors(Metric):
             "cells_apart_Pa": float(field.unresolved(at)[0]),
             "cells_apart_1": float(field.disagreement(at, self.made_of)[0]),
             "usual_stress_Pa": field.usual[0],
+            "where_materials_meet": field.shared(seen.X),
         }
         return Measurement(value, details, samples=values if len(values) > 1 else None)
 

@@ -13,7 +13,7 @@ from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, S
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
 from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published import Column
-from softmark.interpreter.vocabulary.regions import BodyPart
+from softmark.interpreter.vocabulary.regions import BodyGroup, BodyPart
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Stability, Sweep
 from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows, Symmetric
 
@@ -25,6 +25,7 @@ BODIES: dict[str, type[Any]] = {
 
 REGIONS: dict[str, type[Any]] = {
     "part": BodyPart,
+    "group": BodyGroup,
 }
 
 SUPPORTS: dict[str, type[Any]] = {

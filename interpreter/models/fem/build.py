@@ -33,7 +33,7 @@ from softmark.interpreter.models.shared.pieces import Piece, pieces
 from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, fault
-from softmark.interpreter.problem.conforming import cuts_of
+from softmark.interpreter.problem.conforming import Cuts, cuts_of
 from softmark.interpreter.problem.data import located
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
@@ -362,7 +362,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
         shape = located(model.mesh or case.shape, at)
         cuts = cuts_of(case, shape)
         try:
-            made = shape.mesh(sliced(model.element), model.size or 0.0, cuts)  # a file's has no size but its own
+            made = _made(model, case, shape, cuts)
             workshop.meshes[key] = with_quality(made, model, declared)
         except UnknownElement as error:
             raise Fault(levers.unmeshed(declared, error)) from error
@@ -375,6 +375,21 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
             ) from error
         workshop.seconds[key] = time.perf_counter() - wall, time.process_time() - cpu
     mesh: Mesh = workshop.meshes[key]
+    return mesh
+
+
+def _made(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
+    """The mesh of a shape; with the groups of its file where the case has some. Raises Fault as `mesh_of` says."""
+    if not case.groups:
+        return shape.mesh(sliced(model.element), model.size or 0.0, cuts)  # a file's has no size but its own
+    from softmark.interpreter.problem import members
+
+    mesh = (
+        shape.named(sliced(model.element))
+        if shape.prebuilt
+        else shape.mesh(sliced(model.element), model.size or 0.0, cuts)
+    )
+    members.check(case.groups, mesh)
     return mesh
 
 

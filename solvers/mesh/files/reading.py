@@ -5,9 +5,10 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable
 from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from softmark.solvers.mesh.files.formats import filling
 from softmark.solvers.mesh.files.rationing import rationed
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
 from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, with_nodes
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.group import Group
 
 UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
 
@@ -37,8 +41,8 @@ FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
 __all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface", "read_triangles"]
 
 
-def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
-    """The solid cells of `path`, all of one kind, in m and turned to positive volume.
+def read(path: str, unit: float, coincident: str = "refuse", named: bool = False) -> Mesh:
+    """The solid cells of `path`, all of one kind, in m and turned to positive volume; with its groups if `named`.
 
     Nodes that lie at one place are refused, merged or kept. Raises UnreadableMesh.
     """
@@ -56,7 +60,23 @@ def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
         raise UnreadableMesh(f"it has other solid cells beside its {solids[0]} cells ({', '.join(sorted(others))})")
     cells = [block.data for block in data.cells if block.type == solids[0]]
     whole = np.concatenate(cells).astype(np.int64)
-    return checked(_points(data, unit), whole, KINDS[solids[0]], coincident)
+    points, kind = _points(data, unit), KINDS[solids[0]]
+    mesh = checked(points, whole, kind, coincident)
+    return replace(mesh, groups=_groups(data, Path(path), Mesh(points, whole, kind), mesh)) if named else mesh
+
+
+def _groups(data: Any, path: Path, before: Mesh, mesh: Mesh) -> dict[str, Group]:
+    """Named parts of a file, of the mesh as it is after it was checked; `before` as the file has it."""
+    from softmark.solvers.mesh import groups
+    from softmark.solvers.mesh.files import named
+
+    found, over = named.groups(data, path, mesh.element.meshio, before.cells, mesh.element), before.volumes < 0.0
+    for name, own in found.items():
+        if own.kind == "faces":
+            known = replace(own, members=groups.turned(own.members, over, mesh.element))
+            there = int(groups.facets_in(replace(mesh, groups={name: known}), name).sum())
+            found[name] = replace(known, inside=len(known.members) - there)
+    return found
 
 
 def read_surface(path: str, unit: float, coincident: str = "refuse") -> tuple[Floats, Ints]:
@@ -131,7 +151,7 @@ def converted(mesh: Mesh, kind: str, split: str) -> Mesh:
     if own.family != element.family:
         mesh = _split(mesh, element, split)
     elif own.nodes > element.nodes:  # nodes that both have stand first in both
-        return Mesh(*used(mesh.points, mesh.cells[:, : element.nodes])[:2], kind)
+        return Mesh(*used(mesh.points, mesh.cells[:, : element.nodes])[:2], kind, groups=mesh.groups)
     return with_nodes(mesh, element)
 
 
@@ -140,12 +160,21 @@ def _split(mesh: Mesh, element: type[Element], split: str) -> Mesh:
     if mesh.kind != Hexahedron.linear:
         raise UnreadableMesh(f"it has {mesh.element.described}, and the model wants {element.described}")
     try:
-        return SPLITS[split](mesh)
+        return _carried(mesh, SPLITS[split](mesh))
     except NotTwoColourable:
         raise UnreadableMesh(
             "its hexahedra cannot be split into five tetrahedra each: their points cannot be coloured like a "
             "chessboard; take `split = kuhn` or use hex8"
         ) from None
+
+
+def _carried(mesh: Mesh, new: Mesh) -> Mesh:
+    """Cells made of others, with the groups of these."""
+    if not mesh.groups:
+        return new
+    from softmark.solvers.mesh.groups import split
+
+    return split(mesh, new)
 
 
 def _reason(error: Exception) -> str:
@@ -184,6 +213,24 @@ def _parsed(path: Path) -> Any:
     return _tried(path, (k for k in kinds if k not in UNENDING))
 
 
+def _without_sets(path: Path) -> Any:
+    """A file of Abaqus without its sets: meshio stops at many that are in order, and abaqus_sets.py reads them."""
+    import meshio
+
+    kept, keeps = [], True
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True):
+        if line.startswith("*") and not line.startswith("**"):
+            keyword = line[1:].partition(",")[0].strip().upper()
+            if keyword == "INCLUDE":  # whose path is that of the file
+                return meshio.read(path, "abaqus")
+            keeps = keyword not in ("NSET", "ELSET", "SURFACE")
+        if keeps:
+            kept.append(line)
+    from meshio.abaqus._abaqus import read_buffer
+
+    return read_buffer(StringIO("".join(kept)))
+
+
 def _there(path: Path) -> None:
     """Raises UnreadableMesh where there is no file, or nothing in it."""
     try:
@@ -204,7 +251,7 @@ def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
         said = StringIO()  # meshio prints why it fails, and exits
         try:
             with redirect_stdout(said), redirect_stderr(said), rationed(path):
-                return meshio.read(path, kind)
+                return _without_sets(path) if kind == "abaqus" else meshio.read(path, kind)
         except SystemExit:
             reasons.append(" ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file")
         except Exception as error:  # its readers raise what they like
