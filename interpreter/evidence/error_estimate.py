@@ -171,18 +171,19 @@ def stated(
     result: ModelResult,
     measured: Mapping[str, Any],
     warnings: Sequence[Diagnostic],
+    views: Mapping[str, View],
     asked: bool = True,
 ) -> dict[str, StatedError]:
     """What a model states of every metric and of every probe, by name; empty where it has no answer.
 
-    Where nobody `asked`, what costs next to nothing.
+    `views` has the models that metrics compare with. Where nobody `asked`, what costs next to nothing.
     """
     if result.status not in ("converged", "capped"):
         return {}
     whole = Stated(scene, declared, view.case, prepared, result, measured, result.mesh, asked)
     doubts, found = doubts_of(scene, declared, warnings), {}
     void = next((f"{code}: {DOUBTS[code]}" for code in VOID if code in doubts), None)
-    for name, seen in _asked(scene, result, view).items():
+    for name, seen in _asked(scene, result, view, views).items():
         said = _safely(whole, seen) if void is None else StatedError(reason=void)
         found[name] = replace(said, doubts=tuple(doubts))
     return found
@@ -198,7 +199,7 @@ def _safely(whole: Stated, seen: ProbeAnswer) -> StatedError:
         return StatedError(reason=reason)
 
 
-def _asked(scene: Scene, result: ModelResult, view: View) -> dict[str, ProbeAnswer]:
+def _asked(scene: Scene, result: ModelResult, view: View, views: Mapping[str, View]) -> dict[str, ProbeAnswer]:
     """What is stated: metrics of what probes saw, and probes.
 
     Of metrics against the model itself as well: how far it can be trusted as a truth, in their terms.
@@ -207,7 +208,9 @@ def _asked(scene: Scene, result: ModelResult, view: View) -> dict[str, ProbeAnsw
     for name, metric in scene.of_kind("metric").items():
         probe = metric.thing.looked_at
         if probe in result.probes:
-            found[name] = _seen(result.probes[probe], metric.thing, view)
+            right = views.get(metric.thing.measured_from or "")
+            seen = _seen(result.probes[probe], metric.thing, view)
+            found[name] = seen if right is None else replace(seen, right=right.stress)
         elif _in_forces(scene, metric.thing, view):
             nothing = np.zeros((0, 3))
             found[name] = _seen(ProbeResult(nothing, nothing), metric.thing, view)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
@@ -44,17 +45,19 @@ def _said(metric: Declared, view: View, prepared: Prepared) -> Iterator[Diagnost
         )
         return
     try:
-        details = measured_by(metric.thing, seen_of(metric.thing, view, {})).details
+        alone = replace(metric.thing, against=None)
+        details = measured_by(alone, seen_of(alone, view, {})).details
     except Undefined:
         return
-    apart = details["cells_apart_Pa"] / max(details["norm_Pa"], details["usual_stress_Pa"])
-    if not apart > APART:
+    size = max(details["norm_Pa"], details["usual_stress_Pa"])  # zero where nothing acts
+    if not details["cells_apart_Pa"] > APART * size:
         return
+    apart = 100 * details["cells_apart_Pa"] / size
     place = units.show_all(details["at_m"], units.LENGTH)
     yield diagnostic(
         "W387",
         metric.at(),
-        f"the cells of `{view.name}` differ by {100 * apart:.0f} % in the stress at {place}, where `{metric.name}` is",
+        f"the cells of `{view.name}` differ by {apart:.0f} % in the stress at {place}, where `{metric.name}` is",
         "not resolved there",
         "refine there; in a corner that turns inward stress has no limit, and `--stated` says whether it settles",
     )

@@ -136,6 +136,7 @@ def _known(against: str, reference: View | None, probe: str | None, own: ProbeRe
         seen.times if seen else None,
         seen.course if seen else None,
         reference.at_rest,
+        reference.stress,
     )
 
 

@@ -36,6 +36,7 @@ class Known:
     times: Floats | None = None  # (t,) s, and
     course: Floats | None = None  # (t, n, 3) m at the points of the probe, of a model with a history
     at_rest: AtRest | None = None  # of a model
+    stress: Callable[[], Stresses] | None = None  # of a model on a mesh; it raises NoStress
 
 
 @dataclass(frozen=True)

@@ -144,6 +144,6 @@ def state(work: Work) -> None:
         if name in asked or work.options.free:
             work.options.say("state", f"the error of {name}")
             declared, prepared, view = work.scene.declared[name], work.prepared[name][0], work.views[name]
-            known = work.measured, work.warnings
+            known = work.measured, work.warnings, work.views
             said = stated(work.scene, declared, view, prepared, result, *known, name in asked)
             work.models[name] = replace(result, stated=said)
