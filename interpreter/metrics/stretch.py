@@ -25,7 +25,7 @@ class Stretch(OfTensors):
     `stress`: two that lengthen by 1 % and 2 % differ by half.
 
     Beside its value a report has largest_1, least_1, at_m, points, norm_Pa, cells_apart_Pa and usual_stress_Pa, as
-    `stress` does.
+    `stress` does, and cells_apart_1, the share by which strains of the cells differ there.
     """
 
     probe: Annotated[str, "probe", "where it is looked at"]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.measurement import Floats, Seen
-    from softmark.solvers.stresses.field import Stresses
+    from softmark.solvers.stresses.field import Part, Stresses
     from softmark.solvers.stresses.measures import Tensors
 
     Told = Callable[[], Stresses] | None  # of who is seen; it raises NoStress
@@ -39,6 +39,11 @@ class OfTensors(Metric):
     def unit(self) -> str:
         """Of its value: a plain number where it is an error."""
         return self.natural if self.measured_from is None else "1"
+
+    @property
+    def made_of(self) -> Part:
+        """What cells must agree on for this number to be resolved."""
+        return "strain"
 
     def values(self, tensors: Tensors) -> Floats:
         """The number of each tensor (n,), in the metric's unit."""
@@ -93,13 +98,15 @@ class OfTensors(Metric):
         if self.measured_from is not None:
             return self._compared(values, seen)
         place, value = self._summed(values, seen)
+        at = seen.X[place : place + 1]
         details = {
             f"largest_{self._suffix}": float(values.max()),
             f"least_{self._suffix}": float(values.min()),
-            "at_m": seen.X[place].tolist(),
+            "at_m": at[0].tolist(),
             "points": len(values),
             "norm_Pa": float(np.linalg.norm(tensors.cauchy[place])),
-            "cells_apart_Pa": float(field.unresolved(seen.X[place : place + 1])[0]),
+            "cells_apart_Pa": float(field.unresolved(at)[0]),
+            "cells_apart_1": float(field.disagreement(at, self.made_of)[0]),
             "usual_stress_Pa": field.usual[0],
         }
         return Measurement(value, details, samples=values if len(values) > 1 else None)

@@ -18,8 +18,6 @@ from softmark.interpreter.results.report import CarriedNumber
 from softmark.interpreter.run.answers import Work
 
 if TYPE_CHECKING:
-    from softmark.solvers.stresses.field import Stresses
-
     Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 MOST = 6  # numbers of one body: each is in the page for every point of every model
@@ -36,13 +34,14 @@ def carried(work: Work, view: View, X: Floats) -> tuple[CarriedNumber, ...]:
         tensors = field.at(X)
     except Undefined as undefined:
         return tuple(_number(metrics, None, str(undefined)) for metrics in asked)
-    found, apart = [], _apart(field, X, tensors.cauchy)
+    found = []
     for metrics in asked[:MOST]:
         values = metrics[0].thing.values(tensors)
         if np.all(np.isfinite(values)):
             mesh = work.prepared[view.name][0].mesh
             edge = limitless(replace(metrics[0].thing, over="largest"), view.case, mesh, X)
             size = metrics[0].thing.usual(field)
+            apart = float(np.mean(field.disagreement(X, metrics[0].thing.made_of) > APART))
             found.append(replace(_number(metrics, values, None), size=size, apart=apart, limitless=edge))
         else:
             found.append(_number(metrics, None, "the state is so deformed that it has no number in every point"))
@@ -65,9 +64,3 @@ def _number(metrics: list[Declared], values: Floats | None, reason: str | None) 
     words = f"{metrics[0].constructor.name} {thing['component']}"
     words += f", {thing['measure_']}" if "measure_" in thing else ""
     return CarriedNumber(words, metrics[0].thing.natural, tuple(m.name for m in metrics), values, reason)
-
-
-def _apart(field: Stresses, X: Floats, cauchy: Floats) -> float:
-    """The share of points X (n, 3) around which cells do not agree on the stress there (n, 3, 3), Pa."""
-    size = np.maximum(np.linalg.norm(cauchy, axis=(1, 2)), field.usual[0])
-    return float(np.mean(field.unresolved(X) > APART * size))
