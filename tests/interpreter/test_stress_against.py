@@ -11,6 +11,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.metrics.stress import Stress
+from softmark.interpreter.plan.stability import judges
 from softmark.interpreter.run.options import Options
 from softmark.interpreter.run.pipeline import run as pipeline
 
@@ -109,3 +110,9 @@ def test_the_stated_error_holds_what_the_truth_would_give(tmp_path: Path) -> Non
     right = gap.details["size_Pa"]
     assert said.unit == "1"
     assert abs(gap.value - abs(150.0 - right) / right) <= said.value < 0.05
+
+
+def test_it_can_tell_right_from_wrong() -> None:
+    """As every error relative to a model, it judges a walk to the edges of another."""
+    scene = softmark.loads(BAR + "metric much = stress(top)\n").scene
+    assert list(judges(scene)) == ["gap"]
