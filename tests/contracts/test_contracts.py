@@ -64,7 +64,7 @@ TAKES = {  # of 40: each load, and each support under gravity, in each of five a
     "fem(hex8": 32,  # its consistent mass is no explicit one
     "fem(tet4": 24,  # a cap has no part in a path or a disturbed start
     "fem(tet10": 16,  # pressures have no mass, and no way downhill
-    "beam6dof(segments = 4)": 15,  # no motion, no pressure, no tracked points
+    "beam6dof(segments = 4)": 25,  # no pressure, no tracked points
     "mass_spring(stiffness = from_material()": 40,
     "modal(of = full": 22,  # at rest and in motion, but supports that move are not marched explicitly
     "pod(of = full": 22,

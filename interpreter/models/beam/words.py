@@ -29,10 +29,13 @@ class Beam6Dof(Model):
     are not limited. Two-node elements with one integration point, second order, independent of the path.
     Shear and axial flexibility are on unless they are switched off. Needs a cylinder, a tube or a box that is
     slender; supports must take whole cross-sections.
-    Source: Simo (1985); Simo and Vu-Quoc (1986); Crisfield and Jelenic (1999).
+
+    In motion, by every integrator: half the mass of a segment is at either end, with the rotary inertia of its
+    sections. Rotations are found as vectors from where a step began and never summed, so that a beam may turn without
+    limit. `midpoint` keeps linear and angular momentum. A step of 20 segments takes less than a millisecond.
+    Source: Simo (1985); Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); Brüls and Cardona (2010).
     """
 
-    moves = False
     recovers = True
     finely = ("segments",)
 
@@ -53,12 +56,10 @@ class Beam6Dof(Model):
                     "use `fem(...)` for this body",
                 )
             ]
-        if isinstance(case.analysis, Dynamic):
-            return list(self.refusals(declared, case))
         flat = ribbon.doubt(declared, case)
         found = [*self.refusals(declared, case), *self._loads(declared, case)]
         found += self._supports(declared, case)
-        found += [*([] if found else self._held(case)), *self._thick(declared, case)]
+        found += [*([] if found else self._held(case)), *self._thick(declared, case), *self._rings(declared, case)]
         return found if flat is None else [*found, flat]
 
     def _loads(self, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -120,6 +121,21 @@ class Beam6Dof(Model):
         except Fault as loose:
             return [loose.diagnostic]
         return []
+
+    def _rings(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What is switched off is held by stiff springs: at rest they are made exact, in motion they would ring."""
+        off = next((name for name in ("shear", "axial") if not getattr(self, name)), None)
+        if off is None or not isinstance(case.analysis, Dynamic):
+            return []
+        return [
+            diagnostic(
+                "E533",
+                declared.at(off),
+                f"`{declared.name}` has no motion without {'shear' if off == 'shear' else 'stretch'}",
+                "a constraint",
+                f"leave `{off} = no` out: at rest it is a constraint, and in motion a spring that rings",
+            )
+        ]
 
     def _thick(self, declared: Declared, case: Case) -> list[Diagnostic]:
         section = case.prism.section

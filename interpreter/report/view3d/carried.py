@@ -71,7 +71,7 @@ class CarriedColours:
 
     given: Mapping[str, SeenSurface]
     shapes: Mapping[str, SeenSurface]
-    moving: bool
+    when: str  # they are known, of shapes that move
 
     @cached_property
     def models(self) -> dict[str, SeenSurface]:
@@ -157,9 +157,7 @@ class CarriedColours:
             by = several([f"`{m}`" for m in scale.kind.metrics])
             asked.append(f"{scale.kind.words} (metric{'s' if len(scale.kind.metrics) > 1 else ''} {by})")
         said = " Colour can also be " if errors else " Colour is one of " if len(asked) > 1 else " Colour is "
-        said += (
-            f"{several(asked)}, recovered at the points of the surface{', at the last moment' if self.moving else ''},"
-        )
+        said += f"{several(asked)}, recovered at the points of the surface{f', {self.when}' if self.when else ''},"
         said += f" one scale for all models: it holds {USUAL:.0f}\u00a0% of the points of each at first."
         return said + "".join(f" {sentence}" for sentence in (*self._without(), *self._limits(), *self._coarse()))
 

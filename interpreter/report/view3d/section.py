@@ -142,15 +142,20 @@ class _Shapes:
             return None
         from softmark.interpreter.report.view3d.carried import CarriedColours
 
-        return CarriedColours(given, self.shapes, self.dynamic)
+        return CarriedColours(given, self.shapes, _last(self.dynamic, self.in_states))
+
+    @property
+    def in_states(self) -> bool:
+        """Whether its frames are states, and no moments."""
+        return any(s.labels for s in self.shapes.values())
 
     def figure(self) -> str:
         """Controls, pictures, colour bar, caption, numbers."""
         bar = colour_bar(self.most, self.clipped, f"distance from {plain(self.against)}") if self.errors else ""
         unknown = tag(
             "p",
-            f"{'Errors and stress' if self.carried else 'Errors'} are known at the end only: until then, colours tell "
-            "models apart.",
+            f"{'Errors and stress' if self.carried else 'Errors'} are known "
+            f"{'in the last state' if self.in_states else 'at the end'} only: until then, colours tell models apart.",
             class_="unknown quiet",
             hidden=True,
         )
@@ -162,7 +167,7 @@ class _Shapes:
         kind = FigureKind(self.key, bool(self.beyond), letters(self.view))
         words = carried.words if carried else ()
         controls = toolbar(self._names(), bool(self.errors), len(self.first) <= PANELS, self._ghosts(), kind, words)
-        time = time_bar() if self.dynamic else ""
+        time = time_bar("State" if self.in_states else "Time") if self.dynamic else ""
         spoken = tag("div", class_="spoken", aria_live="polite")
         bar += carried.bars() + carried.still(self.first, self.view, self.key) if carried else ""
         heading = tag("h3", prose(f"`{self.body}`")) if self.body else ""
@@ -319,6 +324,11 @@ class _Shapes:
             rows[-1] += self.carried.row(name) if self.carried else []
         button = tag("button", "CSV of all points, as drawn now", type="button", class_="points live")
         return csv_link(f"shapes-errors{self.key}", header, rows) + button
+
+
+def _last(dynamic: bool, in_states: bool) -> str:
+    """When stress is known of shapes that move, in words."""
+    return ("in the last state" if in_states else "at the last moment") if dynamic else ""
 
 
 def _columns_of(panels: int) -> int:
