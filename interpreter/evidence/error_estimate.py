@@ -173,19 +173,21 @@ def stated(
     result: ModelResult,
     measured: Mapping[str, Any],
     warnings: Sequence[Diagnostic],
+    views: Mapping[str, View],
     asked: bool = True,
     before: Sequence[tuple[View, Mapping[str, StatedError]]] = (),
 ) -> dict[str, StatedError]:
     """What a model states of every metric and of every probe, by name; empty where it has no answer.
 
-    Where nobody `asked`, what costs next to nothing. `before` is what it stated in the states before.
+    `views` has the models that metrics compare with, `before` what it stated in the states before. Where nobody
+    `asked`, what costs next to nothing.
     """
     if result.status not in ("converged", "capped"):
         return {}
     whole = Stated(scene, declared, view.case, prepared, result, measured, result.mesh, asked)
     doubts, found = doubts_of(scene, declared, warnings), {}
     void = next((f"{code}: {DOUBTS[code]}" for code in VOID if code in doubts), None)
-    for name, seen in _asked(scene, result, view, measured, asked).items():
+    for name, seen in _asked(scene, result, view, measured, views, asked).items():
         said = _safely(whole, seen) if void is None else StatedError(reason=void)
         found[name] = replace(said, doubts=tuple(doubts))
     if any(isinstance(m.thing, CurveError) for m in scene.of_kind("metric").values()):
@@ -206,7 +208,12 @@ def _safely(whole: Stated, seen: ProbeAnswer) -> StatedError:
 
 
 def _asked(
-    scene: Scene, result: ModelResult, view: View, measured: Mapping[str, Any], asked: bool
+    scene: Scene,
+    result: ModelResult,
+    view: View,
+    measured: Mapping[str, Any],
+    views: Mapping[str, View],
+    asked: bool,
 ) -> dict[str, ProbeAnswer]:
     """What is stated: metrics of what probes saw, and probes.
 
@@ -228,7 +235,9 @@ def _asked(
             continue
         probe = metric.thing.looked_at
         if probe in result.probes:
-            found[name] = _seen(result.probes[probe], metric.thing, view)
+            right = views.get(metric.thing.measured_from or "")
+            seen = _seen(result.probes[probe], metric.thing, view)
+            found[name] = seen if right is None else replace(seen, right=right.stress)
         elif _in_forces(scene, metric.thing, view):
             nothing = np.zeros((0, 3))
             found[name] = _seen(ProbeResult(nothing, nothing), metric.thing, view)

@@ -125,14 +125,23 @@ def _punched(mesh: Mesh, of_facets: NDArray[np.bool_], free: NDArray[np.bool_]) 
     rim = _rim(mesh, slide, free)
     if not len(rim):
         return rim
-    corners = mesh.points[mesh.facets[:, : mesh.element.facet.corners]]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    slide &= (normals**2 * of_facets).sum(axis=1) > ALONG
+    normals = _normals(mesh)
+    slide &= (normals**2 * of_facets[:, None]).sum(axis=2).mean(axis=1) > ALONG
 
     def flat(node: int) -> bool:
-        around = np.any(mesh.facets == node, axis=1)
-        turns = normals[around & slide] @ normals[around & free].T
+        there = mesh.facets == node
+        turns = normals[there & slide[:, None]] @ normals[there & free[:, None]].T
         return bool(np.any(turns > FLAT))
 
     return rim[[flat(int(node)) for node in rim]]
+
+
+def _normals(mesh: Mesh) -> Floats:
+    """Of facets at their nodes (f, nodes, 3): the chord of a curved face leans away from the right angle it ends in."""
+    facet = mesh.element.facet
+    corners = np.array(facet.rim)
+    places = np.concatenate([corners, *(corners[list(some)].mean(axis=0, keepdims=True) for some in facet.between)])
+    along = np.einsum("fni,pnk->fpki", mesh.points[mesh.facets], facet.gradient(places))  # (f, p, 2, 3)
+    normals: Floats = np.cross(along[:, :, 0], along[:, :, 1])
+    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    return normals

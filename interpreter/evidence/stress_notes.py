@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
@@ -44,7 +45,8 @@ def _said(metric: Declared, view: View, prepared: Prepared) -> Iterator[Diagnost
         )
         return
     try:
-        details = measured_by(metric.thing, seen_of(metric.thing, view, {})).details
+        alone = replace(metric.thing, against=None)
+        details = measured_by(alone, seen_of(alone, view, {})).details
     except Undefined:
         return
     if many := details["where_materials_meet"]:

@@ -133,10 +133,21 @@ def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
     models = [m for m in scene.of_kind("model").values() if m.value("body") in bodies]
     laws = [_solid(scene, m).thing.stress_law for m in models]
     if not laws or not all(isinstance(law, str) for law in laws):
-        return None
+        return _right(scene, metric)
     return _Refusal("", f"`{metric.name}` asks for stress or strain, and no model here has any: {laws[0]}",
                     "of no model",
                     "declare one: `model solid = fem(tet10, strain = finite, size = 5 mm)`")  # fmt: skip
+
+
+def _right(scene: Scene, metric: Declared) -> _Refusal | None:
+    """The model that is taken as right must have stress too."""
+    if (name := metric.thing.against) is None:
+        return None
+    law = _solid(scene, scene.declared[name]).thing.stress_law
+    if not isinstance(law, str):
+        return None
+    return _Refusal("against", f"`{metric.name}` compares stress or strain, and `{name}` has none: {law}",
+                    "of no stress", "compare with a model of finite elements: `against = solid`")  # fmt: skip
 
 
 def _solid(scene: Scene, model: Declared) -> Declared:

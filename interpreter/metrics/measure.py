@@ -179,6 +179,7 @@ def _known(against: str, reference: View | None, probe: str | None, own: ProbeRe
         seen.course if seen else None,
         reference.at_rest,
         reference.curve,
+        reference.stress,
     )
 
 

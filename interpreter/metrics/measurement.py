@@ -38,6 +38,7 @@ class Known:
     course: Floats | None = None  # (t, n, 3) m at the points of the probe, of a model with a history
     at_rest: AtRest | None = None  # of a model
     curve: Curve | None = None  # that was measured
+    stress: Callable[[], Stresses] | None = None  # of a model on a mesh; it raises NoStress
 
 
 @dataclass(frozen=True)

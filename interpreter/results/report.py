@@ -79,11 +79,31 @@ class ProbeResult:
 
 
 @dataclass(frozen=True)
+class CarriedNumber:
+    """A number of the stress or strain of a model that metrics of the scene ask for, at the points of its surface.
+
+    `values` (n,) in `unit`, of the last moment; None with the `reason` where the model has none. `size` is what tensors
+    of the body come to, `apart` the share of the points around which cells do not agree (W387), `limitless` what of the
+    surface has no limit (W388).
+    """
+
+    words: str  # `stress xx, cauchy`
+    unit: str
+    metrics: tuple[str, ...]
+    values: NDArray[np.float64] | None = None
+    reason: str | None = None
+    size: float = 0.0
+    apart: float = 0.0
+    limitless: str | None = None
+
+
+@dataclass(frozen=True)
 class SeenSurface:
     """The surface of a body as a model or a reference sees it: what the report draws.
 
     `position` (n, 3) in m, after deformation; `triangles` (k, 3), outward. `frames` (t, n, 3) and `times` (t,) where
-    there is a history, or several states. `error` (n,) is the distance to what is `measured_from`, in m.
+    there is a history, or several states. `error` (n,) is the distance to what is `measured_from`, in m; `carried` what
+    else is known there, of models of a scene that asks for stress.
     """
 
     position: NDArray[np.float64]
@@ -92,6 +112,7 @@ class SeenSurface:
     frames: NDArray[np.float64] | None = None
     error: NDArray[np.float64] | None = None
     measured_from: str | None = None
+    carried: tuple[CarriedNumber, ...] = ()
     labels: tuple[str, ...] = ()  # of frames that are states and no moments; `times` then counts them
 
 

@@ -189,7 +189,7 @@ def state(work: Work) -> None:
         if name in asked or work.options.free:
             work.options.say("state", f"the error of {name}{work.where}")
             declared, prepared, view = work.scene.declared[name], work.prepared[name][0], work.views[name]
-            known = work.measured, work.warnings
+            known = work.measured, work.warnings, work.views
             before = [(w.views[name], w.models[name].stated) for w in work.earlier]
             said = stated(work.scene, declared, view, prepared, result, *known, name in asked, before)
             work.models[name] = replace(result, stated=said)

@@ -64,6 +64,7 @@ def render(report: Report) -> str:
     """A complete HTML5 document: no network, no other file; without JavaScript shapes stand still and tooltips lack."""
     findings = Findings(report)
     sections = [(key, name, make(findings)) for key, name, make in SECTIONS]
+    carried = any('value="carried"' in markup for _, _, markup in sections)
     shown = any('class="shapes"' in markup for _, _, markup in sections)  # only then what draws them goes in
     return document(
         f"{title(findings)} – softmark report",
@@ -72,6 +73,11 @@ def render(report: Report) -> str:
         sections,
         "report.json",
         1 + len(findings.everyone),
-        ["report.css", *(["shapes.css"] if shown else [])],
-        ["report.js", *(["raster.js", "shapes_controls.js", "shapes.js"] if shown else [])],
+        ["report.css", *(["shapes.css"] if shown else []), *(["carried.css"] if carried else [])],
+        [
+            "report.js",
+            *(["raster.js"] if shown else []),
+            *(["carried.js"] if carried else []),
+            *(["shapes_controls.js", "shapes.js"] if shown else []),
+        ],
     )
