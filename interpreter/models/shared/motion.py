@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.meshing import mesh_facts
-from softmark.interpreter.models.shared.prepared import Prepared, Solution, Status
+from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Status
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.history import History
 from softmark.interpreter.results.thinning import picked
@@ -73,6 +73,10 @@ class PreparedMotion:
     def points(self) -> Floats:
         """Undeformed points that loads act at (n, 3), m."""
         return self.static.points
+
+    def after(self, before: Moved) -> Self:
+        """A motion has no states."""
+        return self
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
         """Of every load by itself at full size (n, 3), N."""
