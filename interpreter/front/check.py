@@ -306,6 +306,14 @@ def _comparisons(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from comparisons(scene)
 
 
+def _curves(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Measured curves, and what is compared with them."""
+    if any(d.constructor.name == "curve" for d in scene.of_kind("reference").values()):
+        from softmark.interpreter.front import curves
+
+        yield from curves.faults(scene, found)
+
+
 def _refined(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from doubts_of_refined(scene)
 
@@ -367,7 +375,8 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _symmetric, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (
-    _bodies, _regions, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses,
+    _bodies, _regions, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _curves,
+    _courses,
     _published, _expectations, _use,
 )  # fmt: skip
 

@@ -13,6 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
+from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.energy_norm import EnergyNorm
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.hausdorff import Hausdorff
@@ -28,11 +29,15 @@ from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.probes import Markers, Surface, Volume
 from softmark.records import dataclass
+from softmark.references.curve import CurveFromFile
 from softmark.references.markers import TrackedPoints
 
-Known = Literal["field", "surface", "points"]
+Known = Literal["field", "surface", "points", "curve"]
 
-KNOWN = {"field": "a field of displacements", "surface": "a measured surface", "points": "tracked points"}
+KNOWN = {
+    "field": "a field of displacements", "surface": "a measured surface", "points": "tracked points",
+    "curve": "a measured curve",
+}  # fmt: skip
 POINTWISE = (EnergyNorm, TipError, MaxError, MeanError)  # errors of material points
 
 
@@ -50,6 +55,8 @@ def known_of(reference: Declared) -> Known:
     """What a reference, or a model in its place, knows."""
     if isinstance(reference.thing, TrackedPoints):
         return "points"
+    if isinstance(reference.thing, CurveFromFile):
+        return "curve"
     return "surface" if reference.kind == "reference" and reference.thing.how in ("measured", "scanned") else "field"
 
 
@@ -162,6 +169,8 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
     if isinstance(metric.thing, CourseNorm) and reference.kind != "model":
         return _Refusal("against", f"`{word}` compares motions, and `{name}` knows none", "no history",
                         "compare with a model of this scene")  # fmt: skip
+    if (isinstance(metric.thing, CurveError)) is not (known == "curve"):
+        return _curves(metric, name, known)
     if isinstance(metric.thing, Hausdorff | SurfaceDistance) and known == "points":
         return _Refusal("against", f"`{word}` needs a surface, and `{name}` is tracked points", "no surface",
                         "points are compared one by one: `mean_error(...)` or `max_error(...)`")  # fmt: skip
@@ -171,6 +180,16 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
     if isinstance(metric.thing, POINTWISE):
         return _pointwise(scene, metric, name, known)
     return None
+
+
+def _curves(metric: Declared, name: str, known: Known) -> _Refusal:
+    """Curves are compared with measured curves, and nothing else is."""
+    word = metric.constructor.name
+    if known != "curve":
+        return _Refusal("against", f"`{word}` compares curves, and `{name}` is {KNOWN[known]}", "no curve",
+                        'curves that were measured are `curve("pull.csv", ...)`')  # fmt: skip
+    return _Refusal("against", f"`{word}` cannot be told from a curve, which is all that `{name}` is", "only a curve",
+                    f"compare a curve with it: `metric miss = curve_error(METRIC, against = {name})`")  # fmt: skip
 
 
 def _pointwise(scene: Scene, metric: Declared, name: str, known: Known) -> _Refusal | None:

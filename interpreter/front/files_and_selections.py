@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Location, Scene
 from softmark.interpreter.problem.case import Fault, case_for, reach
 from softmark.interpreter.vocabulary.loads import Follower, PerArea
+from softmark.references.curve import CurveFromFile
 from softmark.solvers.mesh.shape import Shape
 
 CHEAP = 4_000_000  # bytes of a table that is read when a scene is checked
@@ -47,15 +48,21 @@ def _doubt(path: str) -> tuple[str, str] | None:
 
 
 def tables(scene: Scene) -> Iterator[Diagnostic]:
-    """Tables of tracked points that have not what such a table must have."""
+    """Tables of tracked points and curves that have not what such a table must have."""
     for reference in scene.of_kind("reference").values():
-        path = Path(reference.thing.file)
-        if str(path).startswith("data:") or not path.is_file() or path.stat().st_size > CHEAP:
+        if not cheap(reference.thing.files):
             continue
         if (unfit := reference.thing.unfit()) is not None:
             at, (reason, remedy) = reference.at("path"), unfit
+            code = "E407" if isinstance(reference.thing, CurveFromFile) else "E395"
             problem = f"the table of `{reference.name}` cannot be used: {reason}"
-            yield diagnostic("E395", at, problem, "no table of tracked points", remedy)
+            yield diagnostic(code, at, problem, reference.thing.table, remedy)
+
+
+def cheap(files: Sequence[str]) -> bool:
+    """Whether there are files that can be read when a scene is checked."""
+    here = [not name.startswith("data:") and Path(name).is_file() for name in files]
+    return bool(files) and all(here) and sum(Path(name).stat().st_size for name in files) <= CHEAP
 
 
 # ------------------------------------------------------------------ loads on surfaces

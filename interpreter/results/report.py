@@ -96,6 +96,21 @@ class SeenSurface:
 
 
 @dataclass(frozen=True)
+class SeenCurve:
+    """A curve that the report draws: y (n,) at x (n,), SI, in these units; of a reference with its uncertainty (n,)."""
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    units: tuple[str, str]
+    uncertainty: NDArray[np.float64] | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """As lists."""
+        own = {"x": self.x.tolist(), "y": self.y.tolist(), "units": list(self.units)}
+        return own if self.uncertainty is None else {**own, "uncertainty": self.uncertainty.tolist()}
+
+
+@dataclass(frozen=True)
 class MetricResult:
     """A number in SI, or None with the reason why there is none.
 
@@ -111,6 +126,7 @@ class MetricResult:
     samples: tuple[float, ...] = ()
     uncertainty: float | None = None
     published: float | None = None
+    curve: SeenCurve | None = None
     states: tuple[float | None, ...] = ()  # its values in all states of the analysis; `value` is that of the last
 
     @property
@@ -127,6 +143,7 @@ class MetricResult:
             own |= {"uncertainty": self.uncertainty, "meaningful": self.meaningful}
         if self.published is not None:
             own["published"] = self.published
+        own |= {} if self.curve is None else {"curve": self.curve.to_json()}
         if self.states:
             own["states"] = list(self.states)
         return {**own, **self.details}
@@ -219,6 +236,7 @@ class ReferenceResult:
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
     shape: SeenSurface | None = None
     facts: Mapping[str, Any] = field(default_factory=dict)  # where measured data came from, how it was registered
+    drawn: SeenCurve | None = None  # one that was measured
     states: tuple[float, ...] = ()  # of an analysis with several: their values, and
     each: tuple[ReferenceResult, ...] = ()  # what came of it in each; the rest is that of the last
 
@@ -237,6 +255,7 @@ class ReferenceResult:
             "facts": dict(self.facts),
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": {n: m.to_json() for n, m in self.metrics.items()},
+            **({} if self.drawn is None else {"curve": self.drawn.to_json()}),
             **_in_each(self.states, self.each),
         }
 

@@ -68,6 +68,11 @@ class Work:
         new, where = [d for d in found if not self._said(d)], self.where.strip()
         self.options.warn([replace(d, notes=(*d.notes, where)) for d in new] if here and where else new)
 
+    @property
+    def earlier(self) -> list[Work]:
+        """The same in the states before, in their order."""
+        return [] if self.before is None else [*self.before.earlier, self.before]
+
     def _said(self, found: Diagnostic) -> bool:
         before = self.before
         return before is not None and (found in before.warnings or before._said(found))

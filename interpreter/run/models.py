@@ -180,5 +180,6 @@ def state(work: Work) -> None:
             work.options.say("state", f"the error of {name}{work.where}")
             declared, prepared, view = work.scene.declared[name], work.prepared[name][0], work.views[name]
             known = work.measured, work.warnings
-            said = stated(work.scene, declared, view, prepared, result, *known, name in asked)
+            before = [(w.views[name], w.models[name].stated) for w in work.earlier]
+            said = stated(work.scene, declared, view, prepared, result, *known, name in asked, before)
             work.models[name] = replace(result, stated=said)

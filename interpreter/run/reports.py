@@ -45,7 +45,7 @@ def _measure(work: Work, partial: bool) -> None:
         for name, result in kept.items():
             if partial and result.metrics:
                 continue
-            metrics, errors = metrics_of(work.scene, work.views[name], work.views)
+            metrics, errors = metrics_of(work.scene, work.views[name], work.views, [w.views for w in work.earlier])
             shape = _shape(work, name, errors) if work.options.draw and not partial else None
             kept[name] = replace(result, metrics=metrics, shape=shape or result.shape)
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.bodies import Solid
-from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, State
+from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, State, Table
 from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
 from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published import Column
@@ -49,6 +49,7 @@ COURSES: dict[str, type[Any]] = {
     "smooth": Smooth,
     "pulse": Pulse,
     "sine": Sine,
+    "table": Table,
     "state": State,
 }
 

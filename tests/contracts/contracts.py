@@ -32,6 +32,7 @@ from softmark.interpreter.evidence.kinds.voucher import Voucher
 from softmark.interpreter.face.api import checked
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.language.schema import Constructor, _fields
+from softmark.interpreter.metrics.curves import Course, Curve
 from softmark.interpreter.metrics.measure import measured_by
 from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
 from softmark.interpreter.metrics.undefined import Undefined
@@ -322,12 +323,13 @@ def check_metric(cls: type[Any], metric: Any, case: Case) -> None:
     u = np.outer(np.linspace(0.0, 1e-3, 6), [0.0, 0.0, -1.0])
     rests = [_at_rest(share) for share in (1.0, 1.5)]
     same, other = (Known("truth", v, lambda Y, v=v: np.interp(Y[:, 0], X[:, 0], v[:, 2])[:, None] * [0.0, 0.0, 1.0],
-                         at_rest=rest) for v, rest in zip((u, 1.5 * u), rests, strict=True))  # fmt: skip
+                         at_rest=rest, curve=Curve(X[:, 0], v[:, 2], 0.1 * u[:, 2]))
+                   for v, rest in zip((u, 1.5 * u), rests, strict=True))  # fmt: skip
     known = "against" in {f.name for f in dataclasses.fields(cls)}
-    told = []
+    told, course = [], Course(X[:, 0], u[:, 2], ("m", "m"))
     for truth in (same, other) if known else (None,):
         try:
-            found: Any = measured_by(metric, Seen("m", case, X, u, known=truth, at_rest=rests[0]))
+            found: Any = measured_by(metric, Seen("m", case, X, u, known=truth, at_rest=rests[0], curve=course))
         except Undefined as why:
             found = why
         if isinstance(found, Undefined):

@@ -15,7 +15,8 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.meshing import mesh_facts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Status
-from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.case import Case, Fault
+from softmark.interpreter.problem.tables import table_fault
 from softmark.interpreter.results.history import History
 from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -305,6 +306,9 @@ def in_motion(
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
         raise TypeError("the analysis is static")
+    for moved in (*case.loads, *case.supports):
+        if (wrong := table_fault(moved, analysis.duration)) is not None:
+            raise Fault(wrong)
     integrator = integrator_of(analysis)
     dofs = mesh.points.size
     problem = Dynamics(
