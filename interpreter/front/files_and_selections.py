@@ -14,6 +14,7 @@ from softmark.interpreter.language.scene import Location, Scene
 from softmark.interpreter.problem.case import Fault, case_for, reach
 from softmark.interpreter.vocabulary.loads import Follower, PerArea
 from softmark.references.curve import CurveFromFile
+from softmark.solvers.mesh.filled import Filled
 from softmark.solvers.mesh.shape import Shape
 
 CHEAP = 4_000_000  # bytes of a table that is read when a scene is checked
@@ -23,7 +24,7 @@ MOST = 4000  # cells of a body that are looked at
 
 def meshes(scene: Scene) -> Iterator[Diagnostic]:
     """Files that a model would mesh with and that cannot hold a solid."""
-    said = set()
+    said: set[Location | Diagnostic] = set()
     for model in scene.asked("model").values():
         if model.thing.mesh_key() is None:
             continue
@@ -33,6 +34,12 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
             continue
         own = model.thing.own_mesh
         shape, at = (own, model.at("mesh")) if own is not None else (case.shape, case.body.at("shape"))
+        if isinstance(shape, Filled):
+            from softmark.interpreter.front import surfaces  # nothing of it where no surface is filled
+
+            found = surfaces.doubts(model, case, shape)
+            yield from (d for d in found if d not in said)
+            said.update(found)
         path = shape.file if shape.prebuilt else ""
         doubt = _doubt(path) if path and not path.startswith("data:") else None
         if doubt is not None and at not in said:

@@ -13,8 +13,13 @@ from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.interpreter.vocabulary.supports import Symmetric
 
 if TYPE_CHECKING:
-    from softmark.solvers.energies.energy import Floats
+    import numpy as np
+
+    from softmark.solvers.energies.energy import Floats, Ints
+    from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.mesh.shape import Bounds
+else:
+    from softmark.solvers.base.deferred import np
 
 IN_PLANE = 1e-6  # of the body's extent: how far from a plane of symmetry its points may lie
 
@@ -70,13 +75,14 @@ def must_not_load_plane(case: Case, load: Declared, X: Floats, points: Floats) -
                                    "select the outer surface alone, without the plane"))  # fmt: skip
 
 
-def must_lie_in_plane(case: Case, support: Declared, X: Floats, points: Floats) -> None:
-    """Points X (n, 3) that a support of symmetry selects lie in its plane, and all points (m, 3) on one side of it.
+def must_lie_in_plane(case: Case, support: Declared, mesh: Mesh, nodes: Ints) -> None:
+    """Nodes (n,) that a support of symmetry selects lie in its plane, all of the mesh on one side, and facets in it.
 
-    In m. Raises Fault.
+    Raises Fault.
     """
     if not isinstance(support.thing, Symmetric) or support.thing.normal is None:
         return
+    points, X = mesh.points, mesh.points[nodes]
     axis, place = support.thing.normal
     near, beyond = _near(points), points[:, axis] - place
     both = float(beyond.min()) < -near and float(beyond.max()) > near
@@ -87,3 +93,10 @@ def must_lie_in_plane(case: Case, support: Declared, X: Floats, points: Floats) 
                                f"from {units.show(float(X.min()), units.LENGTH)} to "
                                f"{units.show(float(X.max()), units.LENGTH)}",
                                "the body must end at the plane, and lie on one side of it"))  # fmt: skip
+    held = np.zeros(len(points), dtype=np.bool_)
+    held[nodes] = True
+    if not held[mesh.facets].all(axis=1).any():
+        raise Fault(diagnostic("E582", support.at("where"),
+                               f"`{case.body.name}` has no face in the plane of symmetry `{support.name}`",
+                               "it touches the plane in a point or a line",
+                               "a mirror image joins the body by a face: model the half, or use `fixed`"))  # fmt: skip

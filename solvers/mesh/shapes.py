@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from softmark.records import dataclass
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rectangle
+from softmark.solvers.mesh.filled import Filled
 from softmark.solvers.mesh.shape import (
     Bounds,
     Circular,
@@ -332,4 +333,5 @@ SHAPES: dict[str, type[Shape]] = {
     "ellipsoid": Ellipsoid,
     "spherical_shell": SphericalShell,
     "mesh": MeshFile,
+    "filled": Filled,
 }

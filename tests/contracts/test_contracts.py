@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from importlib.util import find_spec
 from typing import Annotated, Any, get_args
 
 import pytest
@@ -86,6 +87,7 @@ SHAPED: dict[str, dict[str, Any]] = {
     "ellipsoid": {"semiaxes": (0.02, 0.01, 0.015)},
     "spherical_shell": {"radius": 0.01, "inner": 0.005},
     "mesh": {"path": str(HERE.parent / "errors" / "parts" / "sound.mesh"), "unit": 1e-3},
+    "filled": {"path": str(HERE.parent / "errors" / "parts" / "cube.stl"), "unit": 1e-3},
 }
 MEASURED: dict[str, dict[str, Any]] = {
     "displacement": {"along": (0.0, 0.0, -1.0)},
@@ -108,6 +110,8 @@ def test_every_word_is_documented_and_annotated(kind: str, name: str, cls: type[
                                     {"part": "half"}, {"part": "octant"}], ids=str)  # fmt: skip
 def test_shapes(name: str, shaped: dict[str, Any]) -> None:
     cls = SHAPES[name]
+    if name == "filled" and find_spec("pytetwild") is None:
+        pytest.skip("needs the extra `meshing`")
     if shaped.keys() <= cls.__dataclass_fields__.keys():
         check_shape(cls(**SHAPED[name], **shaped), 0.003)
 

@@ -27,7 +27,7 @@ from softmark.interpreter.models.shared.disturbing import Disturbance, disturban
 from softmark.interpreter.models.shared.gripping import held_notes
 from softmark.interpreter.models.shared.holding import solid_supports
 from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
-from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note, with_quality
+from softmark.interpreter.models.shared.meshing import filled_notes, mesh_facts, sliver_note, with_quality
 from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.pieces import Piece, pieces
 from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
@@ -287,6 +287,7 @@ def at_rest(
     notes = (
         *volume_note(declared, case, mesh),
         *sliver_note(declared, shape, mesh),
+        *filled_notes(declared, case, mesh),
         *held_notes(declared, case, mesh),
         *notes_of_parts(declared, case, mesh),
     )

@@ -37,13 +37,15 @@ SIX = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0,
 class Grip:
     """What a support holds of a mesh with n nodes.
 
-    `held` is the share of the selection that its nodes span, `beyond` what they span beyond it, as a part of it.
+    `held` is the share of the selection that its nodes span, `beyond` what they span beyond it, as a part of it. A
+    selection that has no cell as a whole is a `layer` thinner than one: its part of the mesh, and that which is held.
     """
 
     nodes: Bools  # (n,)
     wide: Bools  # (n,) those of all cells and facets that the selection has a part of
     held: float
     beyond: float
+    layer: tuple[float, float] | None = None
 
     @property
     def missed(self) -> bool:
@@ -72,6 +74,16 @@ def held_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, 
 
 def _note(declared: Declared, name: str, own: Grip) -> Diagnostic:
     at = declared.at("size" if declared.thing.own_mesh is None else "mesh")
+    if own.layer is not None and own.beyond > MISSED:
+        asked, held = (100 * part for part in own.layer)
+        return diagnostic(
+            "W375",
+            at,
+            f"`{name}` selects {asked:.2g} % of the mesh of `{declared.name}`, a layer thinner than its cells, "
+            f"and cells with {held:.2g} % are held",
+            "cells all of whose nodes are held are held as a whole",
+            "select the surface alone, or use cells as thin as the layer; `--stated` says what it makes",
+        )
     parts = [f"{100 * own.held:.3g} % of what `{name}` selects"] if 1.0 - own.held > MISSED else []
     parts += [f"{100 * own.beyond:.3g} % more than `{name}` selects"] if own.beyond > MISSED else []
     return diagnostic(
@@ -109,7 +121,17 @@ def _found(condition: Condition, mesh: Mesh) -> Grip:
         wide[np.unique(kind.nodes[f > SMALL])] = True
     shares = [_share(kind, f, nodes) for kind, f in looked if float(f @ kind.sizes) > SMALL * kind.sizes.sum()]
     held = min((held for held, _ in shares), default=1.0)
-    return Grip(nodes, wide | nodes, held, max((beyond for _, beyond in shares), default=0.0))
+    return Grip(
+        nodes, wide | nodes, held, max((beyond for _, beyond in shares), default=0.0), _layer(*looked[0], nodes)
+    )
+
+
+def _layer(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float] | None:
+    """Where what is selected has a volume and yet no whole cell: its part of all, and that of the cells held by it."""
+    total, spanned = float(kind.sizes.sum()), nodes[kind.nodes].all(axis=1) & (f > SMALL)
+    share = float(f @ kind.sizes) / total
+    thin = kind.nodes.shape[1] >= 4 and share > SMALL and f.max() < 1.0 - WHOLE
+    return (share, float(kind.sizes[spanned].sum()) / total) if thin else None
 
 
 def _share(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float]:

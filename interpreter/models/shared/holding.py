@@ -94,7 +94,7 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
     held = Held(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
     for support in case.supports:
         nodes = np.nonzero(selected(case, support, mesh))[0]
-        must_lie_in_plane(case, support, mesh.points[nodes], mesh.points)
+        must_lie_in_plane(case, support, mesh, nodes)
         held.rows.append(point_rows(mesh.points[nodes] - held.centre, support.thing.components))
         moved = displacements(support, mesh.points[nodes], measured)
         for c in support.thing.components:

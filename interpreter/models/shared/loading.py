@@ -95,7 +95,7 @@ def mass_matrix(mesh: Mesh, parts: Integration, density: float, mass: Distributi
 
 def _at_point(dead: Floats, case: Case, load: Declared, at: Vector3, force: Vector3, mesh: Mesh) -> None:
     place = locate(mesh, np.array([at]))
-    if case.shape.prebuilt and place.outside[0] > 0:
+    if case.shape.file and place.outside[0] > 0:
         away = units.show(float(place.outside[0]), units.LENGTH)
         raise fault(
             "E504",

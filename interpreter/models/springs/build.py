@@ -21,7 +21,7 @@ from softmark.interpreter.models.shared.disturbing import Disturbance, disturban
 from softmark.interpreter.models.shared.gripping import held_notes
 from softmark.interpreter.models.shared.holding import solid_supports
 from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
-from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note
+from softmark.interpreter.models.shared.meshing import filled_notes, mesh_facts, sliver_note
 from softmark.interpreter.models.shared.motion import PreparedMotion, in_motion
 from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
@@ -191,6 +191,7 @@ def prepare(model: MassSpring, declared: Declared, case: Case, workshop: Worksho
     notes = (
         *volume_note(declared, case, mesh),
         *sliver_note(declared, model.mesh or case.shape, mesh),
+        *filled_notes(declared, case, mesh),
         *held_notes(declared, case, mesh),
     )
     shape = model.mesh or case.shape

@@ -20,7 +20,16 @@ from softmark.interpreter.report.run.figures import (
 )
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.header import header, title
-from softmark.interpreter.report.run.tables import listing, loads, provenance, published, reactions, regions, verdicts
+from softmark.interpreter.report.run.tables import (
+    filled,
+    listing,
+    loads,
+    provenance,
+    published,
+    reactions,
+    regions,
+    verdicts,
+)
 from softmark.interpreter.report.view3d import section
 from softmark.interpreter.results.report import Report
 
@@ -38,6 +47,7 @@ SECTIONS: tuple[tuple[str, str, Callable[[Findings], str]], ...] = (
     ("realtime", "Real time", realtime.section_of),
     ("histories", "Over time", histories.section_of),
     ("convergence", "Convergence", convergence.section_of),
+    ("filled", "Filled", filled.section_of),
     ("regions", "Regions", regions.section_of),
     ("loads", "Loads", loads.section_of),
     ("supports", "Supports", reactions.section_of),

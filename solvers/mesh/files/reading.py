@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
@@ -25,10 +26,15 @@ UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never re
 KINDS = {element.meshio: name for name, element in ELEMENTS.items()}  # meshio's word -> ours
 OTHERS = frozenset({"wedge", "pyramid", "wedge15", "wedge18", "pyramid13", "pyramid14"})
 AGAIN = "write it again as .vtu, .vtk, .msh, .inp or .mesh: it may be cut off, or its name may not say its format"
+NO_SURFACE = "E573"
+BY_TRIMESH = frozenset({".stl", ".obj", ".ply", ".off"})
+SURFACE_AGAIN = (
+    "write the surface again as .stl, .obj or .ply: the file may be cut off, or its name may not say its format"
+)
 FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
 
 
-__all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface"]
+__all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface", "read_triangles"]
 
 
 def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
@@ -62,9 +68,50 @@ def read_surface(path: str, unit: float, coincident: str = "refuse") -> tuple[Fl
     there = {block.type for block in data.cells}
     if there & KINDS.keys() or not there & FACETS.keys():
         return surface(read(path, unit, coincident))
+    return used(*_facets(data, unit))[:2]
+
+
+def read_triangles(path: str, unit: float) -> tuple[Floats, Ints]:
+    """Points (n, 3) in m and triangles (t, 3) of a file that holds a surface alone. Raises UnreadableMesh."""
+    if Path(path).suffix.lower() in BY_TRIMESH:
+        return _surface(Path(path), unit)
+    data = _parsed(Path(path))
+    there = {block.type for block in data.cells}
+    if there & (KINDS.keys() | OTHERS):
+        raise UnreadableMesh(
+            "it holds cells, not a surface alone", NO_SURFACE, f'take it as it is: `mesh("{Path(path).name}", ...)`'
+        )
+    if not there & FACETS.keys():
+        raise UnreadableMesh("it has no triangles", NO_SURFACE, "name a file of a surface: STL, OBJ, PLY, OFF or VTK")
+    return _facets(data, unit)
+
+
+def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
+    """The same of formats that trimesh reads better: triangles alone. Raises UnreadableMesh."""
+    _there(path)
+    import trimesh
+
+    log = logging.getLogger("trimesh")
+    told, log.disabled = log.disabled, True  # a missing texture is nobody's concern here
+    try:
+        with rationed(path), path.open("rb") as data:
+            found: Any = trimesh.load(data, file_type=path.suffix.lower()[1:], process=False, force="mesh",
+                                 skip_materials=True)  # fmt: skip
+    except Exception as error:  # its readers raise what they like
+        raise UnreadableMesh(f"trimesh cannot read it ({_reason(error)})", remedy=SURFACE_AGAIN) from error
+    finally:
+        log.disabled = told
+    triangles = np.asarray(getattr(found, "faces", ()), dtype=np.int64)
+    if triangles.ndim != 2 or not len(triangles):
+        raise UnreadableMesh("it has no triangles", NO_SURFACE, SURFACE_AGAIN)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return unit * np.asarray(found.vertices, dtype=np.float64), triangles
+
+
+def _facets(data: Any, unit: float) -> tuple[Floats, Ints]:
+    """Points (n, 3) in m and triangles (t, 3): those of the file, and the halves of its quadrilaterals."""
     found = [block.data[:, FACETS[block.type]].reshape(-1, 3) for block in data.cells if block.type in FACETS]
-    triangles, points = np.concatenate(found).astype(np.int64), _points(data, unit)
-    return used(points, triangles)[:2]
+    return _points(data, unit), np.concatenate(found).astype(np.int64)
 
 
 def read_points(path: str, unit: float) -> Floats:
@@ -123,13 +170,7 @@ def _points(data: Any, unit: float) -> Floats:
 
 def _parsed(path: Path) -> Any:
     """What meshio makes of the file in one of the formats of its name. Raises UnreadableMesh."""
-    try:
-        if not path.is_file():
-            raise UnreadableMesh(f"there is no file {path}", remedy="the path is relative to the folder of the scene")
-        if path.stat().st_size == 0:
-            raise UnreadableMesh("it is empty", remedy=AGAIN)
-    except OSError as error:
-        raise UnreadableMesh(f"it cannot be read ({error.strerror})") from error
+    _there(path)
     if path.suffix.lower() == ".msh" and gmsh1.recognised(path):
         try:
             return gmsh1.read(path)
@@ -141,6 +182,17 @@ def _parsed(path: Path) -> Any:
 
     kinds = meshio.extension_to_filetypes.get(path.suffix.lower(), [None])  # None: let meshio say it
     return _tried(path, (k for k in kinds if k not in UNENDING))
+
+
+def _there(path: Path) -> None:
+    """Raises UnreadableMesh where there is no file, or nothing in it."""
+    try:
+        if not path.is_file():
+            raise UnreadableMesh(f"there is no file {path}", remedy="the path is relative to the folder of the scene")
+        if path.stat().st_size == 0:
+            raise UnreadableMesh("it is empty", remedy=AGAIN)
+    except OSError as error:
+        raise UnreadableMesh(f"it cannot be read ({error.strerror})") from error
 
 
 def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
