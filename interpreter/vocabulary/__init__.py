@@ -15,7 +15,7 @@ from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, 
 from softmark.interpreter.vocabulary.published import Column
 from softmark.interpreter.vocabulary.regions import BodyPart
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Stability, Sweep
-from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows, Symmetric
+from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows, Symmetric, Turned
 
 BODIES: dict[str, type[Any]] = {
     "solid": Solid,
@@ -28,6 +28,7 @@ REGIONS: dict[str, type[Any]] = {
 SUPPORTS: dict[str, type[Any]] = {
     "fixed": Fixed,
     "displaced": Displaced,
+    "turned": Turned,
     "follows": Follows,
     "symmetric": Symmetric,
 }

@@ -17,19 +17,20 @@ EACH, EASY = 10, 6  # whole steps at one load at most, and down to which the nex
 
 def raised(newton: Newton) -> tuple[Floats, int]:
     """The equilibrium of full load along the path from rest, and how many loads led there. Raises NotConverged."""
-    x, load, step, count = newton.problem.rest, 0.0, FIRST, 0
+    longest = newton.problem.longest
+    x, load, step, count = newton.problem.rest, 0.0, min(FIRST, longest), 0
     while load < 1.0:
         target = min(1.0, load + step)
         before = len(newton.history)
         y = _next(newton, x, load, target)
         if y is None:
             step = 0.5 * (target - load)
-            if step < LEAST:
+            if step < LEAST * longest:
                 raise NotConverged(f"steps of load end at {100 * load:.4g} %", tuple(newton.history))
             continue
         x, load, count = y, target, count + 1
         if len(newton.history) - before <= EASY:
-            step *= 2.0
+            step = min(2.0 * step, longest)
     return x, count
 
 

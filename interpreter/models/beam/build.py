@@ -80,7 +80,7 @@ class PreparedBeam(Meshless):
         stiff = problem.assembly.with_internal([self.elastic.tightened(found.x)])
         solved.append(stiff)
         still = np.zeros_like(problem.target)
-        again = equilibrium(replace(problem, assembly=stiff, rest=found.x, target=still, path="load"))
+        again = equilibrium(replace(problem, assembly=stiff, rest=found.x, target=still, path="load", way=None))
         known = {**found.facts, **again.facts}
         history = found.history + again.history
         return replace(again, history=history, facts=known, critical=found.critical or again.critical)
@@ -120,7 +120,7 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop)
     points = holding.points_of(case, stations)
     rest = rod_at_rest(points, np.array(transverse(shape.axis)[1]))
     nodes = len(points)
-    fixed, target = holding.fixed(case, stations.tolist())
+    fixed, target, way = holding.fixed(case, stations.tolist())
     elastic = RodElastic(rest, chain(nodes), _stiffness(model, case))
     held = np.zeros((nodes, 6), dtype=bool)
     held.ravel()[fixed] = True
@@ -139,6 +139,7 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop)
         extent=shape.length,
         weights=np.tile([1.0, 1.0, 1.0, *[1.0 / shape.length] * 3], nodes),
         path=case.analysis.path,
+        way=way,
     )
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
     put, rho, section = disturbance_of(case), case.material.density, shape.section

@@ -95,6 +95,8 @@ class Beam6Dof(Model):
                 if cover == {"none"}
                 else "holds single components of an oblique beam"
                 if oblique
+                else "turns sections about an axis along which its components leave them free"
+                if support.thing.turns and _turns_free(case, support)
                 else ""
             )
             if reason:
@@ -164,6 +166,12 @@ class Beam6Dof(Model):
     def orders(self) -> dict[str, int]:
         """Two-node elements with one point are of second order (Simo and Vu-Quoc 1986)."""
         return {"segments": 2}
+
+
+def _turns_free(case: Case, support: Declared) -> bool:
+    from softmark.interpreter.models.beam.holding import turns_free
+
+    return turns_free(case, support)
 
 
 def _aligned(axis: tuple[float, ...]) -> bool:

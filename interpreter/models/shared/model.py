@@ -115,3 +115,7 @@ class Model:
                 yield diagnostic("E501", support.at(),
                                  f"`{declared.name}` cannot represent the support `{support.name}`",
                                  "not a support that it takes", MOST)  # fmt: skip
+        if any(support.thing.turns for support in case.supports):
+            from softmark.interpreter.models.shared import turning
+
+            yield from turning.refusals(self, declared, case)
