@@ -24,9 +24,9 @@ from softmark.interpreter.language.overrides import Override
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
-from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, reach
 from softmark.interpreter.problem.mirrors import plane_fault, pull_fault
+from softmark.interpreter.problem.theories import problem_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint
 from softmark.interpreter.vocabulary.probes import Nodes
@@ -247,7 +247,7 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if loose or any(_blamed(d, found) for d in (*case.supports, *case.loads)):
             continue
         try:
-            cantilever_of(reference, case)
+            problem_of(reference, case)
         except Fault as refused:
             yield refused.diagnostic
 
