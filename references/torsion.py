@@ -31,7 +31,7 @@ class TwistedCylinder:
         psi = mu/2 (I1 - 3), I1 - 3 = tau^2 r^2
         torque = mu tau pi R^4 / 2, thrust = mu tau^2 pi R^4 / 4, energy = mu tau^2 pi R^4 L / 4
 
-    with the side free of tractions. The thrust is what the ends press with: unheld, the cylinder grows longer (Poynting).
+    with the side free of tractions. The thrust is what the ends press with: free, the cylinder grows longer (Poynting).
     Raises Refused where the cylinder is not of that kind.
     """
 
@@ -93,9 +93,9 @@ class TwistedCylinder:
 class Torsion(Reference):
     """A cylinder of incompressible neo-Hookean rubber that is twisted by any angle: displacements, torque and thrust.
 
-    Every section turns in its plane by its share of the angle, and the ends carry a torque mu tau pi R^4 / 2 and a thrust
-    mu tau^2 pi R^4 / 4, tau the angle by the length; metrics `moment`, `force` and `strain_energy` are held against
-    them. It takes a solid cylinder with `poisson = 0.5` of `neo_hookean` or `neo_hookean_isochoric`, one end of which is
+    Every section turns in its plane by its share of the angle; the ends carry a torque mu tau pi R^4 / 2 and a thrust
+    mu tau^2 pi R^4 / 4, tau the angle by the length. Metrics `moment`, `force` and `strain_energy` may be held against
+    them. It takes a solid cylinder with `poisson = 0.5` of `neo_hookean` or `neo_hookean_isochoric`, one end of it
     `fixed` and the other `turned` about the cylinder's axis, both whole, and nothing else that holds or loads it.
     Source: Rivlin 1949, Large elastic deformations of isotropic materials VI, Phil. Trans. R. Soc. A 242, 173-195.
     """

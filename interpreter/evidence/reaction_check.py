@@ -35,7 +35,7 @@ def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]
         return {}, None
     carried = found.solution.carried()
     scale, allowed = _measures(carried, known, float(found.solution.facts.get("residual") or 0.0))
-    if scale == 0.0:
+    if scale == 0.0 or scale <= _noise(voucher, found):
         nothing = {"force": 0.0, "moment": 0.0, "allowed": 0.0, "apart": None, "reason": "nothing acts"}
         return {"reactions": nothing}, None
     force, moment = _relative(_total(carried, known), carried, scale)
@@ -55,6 +55,14 @@ def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]
     if reason is None and not apart * scale <= max(allowed, _unsure(found.case) * scale) + noise:
         reason = f"the reaction of a support is {apart:.1e} of the largest load away from what other formulas find"
     return {"reactions": facts | {"apart": apart}}, reason
+
+
+def _noise(voucher: Voucher, found: Found) -> float:
+    """What rounding leaves of reactions, N: all that there is where a body is moved as a whole."""
+    try:
+        return voucher.reactions(found)[1]
+    except Unchecked:
+        return 0.0
 
 
 def _unsure(case: Case) -> float:

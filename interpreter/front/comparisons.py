@@ -162,7 +162,7 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
     known = known_of(reference)
     if isinstance(metric.thing, OfForces) and reference.kind != "model" and not _knows_forces(reference):
         return _Refusal("against", f"`{word}` compares forces and energies, and `{name}` knows none", "no forces",
-                        "compare with a model of this scene, or with a theory that has them: `torsion(...)`")  # fmt: skip
+                        "compare with a model, or with a theory that has them: `torsion(...)`")  # fmt: skip
     if isinstance(metric.thing, CourseNorm) and reference.kind != "model":
         return _Refusal("against", f"`{word}` compares motions, and `{name}` knows none", "no history",
                         "compare with a model of this scene")  # fmt: skip

@@ -33,7 +33,7 @@ class Moment(OfForces):
     of: Annotated[str, "support", "the support"]
     along: Annotated[Vector3, "direction", "the axis, right-handed"]
     about: Annotated[Vector3 | None, "m", "a point of the axis; without it the middle of what is held"] = None
-    against: Annotated[str | None, "reference", "the model, or the theory, that is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "N*m"
 
     @property

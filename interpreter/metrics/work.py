@@ -27,7 +27,7 @@ class LoadWork(OfForces):
     """
 
     of: Annotated[str, "load", "the load"]
-    against: Annotated[str | None, "reference", "the model, or the theory, that is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "J"
 
     @property

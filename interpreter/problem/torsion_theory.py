@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, fault
@@ -41,15 +41,15 @@ def _cylinder(case: Case) -> TwistedCylinder:
     for load in case.loads:
         raise Refused(f"the load `{load.name}` acts as well", "leave loads out")
     held, turned = _ends(case)
-    axis = np.array(shape.axis)
-    far = np.array(shape.root) + shape.length * axis
-    root, axis = (np.array(shape.root), axis) if held == 0 else (far, -axis)
-    beside = np.cross(np.array(turned.through) - root, axis)
-    if np.linalg.norm(np.cross(turned.axis, axis)) > ALIGNED or np.linalg.norm(beside) > ALIGNED * shape.radius:
+    root, axis = shape.root, shape.axis
+    if held == 1:
+        root, axis = _beyond(root, axis, shape.length), _beyond((0.0, 0.0, 0.0), axis, -1.0)
+    away = _beyond(turned.through, root, -1.0)
+    if math.hypot(*_cross(turned.axis, axis)) > ALIGNED or math.hypot(*_cross(away, axis)) > ALIGNED * shape.radius:
         raise Refused("it is not turned about its own axis", "the axis and `through` are those of the cylinder")
-    angle = float(np.dot(turned.rotation, axis))
+    angle = sum(a * b for a, b in zip(turned.rotation, axis, strict=True))
     mu, nu = case.material.shear_modulus, case.material.poisson
-    return TwistedCylinder(shape.length, shape.radius, mu, nu, _vector(root), _vector(axis), angle)
+    return TwistedCylinder(shape.length, shape.radius, mu, nu, root, axis, angle)
 
 
 def _ends(case: Case) -> tuple[int, Turned]:
@@ -73,18 +73,22 @@ def _ends(case: Case) -> tuple[int, Turned]:
 
 def at_rest(case: Case, cylinder: TwistedCylinder) -> AtRest:
     """What the theory says of forces."""
-    axis, root = np.array(cylinder.axis), np.array(cylinder.root)
-    found = {}
+    found, none = {}, (0.0, 0.0, 0.0)
     for support in case.supports:
         turned = isinstance(support.thing, Turned)
-        at = root + cylinder.length * axis if turned else root
+        at = _beyond(cylinder.root, cylinder.axis, cylinder.length if turned else 0.0)
         sign = 1.0 if turned else -1.0
-        force, moment = -sign * cylinder.thrust * axis, sign * cylinder.torque * axis
-        total = moment + np.cross(at, force)
-        found[support.name] = Reaction(_vector(force), _vector(total), _vector(at), _vector(moment))
+        force = _beyond(none, cylinder.axis, -sign * cylinder.thrust)
+        moment = _beyond(none, cylinder.axis, sign * cylinder.torque)
+        found[support.name] = Reaction(force, _beyond(moment, _cross(at, force), 1.0), at, moment)
     return AtRest(found, {}, cylinder.energy)
 
 
-def _vector(v: np.ndarray) -> Vector:
-    x, y, z = (float(c) for c in v)
+def _beyond(at: Vector, way: Vector, far: float) -> Vector:
+    """at + far way."""
+    x, y, z = (a + far * w for a, w in zip(at, way, strict=True))
     return x, y, z
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

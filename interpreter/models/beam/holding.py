@@ -52,7 +52,9 @@ def _held(case: Case, stations: Sequence[float], share: float) -> Held:
                 held.impose(6 * node + c, moved, support, points[node], AXES[c])
             for turn in _body_axes(case.prism.axis, turns):
                 angle = share * float(axes[turn] @ np.array(support.thing.rotation))
-                held.impose(6 * node + 3 + turn, angle, support, points[node], AXES[int(np.abs(axes[turn]).argmax())], True)
+                held.impose(
+                    6 * node + 3 + turn, angle, support, points[node], AXES[int(np.abs(axes[turn]).argmax())], True
+                )
     return held
 
 
