@@ -10,7 +10,8 @@ How = Literal["solved", "measured", "refined", "scanned"]
 class Reference:
     """A reference, and by what it is known.
 
-    `solved`: `solve(cantilever)` gives a CentreLine; about torsion, `twisted(cylinder)` what that does. `measured`: `load()` gives a MeasuredSurface or MeasuredPoints.
+    `solved`: `solve(cantilever)` gives a CentreLine; about torsion, `twisted(cylinder)` what that does. `measured`:
+    `load()` gives a MeasuredSurface or MeasuredPoints.
     `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
     computes, which `load(points, triangles)` takes.
     """

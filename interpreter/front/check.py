@@ -25,7 +25,7 @@ from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, reach
-from softmark.interpreter.problem.mirrors import plane_fault, pull_fault
+from softmark.interpreter.problem.mirrors import plane_fault, point_doubt, pull_fault
 from softmark.interpreter.problem.theories import problem_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint
@@ -112,6 +112,8 @@ def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             for load in scene.acting("load", body.name):
                 if (fault := pull_fault(support, load)) is not None:
                     yield fault
+                if (doubt := point_doubt(support, load, body.thing.shape.bounds)) is not None:
+                    yield doubt
 
 
 def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
