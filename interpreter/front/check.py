@@ -28,7 +28,7 @@ from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, re
 from softmark.interpreter.problem.mirrors import plane_fault, point_doubt, pull_fault
 from softmark.interpreter.problem.theories import problem_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint
+from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
 from softmark.interpreter.vocabulary.probes import Nodes
 from softmark.interpreter.vocabulary.supports import Symmetric
 
@@ -140,7 +140,8 @@ def _points(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
     """The fields that give points, and those that decide for all: in a convex body, the ends of a line."""
     if declared.kind == "load":
         action = declared.thing.action
-        return [("at", action.at)] if isinstance(action, AtPoint) else []
+        line = [("from", action.begin), ("to", action.end)] if isinstance(action, PerLength) else []
+        return [("at", action.at)] if isinstance(action, AtPoint) else line
     stations, ends = declared.thing.stations or (), declared.thing.ends
     if ends is None:
         return [("at", point) for point in stations]

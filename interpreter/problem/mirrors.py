@@ -89,6 +89,22 @@ def must_not_load_plane(case: Case, load: Declared, X: Floats, points: Floats) -
                                    "select the outer surface alone, without the plane"))  # fmt: skip
 
 
+def must_not_turn_half(case: Case, load: Declared, X: Floats, points: Floats) -> None:
+    """No facet with nodes X (f, k, 3) that a moment acts on meets a plane of symmetry of a body with points (m, 3).
+
+    The half of a face that goes on beyond the plane has a force, and no moment about its own middle. Raises Fault.
+    """
+    for support in case.supports:
+        if not isinstance(support.thing, Symmetric) or support.thing.normal is None:
+            continue
+        axis, place = support.thing.normal
+        if bool((abs(X[..., axis] - place) <= _near(points)).any()):
+            raise Fault(diagnostic("E582", load.at("where"),
+                                   f"`{load.name}` turns a face that the plane of symmetry `{support.name}` halves",
+                                   "half of a face has another moment",
+                                   "model the whole body, or turn a face that ends before the plane"))  # fmt: skip
+
+
 def must_lie_in_plane(case: Case, support: Declared, X: Floats, points: Floats) -> None:
     """Points X (n, 3) that a support of symmetry selects lie in its plane, and all points (m, 3) on one side of it.
 

@@ -10,7 +10,7 @@ from typing import Any
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.bodies import Solid
 from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth
-from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
+from softmark.interpreter.vocabulary.loads import Gravity, LineLoad, PointForce, Pressure, Torque, Traction
 from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published import Column
 from softmark.interpreter.vocabulary.regions import BodyPart
@@ -38,6 +38,8 @@ LOADS: dict[str, type[Any]] = {
     "traction": Traction,
     "pressure": Pressure,
     "point_force": PointForce,
+    "torque": Torque,
+    "line_load": LineLoad,
 }
 
 ANALYSES: dict[str, type[Any]] = {

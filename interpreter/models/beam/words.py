@@ -12,7 +12,7 @@ from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.stretches import borders, coverage, coverages, inside
 from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism
 
@@ -28,10 +28,12 @@ class Beam6Dof(Model):
     Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, rotations
     are not limited. Two-node elements with one integration point, second order, independent of the path.
     Shear and axial flexibility are on unless they are switched off. Needs a cylinder, a tube or a box that is
-    slender; supports must take whole cross-sections.
+    slender; supports must take whole cross-sections. A torque on an end face is the moment on that section, of fixed
+    direction; a force at a point beside the axis acts on an arm that turns with its section, at which a node is put.
     Source: Simo (1985); Simo and Vu-Quoc (1986); Crisfield and Jelenic (1999).
     """
 
+    loads = (PerMass, PerArea, AtPoint, Turning, PerLength)
     moves = False
     recovers = True
     finely = ("segments",)
@@ -64,18 +66,27 @@ class Beam6Dof(Model):
     def _loads(self, declared: Declared, case: Case) -> list[Diagnostic]:
         found = []
         for load in case.loads:
-            reason = _unfit(load, case)
+            reason = _unfit(load, case) or self._between(load, case)
             if reason and isinstance(load.thing.action, self.loads):
                 found.append(
                     diagnostic(
                         "E501",
-                        load.at("at" if isinstance(load.thing.action, AtPoint) else "where"),
+                        load.at(_PLACE.get(type(load.thing.action), "where")),
                         f"`{declared.name}` cannot represent the load `{load.name}`",
                         reason,
-                        "beams take gravity, traction on an end face, forces on the axis; `fem(...)` takes all",
+                        "beams take gravity, traction and torques on an end face, forces and line loads on the axis",
                     )
                 )
         return found
+
+    def _between(self, load: Declared, case: Case) -> str:
+        """Why an eccentric force cannot have a node, or nothing."""
+        action = load.thing.action
+        if not isinstance(action, AtPoint) or station(case, action.at) is not None:
+            return ""
+        place, slack = beside(case, action.at), 1e-6 * case.prism.length
+        near = any(abs(s - place) <= slack for s in self.stations(case))
+        return "" if near else "beside the axis where no node can be put: use more segments"
 
     def _supports(self, declared: Declared, case: Case) -> list[Diagnostic]:
         found = []
@@ -140,10 +151,11 @@ class Beam6Dof(Model):
         ]
 
     def stations(self, case: Case) -> list[float]:
-        """Nodes along the axis, m from the root: equally spaced, the nearest moved to each end of a support."""
+        """Nodes along the axis, m from the root: equally spaced, the nearest moved to ends of supports and to arms."""
         found = [case.prism.length * i / self.segments for i in range(self.segments + 1)]
         inner = set(range(1, self.segments))  # that may move
-        for border in sorted({b for support in case.supports for b in borders(support.thing.where, case.prism)}):
+        places = {b for support in case.supports for b in borders(support.thing.where, case.prism)}
+        for border in sorted(places | _arms(case)):
             if inner and not any(abs(s - border) <= 1e-6 * case.prism.length for s in found):
                 nearest = min(inner, key=lambda i: abs(found[i] - border))
                 found[nearest] = border
@@ -174,6 +186,9 @@ def _turns_free(case: Case, support: Declared) -> bool:
     return turns_free(case, support)
 
 
+_PLACE: dict[type, str] = {AtPoint: "at", PerLength: "from"}  # the field that says where a load acts
+
+
 def _aligned(axis: tuple[float, ...]) -> bool:
     return max(abs(a) for a in axis) > 1 - 1e-12
 
@@ -184,13 +199,31 @@ def _unfit(load: Declared, case: Case) -> str:
         case PerMass():
             return ""
         case AtPoint(at=at):
-            return "" if station(case, at) is not None else "not on the axis of the beam"
-        case PerArea(where=where):
+            return "" if station(case, at) is not None or beside(case, at) is not None else "not in the beam"
+        case PerLength(begin=begin, end=end):
+            on = station(case, begin) is not None and station(case, end) is not None
+            return "" if on else "not along the axis of the beam"
+        case PerArea(where=where) | Turning(where=where):
             length = case.prism.length
             ends = [coverage(where, case.prism, s) for s in (0.0, length)]
             between = {cover for _, cover in inside(where, case.prism)}
             return "" if sorted(ends) == ["all", "none"] and between == {"none"} else "not on one whole end face"
     return "not a load of beam theory"
+
+
+def _arms(case: Case) -> set[float]:
+    """Where eccentric forces act, m from the root."""
+    points = (load.thing.action.at for load in case.loads if isinstance(load.thing.action, AtPoint))
+    places = (beside(case, at) for at in points if station(case, at) is None)
+    return {s for s in places if s is not None}
+
+
+def beside(case: Case, point: tuple[float, float, float]) -> float | None:
+    """Distance from the root along the axis of the section that a point lies in, or None beyond the ends."""
+    shape = case.prism
+    s = float(sum((p - r) * a for p, r, a in zip(point, shape.root, shape.axis, strict=True)))
+    slack = 1e-9 * shape.length
+    return min(max(s, 0.0), shape.length) if -slack <= s <= shape.length + slack else None
 
 
 def station(case: Case, point: tuple[float, float, float]) -> float | None:
