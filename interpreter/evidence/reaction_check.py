@@ -67,7 +67,11 @@ def _noise(voucher: Voucher, found: Found) -> float:
 
 def _unsure(case: Case) -> float:
     """How much of the loads, relative, was perhaps not found again: near the borders of what is loaded."""
-    return MOST_UNSURE if any(isinstance(load.thing.action, PerArea | Follower | Turning) for load in case.loads) else EXACT
+    return (
+        MOST_UNSURE
+        if any(isinstance(load.thing.action, PerArea | Follower | Turning) for load in case.loads)
+        else EXACT
+    )
 
 
 def _total(carried: Carried, known: Mapping[str, Reaction]) -> Wrench:

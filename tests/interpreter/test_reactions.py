@@ -207,12 +207,15 @@ def test_a_moment_is_about_the_middle_of_what_is_held_in_every_model() -> None:
 
     Stiff, so that nothing moves: to 1e-6 of the length. Faces alone: `x <= 0 mm` holds no cell.
     """
-    text = BEAM.replace("60 kPa", "60 GPa").replace("x <= 0 mm", "x <= 25 mm") + """
+    text = (
+        BEAM.replace("60 kPa", "60 GPa").replace("x <= 0 mm", "x <= 25 mm")
+        + """
 model hexes = fem(hex8, strain = corotational, size = 10 mm)
 model tets  = fem(tet10, strain = small, size = 10 mm)
 model rod   = beam6dof(segments = 7)
 metric root = moment(wall, along = -y)
 """
+    )
     report = softmark.loads(text).run()
     found = {name: reactions(report, name)["wall"]["at"] for name in report.models}
     for name, at in found.items():

@@ -173,7 +173,7 @@ def _looked_at(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
     rod, arm = rod_of(found)
     inside, by = rod.forces()
     outside, fixed = np.zeros_like(inside), beam.held()
-    outside[:] = beam.loads(rod)
+    outside[:] = beam.loads(rod) * _per_length(found)
     scale = _per_length(found)
     inside, by = inside * scale, by * scale[:, None, None]
     if rod.rigid:

@@ -201,6 +201,8 @@ def _unfit(load: Declared, case: Case) -> str:
         case AtPoint(at=at):
             return "" if station(case, at) is not None or beside(case, at) is not None else "not in the beam"
         case PerLength(begin=begin, end=end):
+            if begin == end:
+                return "a line without a length"
             on = station(case, begin) is not None and station(case, end) is not None
             return "" if on else "not along the axis of the beam"
         case PerArea(where=where) | Turning(where=where):
