@@ -24,8 +24,8 @@ class Moment(OfForces):
 
     Forces act where their points came to lie; in a model of small strain where they were. Without `about` the point is
     the middle of what is held, there where it came to lie: of its volume, or where no cell is held whole, of its area
-    on the surface; of a beam, of the length of its axis. It is `at` of the reaction in the report. Found again and balanced as forces are. Against another model it is the difference relative to the size of
-    that model's moment.
+    on the surface; of a beam, of the length of its axis. It is `at` of the reaction in the report. Found again and
+    balanced as forces are. Against another model it is the difference relative to the size of that model's moment.
 
     Beside its value a report has size_Nm, that of the moment whatever its direction.
     """

@@ -21,9 +21,10 @@ else:
 class LoadWork(OfForces):
     """Work of a load at full size along the displacements that the body comes to: f . u, the potential that it loses.
 
-    Of a load that is put on slowly a linear solid stores half. A pressure that follows the surface, or a moment
-    that stays in space, has none that the state alone would tell, and no value; in a model of small strain it has. Gravity acts on every body, and
-    each model tells that of its own. Against another model it is the difference relative to that model's.
+    Of a load that is put on slowly a linear solid stores half. A pressure that follows the surface, or a moment that
+    stays in space, has none that the state alone would tell, and no value; in a model of small strain it has. Gravity
+    acts on every body, and each model tells that of its own. Against another model it is the difference relative to
+    that model's.
     """
 
     of: Annotated[str, "load", "the load"]

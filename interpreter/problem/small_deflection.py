@@ -12,7 +12,8 @@ from softmark.solvers.mesh.shape import Prism
 def bending_angle(case: Case) -> float | None:
     """Slope (rad) at the free end of a straight beam by small-deflection theory, or None where it is none.
 
-    w L^3 / (6 EI) under a distributed, P L^2 / (2 EI) under an end force, M L / EI under an end moment; Timoshenko (1955).
+    w L^3 / (6 EI) under a distributed, P L^2 / (2 EI) under an end force, M L / EI under an end moment
+    (Timoshenko 1955).
     """
     shape = case.shape
     if not isinstance(shape, Prism) or case.parts:

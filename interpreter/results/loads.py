@@ -14,9 +14,10 @@ Vector = tuple[float, float, float]
 class Resultant(Plain):
     """Force in N and moment about the origin in N m of one load at full size, undeformed, and the area in m^2.
 
-    `exact_force` is that on the body itself, None where the body is a mesh of a file, `exact_moment` of a load that says
-    where all of it acts; what acts along a line has its `length`, m. `share` is what was taken of what was asked. Of the area, `remainder` may belong to the selection or not, and `leaning` is selected because a facet
-    stands for a curved surface that no file holds (see `deviation`).
+    `exact_force` is that on the body itself, None where the body is a mesh of a file, `exact_moment` of a load that
+    says where all of it acts; what acts along a line has its `length`, m. `share` is what was taken of what was asked.
+    Of the area, `remainder` may belong to the selection or not, and `leaning` is selected because a facet stands for a
+    curved surface that no file holds (see `deviation`).
     """
 
     SELDOM: ClassVar[tuple[str, ...]] = ("exact_moment", "length")

@@ -187,11 +187,12 @@ class PointForce(Load):
 class Torque(Load):
     """A moment on a part of the surface, without a force, that keeps its size and its direction in space.
 
-    On a solid it is a traction around the middle of the part, t = c x (x - middle) per undeformed area, x where the part
-    is now; c is such that its moment is exactly the one that is given, however the part turns and deforms, and its force
-    nothing. A model of small strain takes the undeformed part. On a beam it is the moment on a whole end section, which
-    Simo-Reissner theory has as its boundary condition. Such a moment has no energy under turns about several axes, so
-    that the tangent is not symmetric (Argyris, Dunne and Scharpf 1978). The report says what it comes to, with the area.
+    On a solid it is a traction around the middle of the part, t = c x (x - middle) per undeformed area, x where the
+    part is now; c is such that its moment is exactly the one that is given, however the part turns and deforms, and
+    its force nothing. A model of small strain takes the undeformed part. On a beam it is the moment on a whole end
+    section, which Simo-Reissner theory has as its boundary condition. Such a moment has no energy under turns about
+    several axes, so that the tangent is not symmetric (Argyris, Dunne and Scharpf 1978). The report says what it comes
+    to, with the area.
     """
 
     strength = "moment"

@@ -203,7 +203,7 @@ metric up = force(post, along = +z)
 
 
 def test_a_moment_is_about_the_middle_of_what_is_held_in_every_model() -> None:
-    """Of a block that is held from 0 to 25 mm the middle is at 12.5 mm, and so is that of a beam whose nodes lie unevenly.
+    """Of a block that is held from 0 to 25 mm the middle is at 12.5 mm, and of a beam whose nodes lie unevenly.
 
     Stiff, so that nothing moves: to 1e-6 of the length. Faces alone: `x <= 0 mm` holds no cell.
     """

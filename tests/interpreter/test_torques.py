@@ -132,7 +132,7 @@ model rod = beam6dof(segments = 7)
     ],
 )
 def test_a_torque_on_a_solid_stays_what_it_is(shape: str, where: str) -> None:
-    """On a face and on a part of one, of elements with straight and curved facets: its moment at the root, and no force.
+    """On a face and on a part of one, straight and curved facets: its moment at the root, and no force.
 
     To 1e-8, where the part turns by more than 20 degrees; forces and reactions are found again point by point.
     """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.energies.face_moment import FaceMoment
+from softmark.solvers.energies.loads import FaceMoment
 from softmark.solvers.energies.rod import RodElastic
 from softmark.solvers.energies.rod_loads import RodArms, RodMoments
 from softmark.solvers.energies.rod_rotation import rotation
@@ -117,7 +118,7 @@ def test_an_end_moment_in_three_dimensions_is_that_of_an_initial_value_problem()
         node = found.x.reshape(-1, 7)[-1]
         errors.append([np.linalg.norm(node[:3] - x), np.linalg.norm(rotation(node[None, 3:])[0] - R)])
         last = [i.residual for i in found.history if i.residual < 0.1]
-        assert all(b <= 3.0 * a**2 + 1e-8 for a, b in zip(last, last[1:], strict=False)), last
+        assert all(b <= 3.0 * a**2 + 1e-8 for a, b in pairwise(last)), last
         assert len(found.history) < 12
     ratio = np.array(errors[0]) / errors[1]
     assert (ratio > 3.5).all()
@@ -130,7 +131,7 @@ def face(rng: np.random.Generator) -> tuple[FaceMoment, Floats]:
     A = rng.standard_normal((6, 6))
     energy = FaceMoment(
         rng.standard_normal((8, 3)), np.array([0, 2, 3, 5, 6, 7]), A @ A.T + np.eye(6), np.array([1.0, -2.0, 0.5])
-    )  # noqa: E501
+    )
     return energy, rng.standard_normal(24)
 
 

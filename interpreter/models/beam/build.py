@@ -180,7 +180,7 @@ def _load(case: Case, load: Declared, rest: Floats, stations: Floats) -> Energy:
             node = 0 if coverage(where, case.prism, 0.0) == "all" else len(stations) - 1
             return RodMoments(np.array([node]), np.array([moment]))
         case AtPoint(at=at, force=force) if station(case, at) is None:
-            node = int(np.abs(stations - beside(case, at)).argmin())
+            node = int(np.abs(stations - (beside(case, at) or 0.0)).argmin())
             x = rest.reshape(-1, 7)[node]
             arm = (np.array(at) - x[:3]) @ rotation(x[None, 3:])[0]
             return RodArms(rest, np.array([node]), arm[None], np.array([force]))

@@ -16,8 +16,7 @@ from softmark.interpreter.problem.mirrors import must_not_load_plane, must_not_t
 from softmark.interpreter.problem.parts.surface import Loaded, loaded
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass, Turning, Vector3
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.face_moment import FaceMoment
-from softmark.solvers.energies.loads import DeadForces, FollowerPressure
+from softmark.solvers.energies.loads import DeadForces, FaceMoment, FollowerPressure
 from softmark.solvers.mesh.interpolation import Integration, locate
 from softmark.solvers.mesh.mesh import Mesh
 
