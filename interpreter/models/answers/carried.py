@@ -137,7 +137,7 @@ def holders(case: Case, mesh: Mesh | None, thing: Any) -> list[Holder]:
 
     stations = np.array(thing.stations(case))
     found = held_by(case, stations.tolist())
-    return [Holder(name, mask, _along(stations, mask[:, :3].any(axis=1))) for name, mask in found.items()]
+    return [Holder(name, mask, _along(stations, np.asarray(mask[:, :3].any(axis=1)))) for name, mask in found.items()]
 
 
 def _along(stations: Floats, nodes: Bools) -> Floats:

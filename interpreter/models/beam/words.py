@@ -84,7 +84,7 @@ class Beam6Dof(Model):
         action = load.thing.action
         if not isinstance(action, AtPoint) or station(case, action.at) is not None:
             return ""
-        place, slack = beside(case, action.at), 1e-6 * case.prism.length
+        place, slack = beside(case, action.at) or 0.0, 1e-6 * case.prism.length
         near = any(abs(s - place) <= slack for s in self.stations(case))
         return "" if near else "beside the axis where no node can be put: use more segments"
 
