@@ -2,7 +2,9 @@
 
 Where a face that is held ends at one that is free, displacements grow like r^a with a < 1, by Poisson's ratio, and
 stresses without limit (Williams 1952, "Stress singularities resulting from various boundary conditions in angular
-corners of plates in extension"). Faces that only slide along a plane, as those of symmetry, end there without that.
+corners of plates in extension"). Faces that only slide along a plane, as those of symmetry, end in a right angle
+without that; where the free face goes on flat, as beside a punch without friction, stresses grow with r^(-1/2)
+(Sadowsky 1928, ZAMM 8).
 """
 
 from __future__ import annotations
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+ALONG = 0.99  # squared cosine: a facet's normal is among the directions in which it is held
+FLAT = 0.17  # cosine of 80 degrees: faces that enclose 100 degrees and more, of which a right angle is none
 UNSETTLED = 0.25  # relative: what refinement may change by more than that may have no limit
 
 
@@ -60,21 +64,55 @@ def _edge(mesh: Mesh) -> float:
 
 def _places(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
     """Points (n, 3) of the mesh where stress has no limit, with words for each kind."""
-    rim = _rim(case, mesh) if case.material.poisson != 0.0 else np.zeros(0, dtype=np.int64)
-    if len(rim):
-        whole = [s for s in case.supports if len(s.thing.components) == 3]
-        names = ", ".join(f"`{s.name}`" for s in whole or case.supports)
-        yield f"the edge of what {names} holds", mesh.points[rim]
+    held = _held(case, mesh)
+    of_facets = np.all(held[mesh.facets], axis=1)  # (f, 3)
+    free = ~np.any(of_facets, axis=1)
+    rim = _rim(mesh, np.all(of_facets, axis=1), free)
+    if len(rim) and case.material.poisson != 0.0:
+        yield _edge_of(case, mesh, rim, whole=True), mesh.points[rim]
+    punched = _punched(mesh, of_facets, free)
+    if len(punched):
+        yield _edge_of(case, mesh, punched, whole=False), mesh.points[punched]
     for load in case.loads:
         if isinstance(load.thing.action, AtPoint):
             yield f"the point that `{load.name}` acts at", np.array([load.thing.action.at])
 
 
-def _rim(case: Case, mesh: Mesh) -> NDArray[np.int64]:
-    """Nodes between facets that are held in every direction and facets that are held in none."""
+def _edge_of(case: Case, mesh: Mesh, rim: NDArray[np.int64], whole: bool) -> str:
+    """Words for the edge of the supports there that hold every direction, or of those that let slide; else of all."""
+    there = [s for s in case.supports if grip(s.thing.where, mesh).nodes[rim].any()]
+    some = [s for s in there if (len(s.thing.components) == 3) == whole]
+    names = ", ".join(f"`{s.name}`" for s in some or there)
+    return f"the edge of what {names} holds"
+
+
+def _held(case: Case, mesh: Mesh) -> NDArray[np.bool_]:
+    """Which nodes are held in which direction (nodes, 3)."""
     held = np.zeros((len(mesh.points), 3), dtype=np.bool_)
     for support in case.supports:
         held[np.ix_(grip(support.thing.where, mesh).nodes, support.thing.components)] = True
-    of_facets = np.all(held[mesh.facets], axis=1)  # (f, 3)
-    fixed, free = mesh.facets[np.all(of_facets, axis=1)], mesh.facets[~np.any(of_facets, axis=1)]
-    return np.intersect1d(fixed, free).astype(np.int64)
+    return held
+
+
+def _rim(mesh: Mesh, some: NDArray[np.bool_], others: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Nodes between facets of one kind and of another, each (f,)."""
+    return np.intersect1d(mesh.facets[some], mesh.facets[others]).astype(np.int64)
+
+
+def _punched(mesh: Mesh, of_facets: NDArray[np.bool_], free: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Nodes where facets that are held along their normal alone go on, within FLAT, as facets that are free."""
+    slide = ~free & ~np.all(of_facets, axis=1)
+    rim = _rim(mesh, slide, free)
+    if not len(rim):
+        return rim
+    corners = mesh.points[mesh.facets[:, : mesh.element.facet.corners]]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    slide &= (normals**2 * of_facets).sum(axis=1) > ALONG
+
+    def flat(node: int) -> bool:
+        around = np.any(mesh.facets == node, axis=1)
+        turns = normals[around & slide] @ normals[around & free].T
+        return bool(np.any(turns > FLAT))
+
+    return rim[[flat(int(node)) for node in rim]]

@@ -47,14 +47,15 @@ def _said(metric: Declared, view: View, prepared: Prepared) -> Iterator[Diagnost
         details = measured_by(metric.thing, seen_of(metric.thing, view, {})).details
     except Undefined:
         return
-    apart = details["cells_apart_Pa"] / max(details["norm_Pa"], details["usual_stress_Pa"])
+    apart = details["cells_apart_1"]
     if not apart > APART:
         return
     place = units.show_all(details["at_m"], units.LENGTH)
     yield diagnostic(
         "W387",
         metric.at(),
-        f"the cells of `{view.name}` differ by {100 * apart:.0f} % in the stress at {place}, where `{metric.name}` is",
+        f"the cells of `{view.name}` differ by {100 * apart:.0f} % in the {metric.thing.made_of} at {place}, "
+        f"where `{metric.name}` is",
         "not resolved there",
         "refine there; in a corner that turns inward stress has no limit, and `--stated` says whether it settles",
     )

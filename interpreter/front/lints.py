@@ -14,9 +14,11 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Location, Scene
+from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.plan.plan import asked_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import PerMass
+from softmark.interpreter.vocabulary.supports import Symmetric
 
 LIGHTEST, HEAVIEST = 10.0, 30_000.0  # kg/m^3: a light foam, and more than osmium
 SOFTEST, STIFFEST = 10.0, 2e12  # Pa: a gel that flows out of its mould, and more than diamond
@@ -111,6 +113,18 @@ def _courses(scene: Scene) -> Iterator[Diagnostic]:
                              " the motion")  # fmt: skip
 
 
+def _mirrored(scene: Scene) -> Iterator[Diagnostic]:
+    """Of a half, only modes that are symmetric can be found; another may be the slowest."""
+    mirrors = [s for s in scene.of_kind("support").values() if isinstance(s.thing, Symmetric)]
+    for metric in scene.of_kind("metric").values():
+        own = [s.name for s in mirrors if isinstance(metric.thing, Frequency) and s.thing.body == metric.thing.body]
+        if own:
+            yield diagnostic("W383", metric.at(),
+                             f"`{metric.name}` knows only modes that are symmetric about the plane of `{own[0]}`",
+                             "others may be slower",
+                             "model the whole body, as the half has no others")  # fmt: skip
+
+
 def idle(scene: Scene) -> Iterator[Diagnostic]:
     """Models that nothing asks about."""
     asked = asked_of(scene)
@@ -136,4 +150,5 @@ def unused(scene: Scene) -> Iterator[Diagnostic]:
 
 LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (
     _densities, _stiffnesses, _gravities, _registered, _courses, _settled,
+    _mirrored,
 )  # fmt: skip

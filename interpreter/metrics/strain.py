@@ -23,7 +23,7 @@ class Strain(OfTensors):
     stress is, with the same orders (see `stress`), and what is said there of edges and corners holds as well.
 
     Beside its value a report has largest_1, least_1, at_m, points, norm_Pa, cells_apart_Pa and usual_stress_Pa, as
-    `stress` does.
+    `stress` does, and cells_apart_1, the share by which strains of the cells differ there.
     """
 
     probe: Annotated[str, "probe", "where it is looked at"]

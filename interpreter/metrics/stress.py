@@ -9,7 +9,7 @@ from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.metrics.measurement import Floats
-    from softmark.solvers.stresses.field import Stresses
+    from softmark.solvers.stresses.field import Part, Stresses
     from softmark.solvers.stresses.measures import Tensors
 
 AXES = ("xx", "yy", "zz", "xy", "yz", "zx")  # what a nominal stress, which is not symmetric, has
@@ -34,7 +34,9 @@ class Stress(OfTensors):
 
     Beside its value a report has largest_Pa and least_Pa over the points, where the greatest magnitude lies (at_m), the
     number of points, norm_Pa of the tensor at that place, cells_apart_Pa, by how much stresses of the cells around it
-    differ from what is recovered in the mean square, and usual_stress_Pa, the root mean square of stress in the body.
+    differ from what is recovered in the mean square, usual_stress_Pa, the root mean square of stress in the body, and
+    cells_apart_1, the share by which they differ in what the number is made of: of von Mises' stress and of shear the
+    deviator, which a pressure would hide.
     """
 
     probe: Annotated[str, "probe", "where it is looked at"]
@@ -48,6 +50,11 @@ class Stress(OfTensors):
     over: Annotated[Over, "which of the values at the points"] = "largest"
     unit: ClassVar[str] = "Pa"
     uncertain: ClassVar[bool] = False
+
+    @property
+    def made_of(self) -> Part:
+        """No pressure stands in von Mises' stress, nor in shear across the axes."""
+        return "stress deviator" if self.component in ("von_mises", "xy", "yz", "zx") else "stress"
 
     def values(self, tensors: Tensors) -> Floats:
         """(n,), Pa."""

@@ -22,7 +22,7 @@ class Stretch(OfTensors):
     `stress`). The `largest` is the greatest of the values.
 
     Beside its value a report has largest_1, least_1, at_m, points, norm_Pa, cells_apart_Pa and usual_stress_Pa, as
-    `stress` does.
+    `stress` does, and cells_apart_1, the share by which strains of the cells differ there.
     """
 
     probe: Annotated[str, "probe", "where it is looked at"]

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.measurement import Floats, Seen
-    from softmark.solvers.stresses.field import Stresses
+    from softmark.solvers.stresses.field import Part, Stresses
     from softmark.solvers.stresses.measures import Tensors
 else:
     from softmark.solvers.base.deferred import np
@@ -27,6 +27,11 @@ class OfTensors(Metric):
 
     probe: str
     over: Over
+
+    @property
+    def made_of(self) -> Part:
+        """What cells must agree on for this number to be resolved."""
+        return "strain"
 
     def values(self, tensors: Tensors) -> Floats:
         """The number of each tensor (n,), in the metric's unit."""
@@ -69,6 +74,7 @@ class OfTensors(Metric):
             "points": len(values),
             "norm_Pa": float(np.linalg.norm(tensors.cauchy[place])),
             "cells_apart_Pa": float(field.unresolved(at)[0]),
+            "cells_apart_1": float(field.disagreement(at, self.made_of)[0]),
             "usual_stress_Pa": field.usual[0],
         }
         return Measurement(value, details, samples=values if len(values) > 1 else None)

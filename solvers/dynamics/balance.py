@@ -8,6 +8,8 @@ grow: a gain is an error of the integrator, whose step is too long for what happ
 
 from __future__ import annotations
 
+from collections import deque
+
 from softmark.records import dataclass
 
 GAIN = 0.5  # of the energy that start, loads and supports have brought: a motion that keeps more has diverged
@@ -45,7 +47,9 @@ class Account:
     def __init__(self) -> None:
         self.first = self.scale = 0.0
         self.lowest = self.gain = self.loss = self.drift = 0.0
+        self.excess = 0.0  # of the energy itself over all that start, loads and supports brought, J
         self.time, self.over = 0.0, 0  # over: for how many steps the gain is beyond GAIN
+        self.recent: deque[float] = deque([0.0], maxlen=PATIENCE + 1)  # the largest gain after each of the last steps
         self.started = self.record = False
 
     def add(self, time: float, energies: dict[str, float], noise: float = 0.0, swing: float = 0.0) -> None:
@@ -63,12 +67,27 @@ class Account:
         self.record = B - self.lowest > self.gain
         if self.record:
             self.gain, self.time = B - self.lowest, time
+        self.recent.append(self.gain)
+        self.excess = energies["kinetic"] + energies["strain"] - brought
         self.over = self.over + 1 if B - self.lowest > (GAIN + swing) * self.scale else 0
 
     @property
     def diverged(self) -> bool:
-        """Whether the gain has been beyond GAIN for PATIENCE steps, and is larger than ever."""
-        return self.over >= PATIENCE and self.record
+        """Whether the gain has been beyond GAIN for PATIENCE steps, and is larger than ever and does not settle."""
+        return self.over >= PATIENCE and self.record and not self.settles
+
+    @property
+    def settles(self) -> bool:
+        """Whether the gain is one of damping in the past, that ends: each half of PATIENCE steps adds less than before.
+
+        Where damping is strong and a load jumps, generalized_alpha swings about the way for some steps, and the work
+        of damping along that way counts as energy from nowhere, though the body never had it. What the body has now
+        is less than it was brought, and the swings die out: a doubt (`gained`), no divergence.
+        """
+        if self.excess > GAIN * self.scale or len(self.recent) <= PATIENCE:
+            return False
+        first, middle, last = self.recent[0], self.recent[PATIENCE // 2], self.recent[-1]
+        return last - middle < max(0.5 * (middle - first), SAID * self.scale)
 
     @property
     def balance(self) -> EnergyBalance:

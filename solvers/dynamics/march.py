@@ -72,7 +72,7 @@ class _March:
         past, ticks = Past(start), self.ticks
         for number in range(math.ceil(self.duration / self.step - 1e-9)):
             past, entry, ticks = self._whole_step(number, past, entry, ticks)
-        if self.account.over:
+        if self.account.over and not self.account.settles:
             raise self._diverged(past.now.time)
         return self._trajectory(complete=True)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -13,6 +14,22 @@ from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.stresses.measures import Tensors, von_mises
 from softmark.solvers.stresses.patches import Recovered
 from softmark.solvers.stresses.sampled import SYMMETRIC, NoStress, State
+
+Part = Literal["stress", "stress deviator", "strain"]
+TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # by SYMMETRIC: how often a component stands in a tensor
+ROUNDED = 1e-6  # of the usual stress: deviators below are those of an even pressure, to what solvers leave
+TINY = float(np.finfo(np.float64).tiny)
+
+
+def _norm(six: Floats) -> Floats:
+    """Of tensors (n, 6) by SYMMETRIC: (n,)."""
+    norm: Floats = np.sqrt((TWICE * six**2).sum(axis=1))
+    return norm
+
+
+def _share(left: Floats, size: Floats) -> Floats:
+    share: Floats = _norm(left) / np.maximum(size, TINY)
+    return share
 
 
 @dataclass(frozen=True)
@@ -25,7 +42,7 @@ class Stresses:
     def _recovered(self) -> Recovered:
         def sample(rule: Rule) -> tuple[Floats, Floats]:
             X, six, H = self.state.sampled(rule)
-            return X, np.concatenate([six, H], axis=2)
+            return X, np.concatenate([six, H, six[..., :3].sum(axis=2, keepdims=True), self._green(H)], axis=2)
 
         return Recovered(self.state.mesh, sample)
 
@@ -38,13 +55,32 @@ class Stresses:
         return self._tensors(self._recovered.everywhere())
 
     def _tensors(self, values: Floats) -> Tensors:
-        return Tensors(values[:, :6], values[:, 6:], self.state.strain == "small")
+        return Tensors(values[:, :6], values[:, 6:15], self.state.strain == "small")
+
+    def _green(self, H: Floats) -> Floats:
+        """Green's strain of gradients (m, q, 9) by SYMMETRIC (m, q, 6)."""
+        E = Tensors(np.zeros(0), H.reshape(-1, 9), self.state.strain == "small").strain("green")
+        return np.stack([E[:, i, j] for i, j in SYMMETRIC], axis=1).reshape(*H.shape[:2], 6)
 
     def unresolved(self, X: Floats) -> Floats:
         """By how much stresses of the cells around X (n, 3) differ from what is recovered of them (n,), Pa."""
-        weights = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
-        left: Floats = np.sqrt((weights * self._recovered.left(X)[:, :6] ** 2).sum(axis=1))
-        return left
+        return _norm(self._recovered.left(X)[:, :6])
+
+    def disagreement(self, X: Floats, of: Part) -> Floats:
+        """By what share cells around X (n, 3) differ (n,): of the tensor there, or of what is usual where that is more.
+
+        `of` the stress, of its deviator, which a pressure would hide, or of the strain. Of the deviator, mean squares
+        of differences follow from those of the stress and of its trace: |s|^2 = |sigma|^2 - (tr sigma)^2 / 3.
+        """
+        values, left = self._recovered.at(X), self._recovered.left(X)
+        if of == "strain":
+            return _share(left[:, 16:], np.maximum(_norm(values[:, 16:]), self.usual[1]))
+        if of == "stress":
+            return _share(left[:, :6], np.maximum(_norm(values[:, :6]), self.usual[0]))
+        apart = np.sqrt(np.maximum(_norm(left[:, :6]) ** 2 - left[:, 15] ** 2 / 3.0, 0.0))
+        size = np.sqrt(np.maximum(_norm(values[:, :6]) ** 2 - values[:, 15] ** 2 / 3.0, 0.0))
+        found: Floats = apart / np.maximum(np.maximum(size, self.usual[2]), ROUNDED * max(self.usual[0], TINY))
+        return found
 
     def sampled(self) -> None:
         """Look at every cell once. Raises NoStress where that cannot be."""
@@ -52,15 +88,16 @@ class Stresses:
             raise NoStress("its stress is not a finite number in every cell")
 
     @cached_property
-    def usual(self) -> tuple[float, float]:
-        """The root mean squares of the norms of stress, Pa, and of strain, over the body."""
+    def usual(self) -> tuple[float, float, float]:
+        """The root mean squares of the norms of stress, Pa, of strain, and of deviators, Pa, over the body."""
         rule = self.state.mesh.element.quadrature()
         _, six, H = self.state.sampled(rule)
         found = Tensors(six.reshape(-1, 6), H.reshape(-1, 9), self.state.strain == "small")
         w = np.repeat(np.abs(self.state.mesh.volumes), six.shape[1])
-        norms = (np.sum(t**2, axis=(1, 2)) for t in (found.cauchy, found.strain("green")))
-        stress, strain = (float(np.sqrt(w @ n / w.sum())) for n in norms)
-        return stress, strain
+        deviator = von_mises(found.cauchy) ** 2 / 1.5
+        norms = *(np.sum(t**2, axis=(1, 2)) for t in (found.cauchy, found.strain("green"))), deviator
+        stress, strain, shape = (float(np.sqrt(w @ n / w.sum())) for n in norms)
+        return stress, strain, shape
 
     def moved(self, step: Floats) -> Stresses:
         """The same with displacements added to its nodes (n, 3), m."""

@@ -126,6 +126,28 @@ def test_faces_of_symmetry_have_no_such_edge(tmp_path: Path) -> None:
     assert report.models["own"].stated["most"].value < 1e-3  # of 10 Pa: what rounding is counted for
 
 
+def test_the_edge_of_a_punch_without_friction_is_said(tmp_path: Path) -> None:
+    """A flat punch on half of the top: its pressure grows like r^(-1/2) towards its edge (Sadowsky 1928).
+
+    Rollers below end in a right angle, where stress is bounded.
+    """
+    text = BAR.replace("load     push  = traction(bar, where = x >= 100 mm, vector = (0, 0, -10) Pa)\n", (
+        "support  floor = fixed(bar, where = z <= 0 mm, components = z)\n"
+        "support  side  = fixed(bar, where = y <= 0 mm, components = y)\n"
+        "support  punch = displaced(bar, where = z >= 20 mm and x <= 50 mm, by = (0, 0, -0.1) mm, components = z)\n"
+    )).replace("fixed(bar, where = x <= 0 mm)", "fixed(bar, where = x <= 0 mm, components = x)")  # fmt: skip
+    report = run(
+        tmp_path,
+        text
+        + "model own = fem(hex8, strain = small, size = 5 mm)\n"
+        + "probe rim = point(bar, at = (50, 10, 20) mm)\nprobe off = point(bar, at = (75, 10, 20) mm)\n"
+        + "probe low = point(bar, at = (100, 10, 0) mm)\n"
+        + "metric there = stress(rim)\nmetric away = stress(off)\nmetric corner = stress(low)\n",
+    )
+    (said,) = [w for w in report.warnings if w.code == "W388"]
+    assert "`there` looks at the edge of what `side`, `punch` holds" in said.message
+
+
 def test_a_mesh_that_is_too_coarse_is_said(tmp_path: Path) -> None:
     """Two linear tetrahedra across a bar that bends: its cells differ by a third."""
     report = run(
@@ -137,6 +159,24 @@ def test_a_mesh_that_is_too_coarse_is_said(tmp_path: Path) -> None:
     (said,) = report.warnings
     assert said.code == "W387"
     assert "(50, 10, 20) mm" in said.message
+
+
+def test_a_pressure_all_around_does_not_hide_a_coarse_mesh(tmp_path: Path) -> None:
+    """The bar that is too coarse for its bending, under three times that stress from all sides.
+
+    Strains are small, so both add up: far from the wall an even pressure leaves von Mises' stress as it is, and by how
+    much cells differ in it (a third), while that is 4 % of the whole stress.
+    """
+    report = run(
+        tmp_path,
+        BAR
+        + "load around = pressure(bar, where = x > 0 mm, magnitude = 500 Pa)\n"
+        + "model own = fem(tet4, strain = small, size = 10 mm)\nprobe top = point(bar, at = (50, 10, 20) mm)\n"
+        + "metric most = stress(top)\nmetric pressed = stress(top, component = pressure)\n",
+    )
+    (said,) = report.warnings
+    assert said.code == "W387"
+    assert "in the stress deviator at (50, 10, 20) mm" in said.message
 
 
 def test_files_have_the_stress_of_a_scene_that_asks(tmp_path: Path) -> None:

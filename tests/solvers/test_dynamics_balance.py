@@ -138,6 +138,28 @@ def test_a_march_that_ends_in_a_gain_has_diverged(oscillators: Oscillators) -> N
         march(oscillators(Newmark(beta=0.1)), 5 * 4.0, 4.0)
 
 
+def test_damping_that_swings_after_a_jump_is_a_doubt_and_no_divergence(
+    quadratic: type[Any], sampled: Callable[..., Course]
+) -> None:
+    """x'' + 5 w^2 x' + w^2 x = w for w = 1 and 100, a push of one step of 0.1 s: the slow one creeps back.
+
+    After the push c the slow one is 0.1 (exp(r t) - exp(s t)) / (r - s), r and s = (-5 +- sqrt(21)) / 2, t from the
+    push's middle; 1 % for steps of 0.1 s of a motion that lasts 5 s. The fast one is at rest within a step, and
+    generalised-alpha swings about it by 0.8 a step: work of damping that the body never had, 146 times the load's.
+    """
+    assembly = Assembly(2, NONE, [quadratic(np.diag([1.0, 1e4]))], [DeadForces(np.array([1.0, 100.0]))])
+    problem = Dynamics(
+        assembly, np.ones(2), np.zeros(2), np.zeros(2), courses=(sampled(lambda t: float(t < 0.1)),),
+        integrator=GeneralizedAlpha(), damping=Rayleigh(beta=5.0), tolerance=1e-12,
+    )  # fmt: skip
+    path = march(problem, 6.0, 0.1)
+    r, s = (-5.0 + np.sqrt(21.0)) / 2, (-5.0 - np.sqrt(21.0)) / 2
+    right = 0.1 * (np.exp(r * 5.95) - np.exp(s * 5.95)) / (r - s)
+    assert path.complete
+    assert path.balance.gained
+    assert path.observed[-1].x[0] == pytest.approx(right, rel=0.01)
+
+
 def test_a_body_at_rest_is_not_judged_by_rounding(spring: type[Any]) -> None:
     points = np.array([[0.0, 0.0, 0.0], [0.3, 0.1, 0.7]])
     bond = spring(points, np.array([[0, 1]]), 1e9, float(np.linalg.norm(points[1])) * (1 + 1e-15))
