@@ -65,8 +65,8 @@ TAKES = {  # of 55: each load, and each support under gravity, in each of five a
     "fem(tet4": 29,  # a cap has no part in a path or a disturbed start, nor in a turn at rest
     "fem(tet10": 19,  # pressures have no mass, and no way downhill
     "beam6dof(segments = 4)": 22,  # no motion, no pressure, no tracked points
-    "mass_spring(stiffness = from_material()": 48,  # turns are followed neither along a path nor from a disturbed start
-    "modal(of = full": 25,  # at rest and in motion, but supports that move are not marched explicitly, and nothing turns
+    "mass_spring(stiffness = from_material()": 48,  # no turns along a path or from a disturbed start
+    "modal(of = full": 25,  # turns at rest alone
     "pod(of = full": 25,
 }
 CASES = [pytest.param(MODELS[name], *words, id=words[0]) for name, all_ in MODELLED.items() for words in all_]

@@ -24,7 +24,6 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod import RodElastic, RodLoad
-from softmark.solvers.energies.rod_loads import RodArms, RodMoments
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_section import RodSection, RodStiffness
 from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, lengths, rod_at_rest
@@ -177,9 +176,13 @@ def _load(case: Case, load: Declared, rest: Floats, stations: Floats) -> Energy:
     """One load: forces at nodes, or what turns the section of one."""
     match load.thing.action:
         case Turning(where=where, moment=moment):
+            from softmark.solvers.energies.rod_loads import RodMoments
+
             node = 0 if coverage(where, case.prism, 0.0) == "all" else len(stations) - 1
             return RodMoments(np.array([node]), np.array([moment]))
         case AtPoint(at=at, force=force) if station(case, at) is None:
+            from softmark.solvers.energies.rod_loads import RodArms
+
             node = int(np.abs(stations - (beside(case, at) or 0.0)).argmin())
             x = rest.reshape(-1, 7)[node]
             arm = (np.array(at) - x[:3]) @ rotation(x[None, 3:])[0]

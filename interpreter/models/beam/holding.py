@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +11,13 @@ from numpy.typing import NDArray
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.beam.rigid import AXES, point_rows
 from softmark.interpreter.models.shared.holding import Held
-from softmark.interpreter.models.shared.turning import EARLY, Turns
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import whole
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.mesh.shape import transverse
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.turning import Turns
 
 
 def points_of(case: Case, stations: Floats) -> Floats:
@@ -32,7 +35,7 @@ def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats, Turns | 
     found, target = held.finished()
     way = held.turns(found, target, 6)
     if way is not None:
-        _held(case, stations, EARLY)  # on the way there supports must agree too
+        _held(case, stations, way.early)  # on the way there supports must agree too
     return found, target, way
 
 

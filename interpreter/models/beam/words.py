@@ -9,7 +9,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.beam import ribbon
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.case import Fault
-from softmark.interpreter.problem.stretches import borders, coverage, coverages, inside
+from softmark.interpreter.problem.stretches import borders, coverage, coverages, inside, whole
 from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
@@ -123,8 +123,8 @@ class Beam6Dof(Model):
         return found
 
     def _held(self, case: Case) -> list[Diagnostic]:
-        """Supports that contradict each other, or leave the beam free to move: a single clamp does neither."""
-        if not case.supports or (len(case.supports) == 1 and len(case.supports[0].thing.components) == 3):
+        """Supports that contradict each other, or leave the beam free: clamps of different sections do neither."""
+        if not case.supports or self._apart(case):
             return []  # none is said of the body
         from softmark.interpreter.models.beam.holding import fixed
 
@@ -133,6 +133,14 @@ class Beam6Dof(Model):
         except Fault as loose:
             return [loose.diagnostic]
         return []
+
+    def _apart(self, case: Case) -> bool:
+        """Whether all supports are clamps, and no two of them take one section."""
+        if any(len(support.thing.components) < 3 for support in case.supports):
+            return False
+        stations = tuple(self.stations(case)) if len(case.supports) > 1 else ()
+        taken = [whole(support.thing.where, case.prism, stations) for support in case.supports]
+        return all(sum(at) <= 1 for at in zip(*taken, strict=True))
 
     def _thick(self, declared: Declared, case: Case) -> list[Diagnostic]:
         section = case.prism.section
@@ -181,6 +189,9 @@ class Beam6Dof(Model):
 
 
 def _turns_free(case: Case, support: Declared) -> bool:
+    """Whether a support turns sections about an axis along which its components leave them free."""
+    if len(support.thing.components) == 3:
+        return False
     from softmark.interpreter.models.beam.holding import turns_free
 
     return turns_free(case, support)

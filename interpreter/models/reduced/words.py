@@ -8,7 +8,6 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.reduced import settings
-from softmark.interpreter.models.shared import turning
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.case import elsewhere
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -36,7 +35,7 @@ class Reduced(Model):
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against reducing that model."""
         found = (_not_reducible(scene, declared, case), _linear(scene, declared), _driven(declared, case))
-        return [*(d for d in found if d is not None), *turning.refusals(self, declared, case)]
+        return [*(d for d in found if d is not None), *self.turns(declared, case)]
 
 
 @dataclass(frozen=True)

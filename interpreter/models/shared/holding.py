@@ -11,13 +11,13 @@ import numpy as np
 from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.beam.rigid import AXES, free_motions, point_rows
-from softmark.interpreter.models.shared.turning import EARLY, Turns, turns_of
 from softmark.interpreter.problem.case import Case, Fault, fault, reach
 from softmark.interpreter.problem.mirrors import must_lie_in_plane
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.turning import Turns
     from softmark.solvers.mesh.mesh import Mesh
 
 
@@ -64,6 +64,10 @@ class Held:
 
     def turns(self, fixed: Ints, target: Floats, per_node: int) -> Turns | None:
         """How these come there, `per_node` at each node, where some of them turn."""
+        if not any(support.thing.turns for support in self.case.supports):
+            return None
+        from softmark.interpreter.models.shared.turning import turns_of
+
         owners = {dof: owner for dof, (_, owner) in self.values.items()}
         return turns_of(owners, fixed.tolist(), self.places, per_node, target)
 
@@ -97,7 +101,7 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
     fixed, target = held.finished()
     way = held.turns(fixed, target, 3)
     if way is not None:
-        _solid_held(case, mesh, measured, EARLY)  # on the way there supports must agree too
+        _solid_held(case, mesh, measured, way.early)  # on the way there supports must agree too
     return fixed, target, way
 
 

@@ -122,6 +122,10 @@ class Model:
                 yield diagnostic("E501", support.at(),
                                  f"`{declared.name}` cannot represent the support `{support.name}`",
                                  "not a support that it takes", MOST)  # fmt: skip
+        yield from self.turns(declared, case)
+
+    def turns(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+        """Errors for supports that turn, where it cannot follow them."""
         if any(support.thing.turns for support in case.supports):
             from softmark.interpreter.models.shared import turning
 

@@ -40,6 +40,7 @@ class Turns:
 
     target: Floats
     circles: Sequence[OnCircles]
+    early = EARLY
 
     @property
     def longest(self) -> float:
