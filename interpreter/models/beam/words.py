@@ -12,7 +12,7 @@ from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.stretches import borders, coverage, coverages, inside, whole
 from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism
 
@@ -33,7 +33,7 @@ class Beam6Dof(Model):
     Source: Simo (1985); Simo and Vu-Quoc (1986); Crisfield and Jelenic (1999).
     """
 
-    loads = (PerMass, PerArea, AtPoint, Turning, PerLength)
+    loads = (PerMass, PerArea, Follower, Turning, AtPoint, PerLength)  # of which `_unfit` says more
     moves = False
     recovers = True
     finely = ("segments",)
@@ -135,12 +135,15 @@ class Beam6Dof(Model):
         return []
 
     def _apart(self, case: Case) -> bool:
-        """Whether all supports are clamps, and no two of them take one section."""
+        """Whether all supports are clamps, no two of them take one section, and some section is free."""
         if any(len(support.thing.components) < 3 for support in case.supports):
             return False
-        stations = tuple(self.stations(case)) if len(case.supports) > 1 else ()
+        if len(case.supports) == 1:
+            return True
+        stations = tuple(self.stations(case))
         taken = [whole(support.thing.where, case.prism, stations) for support in case.supports]
-        return all(sum(at) <= 1 for at in zip(*taken, strict=True))
+        counts = [sum(at) for at in zip(*taken, strict=True)]
+        return min(counts) == 0 and max(counts) == 1
 
     def _thick(self, declared: Declared, case: Case) -> list[Diagnostic]:
         section = case.prism.section
