@@ -38,16 +38,25 @@ def run(rest: str) -> softmark.Report:
     return report
 
 
-def test_a_body_that_is_turned_by_its_end_turns_as_a_whole() -> None:
+@pytest.mark.parametrize(
+    "models",
+    [
+        "model hexes = fem(hex8, strain = finite, size = 10 mm)",
+        pytest.param(
+            """model tets = fem(tet4, strain = corotational, size = 10 mm)
+model keeps = fem(hex8, strain = finite, formulation = mixed, size = 10 mm)
+model net = mass_spring(size = 10 mm, stiffness = from_material())""",
+            marks=pytest.mark.slow,
+        ),
+    ],
+)
+def test_a_body_that_is_turned_by_its_end_turns_as_a_whole(models: str) -> None:
     """By 400 degrees about an oblique axis beside it: a rigid motion, without forces, that is no turn by 40.
 
     Bar: tolerance 1e-8 of a force on a body of 10 mm; positions to 1e-9 of the way, some 60 mm.
     """
     report = run(f"""support grip = turned(bar, where = x >= 20 mm, {WORDS}, angle = 400 deg)
-model hexes = fem(hex8, strain = finite, size = 10 mm)
-model tets = fem(tet4, strain = corotational, size = 10 mm)
-model keeps = fem(hex8, strain = finite, formulation = mixed, size = 10 mm)
-model net = mass_spring(size = 10 mm, stiffness = from_material())
+{models}
 metric stored = strain_energy(bar)
 metric torque = moment(grip, along = (1, 2, 2))""")
     for name, model in report.models.items():

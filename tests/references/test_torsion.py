@@ -1,4 +1,4 @@
-"""Torsion of a cylinder of rubber: torque and thrust are slopes of its energy, and its displacements keep the volume."""
+"""Torsion of a cylinder of rubber: torque and thrust are slopes of its energy, displacements keep the volume."""
 
 from __future__ import annotations
 

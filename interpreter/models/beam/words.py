@@ -143,7 +143,7 @@ class Beam6Dof(Model):
         stations = tuple(self.stations(case))
         taken = [whole(support.thing.where, case.prism, stations) for support in case.supports]
         counts = [sum(at) for at in zip(*taken, strict=True)]
-        return min(counts) == 0 and max(counts) == 1
+        return bool(min(counts) == 0 and max(counts) == 1)
 
     def _thick(self, declared: Declared, case: Case) -> list[Diagnostic]:
         section = case.prism.section
