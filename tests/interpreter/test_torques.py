@@ -89,6 +89,7 @@ def eccentric(P: float, e: float) -> tuple[float, float]:
     return float(found.y[2, -1]) - 0.2, float(found.y[3, -1])
 
 
+@pytest.mark.slow
 def test_an_eccentric_force_turns_with_its_section() -> None:
     """Pressed beside its axis by half of Euler's load and more, an elastica whose end carries an arm.
 
