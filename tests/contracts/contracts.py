@@ -240,8 +240,7 @@ def check_load(cls: type[Any], words: str) -> None:
     assert issubclass(cls, Load)
     name = next(n for n, c in LOADS.items() if c is cls)
     taker = "beam6dof(segments = 4)" if name == "line_load" else "fem(hex8, strain = small, size = 10 mm)"
-    solid = f"model m = {taker}"
-    scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}load push = {words}\n{solid}\n")
+    scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}load push = {words}\nmodel m = {taker}\n")
     assert errors(found) == [], name
     push = scene.declared["push"].thing
     assert push.strength in {f.name for f in dataclasses.fields(cls)}, "which field says how much?"
@@ -260,12 +259,10 @@ def _amount(action: Any) -> Any:
     match action:
         case PerMass(acceleration=a):
             return np.array(a)
-        case PerArea(traction=t):
+        case PerArea(traction=t) | Turning(moment=t):
             return np.array(t)
         case Follower(pressure=p):
             return np.array(p)
-        case Turning(moment=m):
-            return np.array(m)
     return np.array(action.force)
 
 
