@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def reactions(case: Case, prepared: Prepared, known: AtRest) -> dict[str, HeldSupport]:
     """What a report says of the supports of a model, by name: what of its selection each holds, and what it carries."""
     grips, found = _grips(case, prepared), {}
-    for name in (support.name for support in case.supports):
+    for name in (support.name for support in case.named_supports):
         carried, own = None if known.reason is not None else known.reactions[name], grips.get(name)
         held, beyond = (None, 0.0) if own is None else (own.held, own.beyond)
         found[name] = HeldSupport(held, beyond, carried, known.reason)

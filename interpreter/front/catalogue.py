@@ -31,7 +31,7 @@ CATALOGUE = Vocabulary(
         "stiffness": ("interpreter.models.springs.words", "STIFFNESSES"),
         "study": ("interpreter.vocabulary", "STUDIES"),
     },
-    elements=("solvers.elements", "ELEMENTS"),
+    elements=("solvers.elements", "WORDS"),
 )
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.front import files_and_selections as given
-from softmark.interpreter.front import lints
+from softmark.interpreter.front import lints, plane
 from softmark.interpreter.front.comparisons import comparisons
 from softmark.interpreter.front.course_steps import unresolved
 from softmark.interpreter.front.refinements import doubts as doubts_of_refined
@@ -97,8 +97,14 @@ def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for body in scene.of_kind("body").values():
         problem = body.thing.shape.fault
         if problem:
-            yield diagnostic("E581", body.at("shape"), f"`{body.name}` has a shape that no body has: {problem}",
-                             "no such shape")  # fmt: skip
+            at = body.at("region" if body.thing.planar else "shape")
+            yield diagnostic("E581", at, f"`{body.name}` has a shape that no body has: {problem}", "no such shape")
+
+
+def _plane(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Plane regions and plane bodies, and what acts across their plane."""
+    yield from plane.shapes(scene)
+    yield from plane.acting(scene)
 
 
 def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -185,7 +191,7 @@ def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
 
 def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     cases = [case for _, case in _cases(scene, "model") if not isinstance(case.analysis, Dynamic)]
-    loose = {case.body.name: case for case in cases if not case.supports}
+    loose = {case.body.name: case for case in cases if not case.named_supports}
     for case in loose.values():
         body = case.body.name
         remedy = f"hold a part of it: `support wall = fixed({body}, where = x <= 0 mm)`"
@@ -224,6 +230,12 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Doubts of models; what holds for several is said once."""
     first: dict[tuple[object, ...], tuple[Diagnostic, list[str]]] = {}
     for model, case in _cases(scene, "model"):
+        if _blamed(case.body, found) and case.shape.flat != bool(case.planar):
+            continue
+        unfit = list(plane.model(model, case))
+        yield from unfit
+        if unfit:
+            continue
         blamed = [d for d in (*case.supports, *case.loads) if _blamed(d, found)]
         for doubt in (*model.thing.doubts(model, case), *disturbed(scene, model, case), *_in_scene(scene, model, case)):
             if any(_inside(doubt, d) for d in blamed):
@@ -256,7 +268,8 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """A metric compares its probe with a reference of the same body."""
+    """A metric compares its probe with a reference of the same body; some are not of plane bodies."""
+    yield from plane.metrics(scene)
     for metric in scene.of_kind("metric").values():
         against = metric.thing.measured_from
         if against is None:
@@ -365,7 +378,7 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
-LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _symmetric, _selections, _places, _meshes, _lints)
+LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _plane, _symmetric, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (
     _bodies, _regions, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses,
     _published, _expectations, _use,

@@ -18,6 +18,7 @@ from softmark.interpreter.plan import ladder
 from softmark.interpreter.plan.ladder import Ladder
 from softmark.interpreter.results.plain import Plain
 from softmark.records import dataclass
+from softmark.solvers.elements.quadrilaterals import PLANE
 
 Kind = Literal["gap", "factor", "integer", "choice", "reach"]
 Value = float | str
@@ -156,7 +157,8 @@ def _has(declared: Declared, attribute: str) -> bool:
 
 
 def _of_choice(scene: Scene, name: str, field: Field, value: Any) -> WalkedQuantity:
-    options = ("yes", "no") if field.form == "flag" else field.options or tuple(scene.vocabulary.words())
+    alike = (word for word in scene.vocabulary.words() if (word in PLANE) == (value in PLANE))  # of bodies of its kind
+    options = ("yes", "no") if field.form == "flag" else field.options or tuple(alike)
     own = ("yes" if value else "no") if field.form == "flag" else str(value)
     return WalkedQuantity(name, "choice", own, own, options=tuple(options))
 

@@ -8,10 +8,12 @@ from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.loads import PerMass
+from softmark.interpreter.vocabulary.supports import InPlane
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism, Shape
 
@@ -61,12 +63,23 @@ class Case:
     @property
     def material(self) -> Any:
         """What the body is made of."""
-        return self.other_material or self.body.thing.material
+        return self.body.thing.as_it_is(self.other_material or self.body.thing.material)
 
     @property
     def materials(self) -> tuple[Any, ...]:
         """What it is made of: the material of the body, and those of its parts in their order."""
-        return (self.material, *(part.thing.material for part in self.parts))
+        return (self.material, *(self.body.thing.as_it_is(part.thing.material) for part in self.parts))
+
+    @property
+    def named_supports(self) -> tuple[Declared, ...]:
+        """Its supports without what holds a plane body in its plane."""
+        return tuple(s for s in self.supports if not isinstance(s.thing, InPlane))
+
+    @property
+    def planar(self) -> str:
+        """`plane_strain` or `plane_stress` of a plane body; "" of a solid."""
+        kind: str = self.body.thing.planar
+        return kind
 
     @property
     def largest_poisson(self) -> float:
@@ -97,11 +110,19 @@ def _made(scene: Scene, body: str) -> Case:
         regions = []  # parts of the body's own material are parts in name only
     return Case(
         body=scene.declared[body],
-        supports=scene.acting("support", body),
+        supports=(*scene.acting("support", body), *in_plane(scene.declared[body])),
         loads=scene.acting("load", body),
         analysis=analyses[0].thing if analyses else Static(),
         parts=tuple(regions),
     )
+
+
+def in_plane(body: Declared) -> tuple[Declared, ...]:
+    """What holds a plane body in its plane, none of a solid."""
+    if not body.thing.planar:
+        return ()
+    held = InPlane(body.name, Condition.everywhere())
+    return (Declared("support", f"the plane of {body.name}", body.constructor, held, body.location),)
 
 
 def case_for(scene: Scene, worker: Declared) -> Case:

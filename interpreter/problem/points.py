@@ -184,7 +184,7 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
     place = drawn(case)
     if place.triangles is None:
         return None
-    held = [s.thing for s in case.supports if isinstance(s.thing, Holding) and not s.thing.moves]
+    held = [s.thing for s in case.named_supports if isinstance(s.thing, Holding) and not s.thing.moves]
     wheres = [support.where for support in held]
     if not wheres:
         return None

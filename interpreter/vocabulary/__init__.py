@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
-from softmark.interpreter.vocabulary.bodies import Solid
+from softmark.interpreter.vocabulary.bodies import PlaneStrain, PlaneStress, Solid
 from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth
 from softmark.interpreter.vocabulary.loads import Gravity, LineLoad, PointForce, Pressure, Torque, Traction
 from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
@@ -19,6 +19,8 @@ from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows, 
 
 BODIES: dict[str, type[Any]] = {
     "solid": Solid,
+    "plane_strain": PlaneStrain,
+    "plane_stress": PlaneStress,
 }
 
 REGIONS: dict[str, type[Any]] = {

@@ -1,10 +1,17 @@
-"""Bodies: a shape made of a material."""
+"""Bodies: a shape made of a material.
+
+Those of plane problems are slices of a plane region, a given thickness of it: `planar` says which problem it is.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Shape
 
 
 @dataclass(frozen=True)
@@ -13,3 +20,68 @@ class Solid:
 
     shape: Annotated[Any, "shape", "its geometry before deformation"]
     material: Annotated[Any, "material", "what it is made of"]
+    planar = ""
+
+    def as_it_is(self, material: Any) -> Any:
+        """A material, as it is in this body."""
+        return material
+
+
+class Planar:
+    """A slice of a plane region, from z = -thickness/2 to thickness/2: its points stay in their planes."""
+
+    region: Any
+    thickness: float
+
+    @cached_property
+    def shape(self) -> Shape:
+        """The slice; a shape that is no plane region as it is, which is refused."""
+        if not self.region.flat:
+            given: Shape = self.region
+            return given
+        from softmark.solvers.mesh.flat import Slice
+
+        return Slice(self.region, self.thickness)
+
+    def as_it_is(self, material: Any) -> Any:
+        """A material, as it is in this body."""
+        return material
+
+
+@dataclass(frozen=True)
+class PlaneStrain(Planar):
+    """A slice of a long body that cannot grow or shrink along z: displacements in x and y alone, the same for all z.
+
+    The region lies in the plane z = 0. Forces are those on the given thickness, and stress along z is what keeps it so.
+    Models are `fem` with `quad4`, `quad8` or `quad9`. Loads act on the edge, or as gravity in the plane. Conditions and
+    points are of x and y, with z = 0. Frequencies are not found, nor reduced models made: a slice of finite thickness
+    has motions that vary through it, which the plane has not. Whether an equilibrium is stable is judged of the slice
+    as well, which may find such a motion in one that is thick and pressed: thin slices are as the plane.
+    """
+
+    region: Annotated[Any, "shape", "a plane region, such as `quadrilateral(...)`"]
+    material: Annotated[Any, "material", "what it is made of"]
+    thickness: Annotated[float, "m in (0, inf)", "of the slice, along z: forces are proportional to it"]
+    planar = "plane_strain"
+
+
+@dataclass(frozen=True)
+class PlaneStress(Planar):
+    """A thin plate in its plane, its faces free: no stress along z, and as much strain as that takes.
+
+    The region lies in the plane z = 0. At each point the stretch along z is found that leaves no stress there, whatever
+    the law, so that the plate grows thinner where it is pulled; it stays in its plane, and does not buckle out of it.
+    Models are `fem` with `quad4`, `quad8` or `quad9`, which do not lock here: `integration = selective` and
+    formulations against locking are refused, and so is a Poisson's ratio of 0.5. Otherwise as `plane_strain`.
+    """
+
+    region: Annotated[Any, "shape", "a plane region, such as `quadrilateral(...)`"]
+    material: Annotated[Any, "material", "what it is made of"]
+    thickness: Annotated[float, "m in (0, inf)", "of the plate at rest"]
+    planar = "plane_stress"
+
+    def as_it_is(self, material: Any) -> Any:
+        """A material, as it is in this body."""
+        from softmark.solvers.materials.plane_stress import Thin
+
+        return Thin.made(material)

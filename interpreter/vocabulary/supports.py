@@ -80,6 +80,15 @@ class Fixed(Holding):
 
 
 @dataclass(frozen=True)
+class InPlane(Holding):
+    """Holds all points of a plane body in their planes: no scene names it, the body does."""
+
+    body: str
+    where: Any
+    components = (2,)
+
+
+@dataclass(frozen=True)
 class Symmetric(Holding):
     """Lets a body stand for itself and its mirror image: a plane of symmetry, in which its points may move.
 

@@ -221,6 +221,39 @@ def corotational_stress(mu: float, lam: float) -> Stress:
     return stress
 
 
+def relaxed(stress: Stress) -> Stress:
+    """The stress of a plate whose faces are free, of a solid's: the stretch along z is that at which P33 = 0.
+
+    By halving: from 1 outward to where the sign of P33 changes, and then between. Raises ValueError where it does not.
+    """
+
+    def across(F: Floats, s: Floats) -> Floats:
+        G = F.copy()
+        G[:, 2, 2] = s
+        found: Floats = stress(G)[:, 2, 2]
+        return found
+
+    def thin(F: Floats) -> Floats:
+        one, step = np.ones(len(F)), 1.25
+        low, high = one.copy(), one.copy()
+        for _ in range(40):
+            low = np.where(across(F, low) > 0.0, low / step, low)
+            high = np.where(across(F, high) < 0.0, high * step, high)
+        if np.any(across(F, low) > 0.0) or np.any(across(F, high) < 0.0):
+            raise ValueError("a plate has no thickness that frees it of stress")
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            up = across(F, middle) < 0.0
+            low, high = np.where(up, middle, low), np.where(up, high, middle)
+        G = F.copy()
+        G[:, 2, 2] = 0.5 * (low + high)
+        P = stress(G)
+        P[:, 2, 2] = 0.0
+        return P
+
+    return thin
+
+
 # ------------------------------------------------------------------ forces within a solid
 
 

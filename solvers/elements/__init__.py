@@ -1,20 +1,26 @@
 """Finite elements: all that is known of a cell by itself, nothing of any law.
 
+Those of plane problems are slices of others (quadrilaterals.py).
 To add an element: one file with its class (element.py says what it needs), one line in ELEMENTS.
 """
 
 from __future__ import annotations
 
+from collections import ChainMap
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from softmark.solvers.elements.hex8 import Hex8
 from softmark.solvers.elements.hex20 import Hex20
 from softmark.solvers.elements.hex27 import Hex27
+from softmark.solvers.elements.quadrilaterals import PLANE
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
 
 if TYPE_CHECKING:
     from softmark.solvers.elements.element import Element
+
+__all__ = ["ELEMENTS", "PLANE", "WORDS", "UnknownElement", "element_of", "named", "sliced"]
 
 ELEMENTS: dict[str, type[Element]] = {
     "tet4": Tet4,
@@ -23,6 +29,13 @@ ELEMENTS: dict[str, type[Element]] = {
     "hex20": Hex20,
     "hex27": Hex27,
 }
+
+WORDS: Mapping[str, type[Element]] = ChainMap(dict(PLANE), ELEMENTS)  # for scenes; cells of meshes are ELEMENTS
+
+
+def sliced(name: str) -> str:
+    """The element that cells of a mesh have: of a plane one, that which it is a slice of."""
+    return PLANE[name].slice_of if name in PLANE else name
 
 
 class UnknownElement(ValueError):
@@ -34,3 +47,8 @@ def element_of(name: str) -> type[Element]:
     if name not in ELEMENTS:
         raise UnknownElement(f"there is no element `{name}`: elements are {', '.join(ELEMENTS)}")
     return ELEMENTS[name]
+
+
+def named(word: str) -> type[Element]:
+    """What a model calls its element, those of plane bodies too. Raises UnknownElement."""
+    return PLANE[word] if word in PLANE else element_of(word)

@@ -75,10 +75,15 @@ STRAINS: dict[str, Callable[[Isotropic], Law]] = {
 def law_for(material: Isotropic, strain: str) -> Law:
     """The law of `material` for a model that measures `strain`, a key of STRAINS.
 
-    `small` and `corotational` use the moduli at rest of any material; `finite` is the material's own law.
-    Raises NoFiniteLaw, and KeyError for a strain that is not in STRAINS.
+    `small` and `corotational` use the moduli at rest of any material; `finite` is the material's own law. Of a plate
+    it is that in plane stress. Raises NoFiniteLaw, and KeyError for a strain that is not in STRAINS.
     """
-    return STRAINS[strain](material)
+    law = STRAINS[strain](material)
+    if not material.thin:
+        return law
+    from softmark.solvers.materials.plane_stress import PlaneStress
+
+    return PlaneStress(law)
 
 
 def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
@@ -86,6 +91,8 @@ def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
 
     That modulus is lam, or the bulk modulus in a law that is written with it. None where the law does not come apart.
     """
+    if material.thin:
+        return None
     mu, lam = material.shear_modulus, material.lame_lambda
     if strain == "small":
         return SmallStrain(mu, 0.0), SmallStrain(0.0, lam)
@@ -99,6 +106,8 @@ def mixed_for(material: Isotropic, strain: str) -> Mixed | None:
 
     Right for every Poisson's ratio, 0.5 included. None where the law does not come apart.
     """
+    if material.thin:
+        return None
     mu, K = material.shear_modulus, material.bulk_modulus
     if strain == "small":
         return Mixed(SmallStrain(mu, -2.0 / 3.0 * mu), Dilatation(), K)

@@ -28,6 +28,7 @@ class Isotropic:
     # What of the two moduli a law keeps, 0 in the parts of a law that is taken apart. No fields: scenes do not see them
     shear_share = 1.0
     volume_share = 1.0
+    thin = False  # in plane stress (plane_stress.py)
 
     @property
     def shear_modulus(self) -> float:

@@ -170,6 +170,7 @@ class Shape:
     """The geometry of a body, of which nothing else is said."""
 
     prebuilt: ClassVar[bool] = False  # its cells are those of a file, and a size has no part in them
+    flat: ClassVar[bool] = False  # it is a region of a plane, for plane problems
     convex: ClassVar[bool] = False  # it holds all between two points that it holds: known, and true
 
     @property

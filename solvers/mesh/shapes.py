@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from softmark.records import dataclass
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rectangle
+from softmark.solvers.mesh.flat import Quadrilateral, QuarterRing
 from softmark.solvers.mesh.shape import (
     Bounds,
     Circular,
@@ -331,5 +332,7 @@ SHAPES: dict[str, type[Shape]] = {
     "sphere": Sphere,
     "ellipsoid": Ellipsoid,
     "spherical_shell": SphericalShell,
+    "quadrilateral": Quadrilateral,
+    "quarter_ring": QuarterRing,
     "mesh": MeshFile,
 }

@@ -40,6 +40,11 @@ def rectangle(width: float, height: float, size: float, cuts: tuple[Cut, ...] = 
     return _grid(x, _line(-height / 2, height / 2, ny, along(cuts, "second")))
 
 
+def grid(nx: int, ny: int) -> PlaneMesh:
+    """The unit square in nx by ny cells."""
+    return _grid(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1))
+
+
 def _line(low: float, high: float, count: int, cuts: tuple[Cut, ...]) -> Floats:
     """Lines of a grid (n,), m: evenly spaced where no cut asks for more."""
     found = lines(low, high, count, cuts)

@@ -44,7 +44,7 @@ class Stresses:
             X, six, H = self.state.sampled(rule)
             return X, np.concatenate([six, H, six[..., :3].sum(axis=2, keepdims=True), self._green(H)], axis=2)
 
-        return Recovered(self.state.mesh, sample)
+        return Recovered(self.state.mesh, sample, self.state.plane)
 
     def at(self, X: Floats) -> Tensors:
         """At points X (n, 3) of the undeformed body."""

@@ -35,12 +35,15 @@ class Recovered:
     """Values at nodes from those at sampling points: of the nodes that are asked for, each once.
 
     `sample` gives points and values of a rule; the element's own rule is taken where its superconvergent points do not
-    determine a polynomial, as in a body that is one linear hexahedron thick.
+    determine a polynomial, as in a body that is one linear hexahedron thick. In a `plane` nothing varies along z: there
+    polynomials are of x and y, however thick it is.
     """
 
-    def __init__(self, mesh: Mesh, sample: Sample) -> None:
-        self.mesh, self._sample = mesh, sample
+    def __init__(self, mesh: Mesh, sample: Sample, plane: bool = False) -> None:
+        self.mesh, self._sample, self._plane = mesh, sample, plane
         self._exponents = _exponents(mesh.element)
+        if plane:
+            self._exponents = self._exponents[self._exponents[:, 2] == 0]
         self._fits: dict[
             int, tuple[Floats, Floats, float]
         ] = {}  # by corner: coefficients (c, k), middle (3,) and scale, m
@@ -94,7 +97,7 @@ class Recovered:
     def _valued(self, corner: int, X: Floats) -> Floats:
         """The polynomial of a corner at a point (k,)."""
         fit, middle, scale = self._fits[corner]
-        basis = np.prod(((X - middle) / scale) ** self._exponents, axis=1)
+        basis = np.prod(((self._seen(X) - middle) / scale) ** self._exponents, axis=1)
         value: Floats = basis @ fit
         return value
 
@@ -121,11 +124,17 @@ class Recovered:
 
     @cached_property
     def _points(self) -> tuple[Floats, Floats]:
-        return self._sample(superconvergent(self.mesh.element))
+        X, values = self._sample(superconvergent(self.mesh.element))
+        return self._seen(X), values
 
     @cached_property
     def _all_points(self) -> tuple[Floats, Floats]:
-        return self._sample(self.mesh.element.quadrature())
+        X, values = self._sample(self.mesh.element.quadrature())
+        return self._seen(X), values
+
+    def _seen(self, X: Floats) -> Floats:
+        """Where points (..., 3) are for polynomials: in a plane, all at z = 0."""
+        return X * np.array([1.0, 1.0, 0.0]) if self._plane else X
 
     def _fitted(self, corners: Ints, known: tuple[Floats, Floats]) -> Ints:
         """Fits of corners; those whose points determine no polynomial, which get the shortest that fits."""
@@ -144,7 +153,7 @@ class Recovered:
         X, values = known[0][cells], known[1][cells]  # (p, q, 3), (p, q, k)
         owner = np.repeat(np.arange(len(corners)), np.diff(bounds))
         middle = np.add.reduceat(X.mean(axis=1), bounds[:-1]) / np.diff(bounds)[:, None]
-        away = X - self.mesh.points[corners][owner][:, None]
+        away = X - self._seen(self.mesh.points[corners])[owner][:, None]
         scale = np.sqrt(np.maximum.reduceat((away**2).sum(axis=2).max(axis=1), bounds[:-1]))
         near = np.exp(-NEAR * ((away / scale[owner, None, None]) ** 2).sum(axis=2))
         away = X - middle[owner][:, None]  # monomials about the middle are least alike
@@ -211,9 +220,12 @@ class Recovered:
 
     @cached_property
     def _outer(self) -> Any:
-        """Which nodes lie on the boundary (nodes,)."""
-        outer = np.zeros(len(self.mesh.points), dtype=np.bool_)
-        outer[self.mesh.facets] = True
+        """Which nodes lie on the boundary (nodes,): in a plane, on its edge."""
+        outer, facets = np.zeros(len(self.mesh.points), dtype=np.bool_), self.mesh.facets
+        if self._plane:
+            z = self.mesh.points[:, 2][facets]
+            facets = facets[np.ptp(z, axis=1) > 1e-6 * np.ptp(z)]
+        outer[facets] = True
         return outer
 
 

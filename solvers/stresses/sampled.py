@@ -24,7 +24,8 @@ class State:
     """A mesh that is deformed, and what its cells are made of.
 
     `u` (n, 3) are displacements of its nodes in m. `way` is how the volume is kept: full | selective | mean_dilatation
-    | mixed; of `mixed`, `pressures` (m, b) are those that were solved for, Pa, positive in tension.
+    | mixed; of `mixed`, `pressures` (m, b) are those that were solved for, Pa, positive in tension. In a `plane`
+    nothing varies along z.
     """
 
     mesh: Mesh
@@ -33,6 +34,7 @@ class State:
     u: Floats
     way: str = "full"
     pressures: Floats | None = None
+    plane: bool = False
 
     def sampled(self, rule: Rule) -> tuple[Floats, Floats, Floats]:
         """Points X (m, q, 3) in m, Cauchy stress (m, q, 6) in Pa by SYMMETRIC, and H = du/dX (m, q, 9).
@@ -52,6 +54,10 @@ class State:
         """du_i/dX_J (m, q, 3, 3)."""
         parts = integration(self.mesh, rule=rule)
         H: Floats = np.einsum("mai,mqaJ->mqiJ", self.u[self.mesh.cells], parts.dNdX, optimize=True)
+        if self.material.thin:  # it grows thinner than its nodes show
+            from softmark.solvers.materials.plane_stress import thickness
+
+            H[..., 2, 2] = thickness(law_for(self.material, self.strain), _deformation(H)).reshape(H.shape[:2]) - 1.0
         return H
 
     def _stress(self, H: Floats, rule: Rule) -> Floats:

@@ -85,6 +85,13 @@ SHAPED: dict[str, dict[str, Any]] = {
     "sphere": {"radius": 0.01},
     "ellipsoid": {"semiaxes": (0.02, 0.01, 0.015)},
     "spherical_shell": {"radius": 0.01, "inner": 0.005},
+    "quadrilateral": {
+        "first": (0.0, 0.0, 0.0),
+        "second": (0.02, 0.01, 0.0),
+        "third": (0.02, 0.03, 0.0),
+        "fourth": (0.0, 0.02, 0.0),
+    },
+    "quarter_ring": {"inner": 0.01, "inner_y": 0.005, "outer": 0.02},
     "mesh": {"path": str(HERE.parent / "errors" / "parts" / "sound.mesh"), "unit": 1e-3},
 }
 MEASURED: dict[str, dict[str, Any]] = {

@@ -61,4 +61,14 @@ def test_the_example_of_a_shape_is_one_that_a_body_has(shape: str, capsys: pytes
     assert main(["explain", shape]) == 0
     example = capsys.readouterr().out.partition(f"Example: shape NAME = {shape}")[2].splitlines()[0]
     gel = "material gel = neo_hookean(young = 1 kPa, poisson = 0.3, density = 1 kg/m^3)\n"
-    assert softmark.loads(f"{gel}body b = solid({shape}{example}, gel)\n").scene.of_kind("body").keys() == {"b"}
+    body, thick = ("plane_strain", ", thickness = 1 mm") if SHAPES[shape].flat else ("solid", "")
+    made = softmark.loads(f"{gel}body b = {body}({shape}{example}, gel{thick})\n")
+    assert made.scene.of_kind("body").keys() == {"b"}
+
+
+@pytest.mark.parametrize("word", ["plane_strain", "plane_stress"])
+def test_the_example_of_a_plane_body_is_one(word: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explain", word]) == 0
+    example = capsys.readouterr().out.partition(f"Example: body NAME = {word}")[2].splitlines()[0]
+    gel = "material NAME_OF_MATERIAL = neo_hookean(young = 1 kPa, poisson = 0.3, density = 1 kg/m^3)\n"
+    assert softmark.loads(f"{gel}body b = {word}{example}\n").scene.of_kind("body").keys() == {"b"}

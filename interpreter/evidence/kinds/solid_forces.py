@@ -133,6 +133,13 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
 
 def terms_of(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
     """The parts of the stress of a model, and its stiffest modulus, Pa. Raises Unchecked."""
+    terms, stiff = _of_solid(model, case)
+    if case.material.thin:
+        return tuple(replace(term, stress=solids.relaxed(term.stress)) for term in terms), stiff
+    return terms, stiff
+
+
+def _of_solid(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
     E, nu = case.material.young, case.material.poisson
     mu, lam = E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
     stiff = 6.0 * mu + 9.0 * abs(lam)

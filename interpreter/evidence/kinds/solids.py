@@ -21,7 +21,7 @@ from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import case_for
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.checks.solids import ForceBalance
-from softmark.solvers.elements import element_of
+from softmark.solvers.elements import named
 
 THEORY = 2.0  # times the distance of two strain measures on another mesh
 ALIKE = 1.25  # the same on the mesh itself
@@ -85,7 +85,7 @@ class Solids(Sized):
         thing: Fem = answer.solid.thing
         fine = seen.at(self._finer(answer))
         apart, size = fine.apart(seen), fine.size
-        left = element_of(thing.element).leaves * apart
+        left = named(thing.element).leaves * apart
         if not left <= HOPELESS * size:
             raise Unknown(f"the mesh is too coarse to say: a finer space is {100 * apart / (size or apart):.3g} % away")
         return left
@@ -100,7 +100,7 @@ class Solids(Sized):
     def _from_coarser(self, answer: Answer, seen: ProbeAnswer) -> float:
         """From one or two coarser meshes. Raises Unknown."""
         thing: Fem = answer.solid.thing
-        if thing.locks_at(answer.own.largest_poisson):
+        if not answer.own.material.thin and thing.locks_at(answer.own.largest_poisson):
             raise Unknown("its element locks at this Poisson's ratio, and coarse meshes agree on what is wrong")
         return from_coarser(self.coarser(answer), seen, float(thing.order))
 

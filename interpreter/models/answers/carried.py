@@ -94,11 +94,15 @@ class Carried:
 
 @dataclass(frozen=True)
 class Holder:
-    """A support, the degrees of freedom that it holds (n, 6), and how much each node stands for (n,)."""
+    """A support, the degrees of freedom that it holds (n, 6), and how much each node stands for (n,).
+
+    Not `named` is what the scene does not name: the plane of a plane body.
+    """
 
     name: str
     holds: Bools
     weights: Floats
+    named: bool = True
 
 
 def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Sequence[tuple[Declared, Energy]],
@@ -153,7 +157,7 @@ def _of_mesh(case: Case, support: Declared, mesh: Mesh) -> Holder:
     nodes = selected(case, support, mesh)
     holds = np.zeros((len(nodes), 6), dtype=np.bool_)
     holds[:, list(support.thing.components)] = nodes[:, None]
-    return Holder(support.name, holds, _weights(mesh, nodes))
+    return Holder(support.name, holds, _weights(mesh, nodes), support in case.named_supports)
 
 
 def _weights(mesh: Mesh, nodes: Bools) -> Floats:
@@ -178,7 +182,7 @@ def reactions(carried: Carried, supports: Sequence[Holder]) -> dict[str, Reactio
     """What every support does to the body, by name."""
     found, taken = {}, np.zeros(carried.left.shape, dtype=np.bool_)
     for support in supports:
-        others = [s for s in supports if s is not support and bool((s.holds & support.holds).any())]
+        others = [s for s in supports if s.named and s is not support and bool((s.holds & support.holds).any())]
         own = carried.wrench(np.where(support.holds & ~taken, carried.left, 0.0))
         at: Floats = support.weights @ carried.x / support.weights.sum()
         both = np.any([s.holds for s in others], axis=0) & support.holds if others else taken & False

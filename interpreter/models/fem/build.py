@@ -40,7 +40,7 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.single import SingleAssembly
 from softmark.solvers.assembly.solids import elastic_energy, elastic_parts
-from softmark.solvers.elements import ELEMENTS, UnknownElement
+from softmark.solvers.elements import ELEMENTS, UnknownElement, sliced
 from softmark.solvers.energies import elementwise
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.elementwise import ElementRotation
@@ -355,7 +355,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
         shape = located(model.mesh or case.shape, at)
         cuts = cuts_of(case, shape)
         try:
-            made = shape.mesh(model.element, model.size or 0.0, cuts)  # a file's has no size but its own
+            made = shape.mesh(sliced(model.element), model.size or 0.0, cuts)  # a file's has no size but its own
             workshop.meshes[key] = with_quality(made, model, declared)
         except UnknownElement as error:
             raise Fault(levers.unmeshed(declared, error)) from error

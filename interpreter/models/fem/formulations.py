@@ -11,7 +11,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.problem.case import fault
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
-from softmark.solvers.elements import element_of
+from softmark.solvers.elements import PLANE, named
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,15 +42,20 @@ def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     """A formulation that does not fit the element, its law or the analysis; a solid that needs another one."""
     found = []
     for code, field, problem, label, help in (*_fits(model, case), *_incompressible(model, declared, case)):
-        found.append(diagnostic(code, declared.at(field), problem, label, help))
+        found.append(diagnostic(code, declared.at(field), problem, for_plane(model, label), for_plane(model, help)))
     return found
+
+
+def for_plane(model: Fem, text: str) -> str:
+    """A remedy in the elements of plane bodies, for a model of these."""
+    return text.replace("tet10", "quad9").replace("hex8", "quad4") if model.element in PLANE else text
 
 
 def _fits(model: Fem, case: Case) -> Iterator[Clash]:
     if model.formulation == "displacement":
         return
     word = f"formulation = {model.formulation}"
-    if model.formulation not in element_of(model.element).formulations:
+    if model.formulation not in named(model.element).formulations:
         yield "E551", "formulation", f"{word} is not one of {model.element}", *_element_words(model)
     elif model.integration == "selective" or model.rotation == "element":
         other = "integration = selective" if model.integration == "selective" else "rotation = element"

@@ -11,7 +11,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.problem.case import elsewhere
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Follower, Turning
-from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements import ELEMENTS, PLANE
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
@@ -71,7 +71,8 @@ def sized(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
 def _of_elements(model: Fem, case: Case) -> Iterator[Clash]:
     """Of integration and rotation, the first that does not fit."""
     known = model.strain == "finite" and case.material.finite_law() is not None
-    fit = [name for name, element in ELEMENTS.items() if model.integration in element.integrations]
+    table = PLANE if model.element in PLANE else ELEMENTS
+    fit = [name for name, element in table.items() if model.integration in element.integrations]
     if model.element not in fit:
         problem = f"{model.integration} integration is one of {listed(fit, 'and')}, not of {model.element}"
         help = f"leave it out, or use {quoted(fit, 'or')}"

@@ -17,7 +17,7 @@ from softmark.interpreter.problem.small_deflection import bending_angle
 from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
-from softmark.solvers.elements import UnknownElement, element_of
+from softmark.solvers.elements import UnknownElement, named
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
@@ -75,7 +75,9 @@ class Fem(Model):
     composite = True
     finely = ("size",)
 
-    element: Annotated[str, "element", "the element: tet4, tet10, hex8, hex20 or hex27"]
+    element: Annotated[
+        str, "element", "the element: tet4, tet10, hex8, hex20 or hex27; of plane bodies quad4, quad8 or quad9"
+    ]
     strain: Annotated[Literal["small", "corotational", "finite"], "how strain is measured"]
     size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
@@ -153,7 +155,7 @@ class Fem(Model):
     @property
     def order(self) -> int:
         """In displacements, where the solution is smooth: degree of the element + 1 (Strang and Fix 1973, 1.5)."""
-        return int(element_of(self.element).order) + 1
+        return int(named(self.element).order) + 1
 
     def orders(self) -> dict[str, int]:
         """That of the element, where every state is solved by energies that theory knows."""
@@ -184,7 +186,7 @@ class Fem(Model):
         if case.parts:
             return self._of_parts(declared, case)
         try:
-            element_of(self.element)
+            named(self.element)
         except UnknownElement as error:
             return [options.unmeshed(declared, error)]
         found = [
@@ -251,14 +253,18 @@ class Fem(Model):
     def locks_at(self, poisson: float) -> bool:
         """Whether the element is visibly too stiff at a Poisson's ratio."""
         free = self.integration == "selective" or self.formulation != "displacement"
-        return not free and bool(poisson >= element_of(self.element).locks)
+        return not free and bool(poisson >= named(self.element).locks)
 
     def _locking(self, declared: Declared, case: Case) -> Diagnostic | None:
         nu = case.material.poisson
-        if not self.locks_at(nu) or case.material.incompressible:
+        if not self.locks_at(nu) or case.material.incompressible or case.material.thin:
             return None
-        element = element_of(self.element)
-        cure = "use `formulation = mixed`" if element.pressures == "corners" else formulations.FREE
+        element = named(self.element)
+        cure = (
+            "use `formulation = mixed`"
+            if element.pressures == "corners"
+            else formulations.for_plane(self, formulations.FREE)
+        )
         return diagnostic(
             "W301",
             declared.at("element"),
@@ -293,8 +299,11 @@ class Fem(Model):
             return None
         low, high = shape.bounds
         at = declared.at("size")
-        element = element_of(self.element)
+        element = named(self.element)
         cells = len(element.split[0]) * shape.volume / self.size**3
+        if shape.flat:  # one through the thickness
+            cells, thick = shape.volume / (high[2] - low[2]) / self.size**2, max(high[0] - low[0], high[1] - low[1])
+            low, high = (*low[:2], 0.0), (*high[:2], thick)
         if cells > element.most:
             size = units.show(self.size, units.LENGTH)
             extent = units.show(max(b - a for a, b in zip(low, high, strict=True)), units.LENGTH)

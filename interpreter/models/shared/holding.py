@@ -82,7 +82,7 @@ class Held:
 
     def _rigid(self) -> Fault:
         """Nothing is left to deform."""
-        last = self.case.supports[-1]
+        last = self.case.named_supports[-1]
         return fault(
             "E303",
             last.at("where"),
@@ -204,7 +204,7 @@ def must_be_held(case: Case, rows: Floats, centre: Floats, extent: float) -> Non
     motions = free_motions(_scaled(rows, extent), centre, extent)
     if not motions:
         return
-    at = case.supports[0].at() if case.supports else case.body.at()
+    at = case.named_supports[0].at() if case.named_supports else case.body.at()
     raise fault(
         "E306",
         at,

@@ -13,10 +13,14 @@ from softmark.interpreter.results.report import SeenSurface
 
 TURN, TILT = 26.0, 16.0  # degrees
 LETTERS = "xyz"
+PLANE = ("plane_strain", "plane_stress")  # words of bodies that lie in the plane of x and y
 
 
 def view_of(findings: Findings, shapes: Iterable[SeenSurface]) -> CameraView:
-    """The first view: the longer level direction runs from left to right."""
+    """The first view: the longer level direction runs from left to right; plane bodies lie in the picture."""
+    names = findings.report.names
+    if (own := names.of_kind("body")) and all(names.declared[name].word in PLANE for name in own):
+        return CameraView(0.0, 90.0, np.eye(3))
     frame = frame_of(upward(findings))
     every = np.concatenate([s.position for s in shapes]) @ frame.T
     across, deep, _ = np.ptp(every, axis=0)

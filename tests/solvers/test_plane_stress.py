@@ -1,0 +1,101 @@
+"""The law of a thin plate: any solid's, with the stretch across it that leaves no stress there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from softmark.solvers.checks.solids import relaxed
+from softmark.solvers.materials import MATERIALS, law_for, mixed_for, parts_for
+from softmark.solvers.materials.plane_stress import PlaneStress, Thin
+
+E, NU = 1.0, 0.3  # unit scale, so that a wrong derivative shows
+FINITE = [name for name in MATERIALS if name != "linear_elastic"]
+
+
+def plate(name: str, strain: str) -> PlaneStress:
+    """The law of a plate."""
+    law = law_for(Thin.made(MATERIALS[name](E, NU, 1000.0)), strain)
+    assert isinstance(law, PlaneStress)
+    return law
+
+
+def in_plane(count: int = 6, by: float = 0.2) -> np.ndarray:
+    """Deformation gradients (count, 3, 3) that keep the plane, with any number across it."""
+    F = np.tile(np.eye(3), (count, 1, 1))
+    F[:, :2, :2] += by * np.random.default_rng(3).uniform(-1.0, 1.0, (count, 2, 2))
+    return F
+
+
+@pytest.mark.parametrize("name", FINITE)
+def test_derivatives(name: str) -> None:
+    """P and dP/dF in the plane are those of psi by central differences: error of second order, 1e-4 squared."""
+    law, F, h = plate(name, "finite"), in_plane(), 1e-5
+    P, A = law.P(F), law.dPdF(F)
+    for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        step = np.zeros((3, 3))
+        step[i, j] = h
+        assert (law.psi(F + step) - law.psi(F - step)) / (2 * h) == pytest.approx(P[:, i, j], abs=1e-8)
+        slope = (law.P(F + step) - law.P(F - step)) / (2 * h)
+        assert slope == pytest.approx(A[:, :, :, i, j], abs=1e-7)
+    assert not A[:, 2, 2].any()
+    assert not A[:, :, :, 2, 2].any()
+    assert np.linalg.eigvalsh(law.dPdF_projected(F).reshape(-1, 9, 9)).min() > -1e-12
+
+
+@pytest.mark.parametrize("name", FINITE)
+def test_no_stress_across_and_the_least_energy(name: str) -> None:
+    """The solid at the stretch that is found has no stress across, and more energy at any other nearby."""
+    law, F = plate(name, "finite"), in_plane()
+    open_, other = law.opened(F), law.opened(F)
+    assert np.abs(law.solid.P(open_)[:, 2, 2]).max() < 1e-13
+    for away in (-0.02, 0.02):
+        other[:, 2, 2] = open_[:, 2, 2] + away
+        assert (law.solid.psi(other) > law.psi(F)).all()
+
+
+@pytest.mark.parametrize("name", FINITE)
+def test_a_pulled_strip_is_a_pulled_bar(name: str) -> None:
+    """Pulled along x with free sides, a plate grows as narrow as thin: as the bar of the solid, by root finding."""
+    law, stretch = plate(name, "finite"), 1.3
+
+    def aside(s: float) -> float:
+        return float(law.solid.P(np.diag([stretch, s, s])[None])[0, 1, 1])
+
+    narrow = brentq(aside, 0.5, 1.2, xtol=1e-14)
+    F = np.diag([stretch, narrow, 1.0])[None]
+    assert law.opened(F)[0, 2, 2] == pytest.approx(narrow, abs=1e-12)
+    assert law.P(F)[0, 1, 1] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("strain", ["small", "corotational"])
+def test_small_strains_are_those_of_the_textbook(strain: str) -> None:
+    """sigma_xx = E / (1 - nu^2) (e_xx + nu e_yy), e_zz = -nu / (1 - nu) (e_xx + e_yy); no rotation here."""
+    law, e = plate("linear_elastic", strain), np.diag([2e-3, -1e-3, 0.0])
+    P = law.P(np.eye(3)[None] + e)[0]
+    assert P[0, 0] == pytest.approx(E / (1 - NU**2) * (e[0, 0] + NU * e[1, 1]), rel=1e-12)
+    across = law.opened(np.eye(3)[None] + e)[0, 2, 2] - 1.0
+    assert across == pytest.approx(-NU / (1 - NU) * (e[0, 0] + e[1, 1]), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", FINITE)
+def test_the_check_finds_the_same_by_halving(name: str) -> None:
+    """60 halvings leave rounding."""
+    law, F = plate(name, "finite"), in_plane()
+    assert relaxed(law.solid.P)(F) == pytest.approx(law.P(F), abs=1e-13)
+
+
+def test_where_no_stretch_frees_it_there_is_no_state() -> None:
+    """A St Venant-Kirchhoff plate stretched by sqrt(1 + 1 / nu) both ways would have to be thinner than nothing."""
+    law = plate("st_venant_kirchhoff", "finite")
+    F = np.diag([2.1, 2.1, 1.0])[None]
+    assert np.isinf(law.psi(F)).all()
+    assert np.isnan(law.opened(F)[0, 2, 2])
+
+
+def test_nothing_is_taken_apart_and_a_plate_of_a_plate_is_one() -> None:
+    """Where the thickness follows the motion nothing locks, and laws of parts are those of solids."""
+    gel = Thin.made(MATERIALS["neo_hookean"](E, NU, 1000.0))
+    assert Thin.made(gel) is gel
+    assert parts_for(gel, "finite") is parts_for(gel, "small") is mixed_for(gel, "small") is None
