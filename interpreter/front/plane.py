@@ -46,7 +46,7 @@ def acting(scene: Scene) -> Iterator[Diagnostic]:
         own = declared.value("body")
         flat = own in bodies or (own is None and alone and declared.kind == "load")
         if flat and declared.kind == "load" and isinstance(declared.thing.action, Turning):
-            yield diagnostic("E544", declared.at(), f"`{declared.name}` is a moment on a plane body, which takes forces",
+            yield diagnostic("E544", declared.at(), f"`{declared.name}` is a moment, and a plane body takes forces",
                              "not for plane bodies", "turn an edge by `turned(..., axis = +z)`")  # fmt: skip
         elif flat and abs(_across(declared)) > 0.0:
             does = "moves" if declared.kind == "support" else "pulls"
