@@ -13,8 +13,9 @@ Rows in which a position is missing are left out, and the number of them is stat
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from softmark.records import dataclass
 from softmark.references.data import find, source_of
@@ -37,9 +38,10 @@ class TrackedPoints(Reference):
     """Points of a body that were tracked while it was loaded: a table of positions at rest and in other states.
 
     The table is a CSV file whose header names the columns x0, y0, z0 at rest, x1, y1, z1 in state 1 and so on, and
-    optionally i, j, k or name; lines before the header are titles. `state` is the one that is compared,
-    `rest` the one that displacements start from. `x` and `z` say which directions of the file are the scene's
-    axes, y follows; `unit` is the length of one unit of the file; `origin` is where the file's origin lies.
+    optionally i, j, k or name; lines before the header are titles. `state` is the one that is compared, or `states`
+    those of each state of the analysis, `rest` the one that displacements start from. `x` and `z` say which directions
+    of the file are the scene's axes, y follows; `unit` is the length of one unit of the file; `origin` is where the
+    file's origin lies.
 
     `uncertainty` is how far any displacement may be from the true one: differences below it say nothing. A path
     that begins with `data:` names a public data set, which is downloaded once.
@@ -50,6 +52,9 @@ class TrackedPoints(Reference):
     unit: Annotated[float, "m in (0, inf)", "length of one unit of the table's positions"]
     uncertainty: Annotated[float, "m in [0, inf)", "how far a measured displacement may be from the true one"]
     state: Annotated[int, "1 in [0, 1000]", "which state is compared, by the number in its columns"] = 1
+    states: Annotated[
+        Any | None, "values of 1 in [0, 1000]", "the same of each state of the analysis, in its order"
+    ] = None
     rest: Annotated[int, "1 in [0, 1000]", "which state displacements start from"] = 0
     x: Annotated[Vector, "direction", "which direction of the file is the scene's x axis"] = (1.0, 0.0, 0.0)
     z: Annotated[Vector, "direction", "which direction of the file is the scene's z axis"] = (0.0, 0.0, 1.0)
@@ -68,10 +73,17 @@ class TrackedPoints(Reference):
             states = read_table(Path(self.path)).states
         except Unreadable as error:
             return error.reason, error.remedy
-        lacking = next((s for s in (self.rest, self.state) if s not in states), None)
+        compared = (self.state,) if self.states is None else self.states.values
+        lacking = next((s for s in (self.rest, *compared) if s not in states), None)
         if lacking is None:
             return None
-        return f"the table has no state {lacking}", f"its states are {', '.join(map(str, states))}"
+        return f"the table has no state {lacking:g}", f"its states are {', '.join(map(str, states))}"
+
+    def in_state(self, number: int, value: float) -> Self:
+        """The points in one state of the analysis, counted from 0."""
+        if self.states is None or number >= len(self.states.values):  # too few are refused when a scene is checked
+            return self
+        return replace(self, state=int(self.states.values[number]), states=None)
 
     def load(self, beside: Path | None = None) -> MeasuredPoints:
         """The points at rest and their displacements, in the scene's frame. Raises Unreadable."""

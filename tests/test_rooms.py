@@ -28,7 +28,8 @@ KNOWN_BY_TYPE = [
     {
         f"softmark.solvers.dynamics.{m}"
         for m in ["damping", "forces", "frequencies", "lagged", "newton", "problem", "scheme", "system", "trapezoidal"]
-    },
+    }
+    | {"softmark.solvers.dynamics.turning"},
 ]
 LONGEST = 500  # lines of a file
 MOST = 15  # modules of a folder that has no folders within

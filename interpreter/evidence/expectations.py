@@ -1,30 +1,40 @@
-"""Expectations against results."""
+"""Expectations against results: of a scene with states in each of them, or in the one that they name."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from softmark.grammar import tree
 from softmark.interpreter.language import units
-from softmark.interpreter.language.expectations import truth
+from softmark.interpreter.language.expectations import in_each_state, truth
 from softmark.interpreter.language.expressions import Bad, Evaluator, Place, Quantity, Value
 from softmark.interpreter.language.scene import Expectation, Scene
+from softmark.interpreter.language.states import numbers_of
 from softmark.interpreter.plan.plan import named_in
 from softmark.interpreter.results.report import ExpectationResult, ModelResult, ReferenceResult
+from softmark.interpreter.results.states import percent
+
+Results = Mapping[str, ModelResult | ReferenceResult]
 
 
-def judge(
-    scene: Scene, results: Mapping[str, ModelResult | ReferenceResult], expectation: Expectation
-) -> ExpectationResult:
-    """Whether an expectation is met by the results."""
+def judge(scene: Scene, results: Results, expectation: Expectation, states: Sequence[float] = ()) -> ExpectationResult:
+    """Whether an expectation is met by the results; in every one of the states where it names none."""
     text, line = expectation.text, expectation.location.span.line
     missing = sorted(named_in(expectation.node) - set(results) - set(scene.parameters))
     if missing:
         return ExpectationResult(text, line, None, None, reason=f"{', '.join(missing)} was not run", left_out=True)
+    if not states or not in_each_state(expectation.node):
+        return _judged(expectation, _Known(scene, results, states))
+    each = [_judged(expectation, _Known(scene, results, states, number)) for number in range(len(states))]
+    return _in_all(each, states)
+
+
+def _judged(expectation: Expectation, known: _Known) -> ExpectationResult:
+    text, line = expectation.text, expectation.location.span.line
     place = Place(expectation.location.source, [])
-    evaluator = Evaluator(place, lambda name: _known(scene, results, name), scene.vocabulary)
+    evaluator = Evaluator(place, known.of, known.scene.vocabulary, known.at)
     try:
         passed = truth(expectation.node, evaluator)
         first = _first_value(expectation.node, evaluator)
@@ -39,19 +49,46 @@ def judge(
     )
 
 
+def _in_all(each: Sequence[ExpectationResult], states: Sequence[float]) -> ExpectationResult:
+    """Not met where it is not in one state, else not judged where one has no value; it tells of the first such."""
+    wrong = [i for i, own in enumerate(each) if own.passed is False]
+    open_ = [i for i, own in enumerate(each) if own.passed is None]
+    told = (wrong or open_ or [len(each) - 1])[0]
+    own, verdicts = each[told], tuple(e.passed for e in each)
+    where = ", ".join(percent(states[i]) for i in wrong or open_)
+    several = "states" if len(wrong or open_) > 1 else "state"
+    reason = f"in the {several} {where}: {own.reason}" if open_ and not wrong else None
+    reason = f"not in the {several} {where}" if wrong else reason
+    return ExpectationResult(own.text, own.line, own.passed, own.value, own.unit, reason, states=verdicts)
+
+
 class _NoValue(Exception):
     """A metric that an expectation names has no value."""
 
 
-def _known(scene: Scene, results: Mapping[str, ModelResult | ReferenceResult], name: tree.Name) -> Value:
-    """The value of a metric or of a parameter, after the run."""
-    if name.text in scene.parameters:
-        return scene.parameters[name.text].value
-    owner, metric = name.parts
-    known = results[owner].metrics.get(metric)
-    if known is None or known.value is None:
-        raise _NoValue(f"{name.text} has no value" + (f": {known.reason}" if known and known.reason else ""))
-    return Quantity(known.value, units.parse(known.unit).dimension)
+class _Known:
+    """The values of metrics, in the state of this number if there is one, and of parameters, after the run."""
+
+    def __init__(self, scene: Scene, results: Results, states: Sequence[float], number: int | None = None) -> None:
+        self.scene, self.results, self.states, self.number = scene, results, states, number
+
+    def of(self, name: tree.Name) -> Value:
+        """Of a metric or of a parameter. Raises _NoValue."""
+        if name.text in self.scene.parameters:
+            return self.scene.parameters[name.text].value
+        return self._metric(name, self.number)
+
+    def at(self, name: tree.Name, node: tree.Expression, value: Quantity) -> Value:
+        """Of a metric in the state of a value. Raises _NoValue."""
+        return self._metric(name, numbers_of(self.states, value.value)[0])
+
+    def _metric(self, name: tree.Name, number: int | None) -> Value:
+        owner, metric = name.parts
+        result = self.results[owner] if number is None else self.results[owner].each[number]
+        known = result.metrics.get(metric)
+        if known is None or known.value is None:
+            raise _NoValue(f"{name.text} has no value" + (f": {known.reason}" if known and known.reason else ""))
+        return Quantity(known.value, units.parse(known.unit).dimension)
 
 
 def _first_value(node: Any, evaluator: Evaluator) -> Quantity | None:

@@ -8,16 +8,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
-from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.front import files_and_selections as given
-from softmark.interpreter.front import lints, plane
+from softmark.interpreter.front import lints, plane, states
 from softmark.interpreter.front.comparisons import comparisons
 from softmark.interpreter.front.course_steps import unresolved
 from softmark.interpreter.front.refinements import doubts as doubts_of_refined
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compile import recompiled
 from softmark.interpreter.language.conditions import Point
+from softmark.interpreter.language.expectations import metrics_in
 from softmark.interpreter.language.message_limit import shortened
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.overrides import Override
@@ -35,9 +35,12 @@ from softmark.interpreter.vocabulary.supports import Symmetric
 
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
     """All errors and warnings about a scene; of one that is not `complete`, what its sound parts tell."""
-    found: list[Diagnostic] = []
+    found: list[Diagnostic] = [*states.faults(scene)] if complete else []
+    where = states.widest(scene)
     for test in LOCAL + (WHOLE if complete else ()):
-        found += test(scene, found)
+        found += test(where, found)
+    if where is not scene and complete:
+        found += given.tables(scene)
     return shortened(list(dict.fromkeys(found)))
 
 
@@ -284,8 +287,8 @@ def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """An expectation takes a metric of a model or reference of the same body."""
     for expectation in scene.expectations:
-        for name, _ in tree.walk(expectation.node):
-            if not isinstance(name, tree.Name) or len(name.parts) != 2 or name.text in scene.parameters:
+        for name in metrics_in(expectation.node):
+            if name.text in scene.parameters:
                 continue
             owner, metric = name.parts
             looked, known = _looks_at(scene, metric), _body(scene, owner)

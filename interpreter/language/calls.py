@@ -12,6 +12,7 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import Second
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import aliases, schema, sweeps, units
+from softmark.interpreter.language.bare_words import bare_word
 from softmark.interpreter.language.condition_syntax import said, selection
 from softmark.interpreter.language.expressions import Bad, Place, Quantity, VectorValue, describe, words
 from softmark.interpreter.language.region_names import KIND, regions_of
@@ -428,13 +429,8 @@ class Binder:
 
     def _name(self, field: Field, node: tree.Expression, place: Place) -> str:
         if isinstance(node, tree.String) and self.module.prefix + node.value in self.compiler.table.symbols:
-            raise place.fail(
-                "E207",
-                node.span,
-                f"expected {field.expected}, found a text",
-                "a text",
-                f"write `{node.value}`, without quotes",
-            )
+            raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text",
+                             f"write `{node.value}`, without quotes")  # fmt: skip
         if isinstance(node, tree.String):
             known = ", ".join(self.compiler.scope.names(self.module, [field.kind])) or "none"
             hint = f"names stand without quotes; declared {schema.plural(field.kind)}: {known}"
@@ -453,6 +449,8 @@ class Binder:
         if not isinstance(node, tree.List):
             raise self._wrong(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).values(node)
+        if field.dimension is not None and value.values:
+            self._dimension(field, node, place, value)
         for number, item in zip(value.values, node.items, strict=True):
             self._range(field, item, place, number)
         return value
@@ -472,7 +470,8 @@ class Binder:
         if isinstance(node, tree.Call):
             return self.call(field.kind, node, outermost=False)[1]
         if isinstance(node, tree.Name):
-            return self.compiler.named(node, field.kind, self.module, place).thing
+            word = bare_word(self.compiler.scope, self.module, field, node, place)
+            return word.cls() if word else self.compiler.named(node, field.kind, self.module, place).thing
         raise self._wrong(field, node, place)
 
     def _element(self, field: Field, node: tree.Expression, place: Place) -> Any:

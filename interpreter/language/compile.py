@@ -25,6 +25,7 @@ from softmark.interpreter.language.scene import Declared, Expectation, Location,
 from softmark.interpreter.language.schema import Vocabulary
 from softmark.interpreter.language.scope import Scope
 from softmark.interpreter.language.sources import Module, ModuleTable, Symbol
+from softmark.interpreter.language.states import in_state, states_of
 
 STATEMENTS = ("param", "use", "expect", "scene")
 DEEPEST = 80  # declarations that refer to one another in a row
@@ -67,27 +68,35 @@ def _recompiled(scene: Scene, known: ModuleTable, more: Sequence[Override]) -> t
     texts = (*scene.overrides, *varied)
     given = overrides.read(scene.overrides, diagnostics) + added
     other, found = _compiled(table, scene.path, given, diagnostics, texts)
-    return replace(other, chosen=scene.chosen, varied=scene.varied + varied), found
+    other = replace(other, chosen=scene.chosen, varied=scene.varied + varied)
+    return _as(scene.state, other), found
+
+
+def _as(state: int | None, scene: Scene) -> Scene:
+    """The scene in a state that another is in, as far as it has as many."""
+    return scene if state is None or state >= len(states_of(scene)) else in_state(scene, state)
 
 
 def _reduced(scene: Scene) -> tuple[Any, ...]:
     """Conditions are functions, which cannot be pickled: the texts can, and are compiled again."""
     if scene.table is None:
         return Scene, tuple(getattr(scene, f.name) for f in fields(scene))
-    return restored, (scene.table, scene.path, scene.overrides, scene.chosen)
+    return restored, (scene.table, scene.path, scene.overrides, scene.chosen, scene.state)
 
 
 copyreg.pickle(Scene, _reduced)
 
 
-def restored(table: ModuleTable, path: str | None, texts: tuple[str, ...], chosen: tuple[str, ...]) -> Scene:
+def restored(
+    table: ModuleTable, path: str | None, texts: tuple[str, ...], chosen: tuple[str, ...], state: int | None = None
+) -> Scene:
     """The scene of texts that were parsed before, in another process or for a copy. Raises SceneError."""
     diagnostics = Ledger()
     known = table.again(diagnostics)
     scene, found = _compiled(known, path, overrides.read(texts, diagnostics), diagnostics, texts)
     if errors := [d for d in found if d.severity == "error"]:  # a file that it names is no longer there
         raise SceneError(errors)
-    return replace(scene, chosen=chosen)
+    return _as(state, replace(scene, chosen=chosen))
 
 
 def _compiled(

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING
 from softmark.grammar import tree
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import schema, units
-from softmark.interpreter.language.expressions import Bad, Evaluator, Place, Quantity, Value, describe
+from softmark.interpreter.language.expressions import Bad, Evaluator, Place, Quantity, Value, before_at, describe
 from softmark.interpreter.language.sources import Module
+from softmark.interpreter.language.states import numbers_of
+from softmark.interpreter.results.states import percent
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -32,7 +34,7 @@ class Expectations:
         broken: Bad | None = None
         for part in _parts(node):
             try:
-                truth(part, Evaluator(self.place, self._lookup, self.compiler.table.vocabulary))
+                truth(part, Evaluator(self.place, self._lookup, self.compiler.table.vocabulary, self._at))
             except Bad as bad:
                 broken = bad
         if broken is not None:
@@ -83,6 +85,30 @@ class Expectations:
             hint = f"did you mean `{'.'.join((close, *name.parts[1:]))}`?"
         raise self.place.fail("E201", name.span, f"`{name.parts[0]}` is not declared", "not found", hint)
 
+    def _at(self, name: tree.Name, node: tree.Expression, value: Quantity) -> Value:
+        """The dimension of a metric in one state, `model.metric.at(12.5 %)`, which the analysis must have once."""
+        found, states = self._lookup(name), self._states()
+        if value.dimension != units.NONE:
+            what = units.named(value.dimension)
+            raise self.place.fail("E204", node.span, f"expected a plain number, found {what}", what,
+                                  "a state is known by its value, a part of the whole: `.at(12.5 %)`")  # fmt: skip
+        if name.text in self.compiler.table.symbols or not states:
+            problem = f"`{name.text}` has no states" if states else "the analysis has no states"
+            raise self.place.fail("E313", node.span, problem, "of which states?",
+                                  "leave `.at(...)` out, or give the analysis some: `static(states = [5, 12.5] %)`",
+                                  )  # fmt: skip
+        if len(chosen := numbers_of(states, value.value)) != 1:
+            shown, listed = percent(value.value), ", ".join(map(percent, states))
+            problem = f"the analysis has no state {shown}" if not chosen else f"it is in the state {shown} twice"
+            raise self.place.fail("E313", node.span, problem, "which state?", f"its states are {listed}")
+        return found
+
+    def _states(self) -> tuple[float, ...]:
+        """Of the analysis. Raises Bad where that is in error."""
+        own = self._own("analysis")
+        known = self.compiler.declaration(own[0]).value("states") if own else None
+        return () if known is None else tuple(known.values)
+
     def _alone(self, name: tree.Name, kind: str) -> Bad:
         """A name without a dot that is no parameter."""
         metrics, owners = self._own("metric"), self._own(*OWNERS)
@@ -123,6 +149,19 @@ class Expectations:
         if found:
             problem = f"`{metric}` is {schema.article(found)} {found}, not a metric"
         return self.place.fail("E216", name.span, problem, "not a metric", hint)
+
+
+def metrics_in(node: tree.Expression) -> Iterator[tree.Name]:
+    """`model.metric` wherever an expectation names one, in one state or in all."""
+    for part, _ in tree.walk(node):
+        name = before_at(part) if isinstance(part, tree.Call) else part
+        if isinstance(name, tree.Name) and len(name.parts) == 2:
+            yield name
+
+
+def in_each_state(node: tree.Expression) -> bool:
+    """Whether an expectation names a metric without a state."""
+    return any(isinstance(part, tree.Name) and len(part.parts) == 2 for part, _ in tree.walk(node))
 
 
 def _parts(node: tree.Expression) -> Iterator[tree.Expression]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TypeVar
 
 from softmark.grammar import tree
@@ -76,6 +77,7 @@ HIGHEST = 99  # power of a unit
 PREDEFINED = frozenset((*FUNCTIONS, *SPECIAL, *CONSTANTS, *COORDINATES, "yes", "no"))
 
 Lookup = Callable[[tree.Name], Value]
+At = Callable[[tree.Name, tree.Expression, Quantity], Value]  # of the name before `.at`, and what stands in brackets
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,7 @@ class Evaluator:
     place: Place
     lookup: Lookup
     vocabulary: Vocabulary
+    at: At | None = None  # of expectations: what `model.metric.at(12.5 %)` comes to
 
     def quantity(self, node: tree.Expression) -> Quantity:
         """A number with its dimension."""
@@ -237,15 +240,18 @@ class Evaluator:
             raise ValueError
         return Quantity(value, dimension)
 
-    def _call(self, node: tree.Call) -> Quantity:
+    def _call(self, node: tree.Call) -> Value:
         name = node.function.text
-        if name not in FUNCTIONS and name not in SPECIAL:
+        owner = before_at(node)
+        if (name not in FUNCTIONS and name not in SPECIAL) and (owner is None or self.at is None):
             raise self._unknown_function(node)
         if any(a.name for a in node.arguments) or not node.arguments:
             raise self.place.fail("E211", node.span, f"`{name}` takes plain values, without names",
                                   "no value to take",
                                   f"write `{name}(a)`")  # fmt: skip
         arguments = [self.quantity(a.value) for a in node.arguments]
+        if owner is not None and self.at is not None and len(arguments) == 1:
+            return self.at(owner, node.arguments[0].value, arguments[0])
         if name in ("min", "max"):
             return self._extreme(node, arguments)
         if len(arguments) != 1:
@@ -303,6 +309,14 @@ class Evaluator:
             raise self.place.fail("E218", span, f"the square root of {what} has no whole unit", what,
                                   "take the root of a product of even powers, such as an area")  # fmt: skip
         return tuple(n // 2 for n in dimension)  # type: ignore[return-value]
+
+
+def before_at(node: tree.Call) -> tree.Name | None:
+    """`rod.eta` of `rod.eta.at(12.5 %)`; None of any other call."""
+    parts, span = node.function.parts, node.function.span
+    if len(parts) < 2 or parts[-1] != "at":
+        return None
+    return tree.Name(parts[:-1], replace(span, end=span.end - 3, end_column=span.end_column - 3))
 
 
 def describe(node: tree.Expression) -> str:

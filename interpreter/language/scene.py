@@ -94,6 +94,7 @@ class Scene:
     table: ModuleTable | None = field(default=None, repr=False, compare=False)  # what it was compiled from
     chosen: tuple[str, ...] = ()  # models that are asked for, with what they need; all of them without
     varied: tuple[str, ...] = ()  # of the overrides, those that a study gave: `L=120 mm`
+    state: int | None = None  # which state of its analysis it is in (`states.py`); None of all, or of the only one
 
     @property
     def vocabulary(self) -> Vocabulary:

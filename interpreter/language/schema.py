@@ -82,6 +82,8 @@ class Field:
         if self.form in ("quantity", "vector") and self.dimension is not None:
             one = units.named(self.dimension)
             return one if self.form == "quantity" else f"three components, each {one}"
+        if self.form == "list" and self.dimension == units.NONE:
+            return "a list of plain numbers such as `[5, 12.5, 18.25] %`"
         if self.form == "choice":
             *others, last = self.options
             return f"{', '.join(others)} or {last}" if others else last
@@ -240,7 +242,8 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "names", "kind": spec.removesuffix("s")}
     if spec == "values":
         return {"form": "list"}
+    listed, spec = spec.startswith("values of "), spec.removeprefix("values of ")
     unit = spec.split(" in ")[0]
     vector = tuple in (get_origin(base), *(get_origin(part) for part in get_args(base)))
-    form = "vector" if vector else "quantity"
+    form = "list" if listed else "vector" if vector else "quantity"
     return {"form": form, "dimension": units.parse(unit).dimension, "interval": Interval.read(spec)}

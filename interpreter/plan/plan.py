@@ -10,7 +10,9 @@ from collections import defaultdict
 
 from softmark.grammar import tree
 from softmark.interpreter.language import units
+from softmark.interpreter.language.expectations import metrics_in
 from softmark.interpreter.language.scene import Declared, Location, Scene
+from softmark.interpreter.language.states import states_of
 from softmark.interpreter.problem.case import body_of, case_of
 from softmark.records import dataclass
 
@@ -85,7 +87,7 @@ def _bodies(scene: Scene, question: Declared) -> tuple[str, ...]:
 
 def named_in(node: tree.Expression) -> set[str]:
     """Models and references that an expectation is about: what stands before the dot."""
-    return {n.parts[0] for n, _ in tree.walk(node) if isinstance(n, tree.Name) and len(n.parts) == 2}
+    return {name.parts[0] for name in metrics_in(node)}
 
 
 def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -> list[Task]:
@@ -107,7 +109,9 @@ def _solve(scene: Scene, name: str, asked: Location) -> Task:
     declared = scene.declared[name]
     body = body_of(scene, declared)
     needs = (f"mesh {body}",) if declared.thing.mesh_key() is not None else ()
-    return Task("solve", name, declared.thing.outline(case_of(scene, body)), asked, needs)
+    states = states_of(scene)
+    each = f", in {len(states)} states" if len(states) > 1 else ""
+    return Task("solve", name, declared.thing.outline(case_of(scene, body)) + each, asked, needs)
 
 
 def _known(reference: Declared) -> str:

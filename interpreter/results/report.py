@@ -7,12 +7,13 @@ there is no value. Not-a-number never gets in: whoever makes a part refuses it, 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.results.names import Names
 from softmark.interpreter.results.plain import clean as clean
+from softmark.interpreter.results.states import Curve, curve_of
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ class SeenSurface:
     """The surface of a body as a model or a reference sees it: what the report draws.
 
     `position` (n, 3) in m, after deformation; `triangles` (k, 3), outward. `frames` (t, n, 3) and `times` (t,) where
-    there is a history. `error` (n,) is the distance to what is `measured_from`, in m.
+    there is a history, or several states. `error` (n,) is the distance to what is `measured_from`, in m.
     """
 
     position: NDArray[np.float64]
@@ -91,6 +92,7 @@ class SeenSurface:
     frames: NDArray[np.float64] | None = None
     error: NDArray[np.float64] | None = None
     measured_from: str | None = None
+    labels: tuple[str, ...] = ()  # of frames that are states and no moments; `times` then counts them
 
 
 @dataclass(frozen=True)
@@ -109,6 +111,7 @@ class MetricResult:
     samples: tuple[float, ...] = ()
     uncertainty: float | None = None
     published: float | None = None
+    states: tuple[float | None, ...] = ()  # its values in all states of the analysis; `value` is that of the last
 
     @property
     def meaningful(self) -> bool:
@@ -124,6 +127,8 @@ class MetricResult:
             own |= {"uncertainty": self.uncertainty, "meaningful": self.meaningful}
         if self.published is not None:
             own["published"] = self.published
+        if self.states:
+            own["states"] = list(self.states)
         return {**own, **self.details}
 
 
@@ -156,6 +161,12 @@ class ModelResult:
     reactions: Mapping[str, HeldSupport] = field(default_factory=dict)  # of each support
     kind: ModelKind | None = None  # of one that has others of its kind
     stress: Any = None  # where a scene asks for it: what gives the stresses of the mesh, for files
+    states: tuple[float, ...] = ()  # of an analysis with several: their values, and
+    each: tuple[ModelResult, ...] = ()  # what came of it in each; the rest is that of the last (`states.py`)
+
+    def curve(self, metric: str) -> Curve:
+        """A metric from state to state. Raises KeyError for one that it does not have."""
+        return curve_of(self.each, self.states, metric)
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""
@@ -171,7 +182,14 @@ class ModelResult:
             "loads": {n: r.to_json() for n, r in self.loads.items()},
         }
         own |= {"reactions": clean(self.reactions)} if self.reactions else {}
-        return own | {"stated": clean(self.stated)} if self.stated else own
+        own |= {"stated": clean(self.stated)} if self.stated else {}
+        return own | _in_each(self.states, self.each)
+
+
+def _in_each(states: tuple[float, ...], each: Sequence[Any]) -> dict[str, Any]:
+    """The entries of every state, with its value; none of a result in one situation."""
+    found = [{"state": value, **own.to_json()} for value, own in zip(states, each, strict=True)]
+    return {"states": found} if found else {}
 
 
 def _timing(name: str, timing: Timing | None) -> dict[str, Any]:
@@ -201,6 +219,12 @@ class ReferenceResult:
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
     shape: SeenSurface | None = None
     facts: Mapping[str, Any] = field(default_factory=dict)  # where measured data came from, how it was registered
+    states: tuple[float, ...] = ()  # of an analysis with several: their values, and
+    each: tuple[ReferenceResult, ...] = ()  # what came of it in each; the rest is that of the last
+
+    def curve(self, metric: str) -> Curve:
+        """A metric from state to state. Raises KeyError for one that it does not have."""
+        return curve_of(self.each, self.states, metric)
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a reference."""
@@ -213,6 +237,7 @@ class ReferenceResult:
             "facts": dict(self.facts),
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": {n: m.to_json() for n, m in self.metrics.items()},
+            **_in_each(self.states, self.each),
         }
 
 
@@ -227,6 +252,7 @@ class ExpectationResult:
     unit: str = ""
     reason: str | None = None
     left_out: bool = False  # what it is about was not chosen to run
+    states: tuple[bool | None, ...] = ()  # whether it is met in each, of one that is asked of all states
 
     @property
     def verdict(self) -> str:
@@ -237,6 +263,7 @@ class ExpectationResult:
         """The contract's entry of an expectation."""
         own = {"text": self.text, "line": self.line, "passed": self.passed, "value": self.value}
         own["verdict"] = self.verdict
+        own |= {"states": list(self.states)} if self.states else {}
         return own if self.reason is None else {**own, "reason": self.reason}
 
 

@@ -19,7 +19,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.results.report import ModelResult, Report, SeenSurface
+from softmark.interpreter.results.report import ModelResult, ReferenceResult, Report, SeenSurface
 from softmark.solvers.elements import element_of
 
 Floats = NDArray[np.float64]
@@ -28,7 +28,8 @@ Floats = NDArray[np.float64]
 def write_vtu(report: Report, folder: str | Path) -> list[Path]:
     """Write vtu/NAME.vtu for each mesh and vtu/NAME-surface.vtu for each surface, in m; their paths.
 
-    What has a history gets a file for each moment and NAME.pvd, which ParaView opens as one animation.
+    What has a history gets a file for each moment and NAME.pvd, which ParaView opens as one animation; what has states
+    a file for each that has an answer, with the value of the state in place of the time.
     Raises OSError; UnknownElement for a kind of cell that is none.
     """
     target = Path(folder) / "vtu"
@@ -37,6 +38,9 @@ def write_vtu(report: Report, folder: str | Path) -> list[Path]:
     taken: set[str] = set()
     for outcome in report.outcomes:
         name = _file_name(outcome.name, taken)
+        if outcome.states:
+            written += _in_states(target, name, outcome)
+            continue
         if isinstance(outcome, ModelResult) and outcome.mesh is not None:
             written += _mesh(target, name, outcome.mesh, outcome.stress)
         written += _surface(target, f"{name}-surface", outcome.shape) if outcome.shape is not None else []
@@ -63,6 +67,30 @@ def _mesh(target: Path, name: str, mesh: Any, stress: Any) -> list[Path]:
     states = ((X, {"displacement": np.asarray(u)}) for u in frames)
     files = _series(target, name, times, cells, states)
     return [*files, *([_write(target / f"{name}-end.vtu", X, cells, last | known)] if known else [])]
+
+
+def _in_states(target: Path, name: str, outcome: ModelResult | ReferenceResult) -> list[Path]:
+    """A mesh and a surface for each state that has an answer."""
+    each: Sequence[Any] = outcome.each
+    pairs, written = list(zip(outcome.states, each, strict=True)), list[Path]()
+    solved = [(s, r) for s, r in pairs if isinstance(r, ModelResult) and r.mesh is not None]
+    if solved:
+        first = solved[0][1].mesh
+        cells = [(element_of(first.kind).meshio, np.asarray(first.cells))]
+        data = ((np.asarray(r.mesh.points), _at_nodes(r)) for _, r in solved)
+        written += _series(target, name, np.array([s for s, _ in solved]), cells, data)
+    seen = [(s, r.shape) for s, r in pairs if r.shape is not None]
+    if seen:
+        errors = ((x.position, {} if x.error is None else {"error": x.error}) for _, x in seen)
+        triangles = [("triangle", seen[0][1].triangles)]
+        written += _series(target, f"{name}-surface", np.array([s for s, _ in seen]), triangles, errors)
+    return written
+
+
+def _at_nodes(result: ModelResult) -> dict[str, Floats]:
+    """Displacements of a state of rest, and stress where it is asked for."""
+    known = {} if result.stress is None else _stress(result.stress)
+    return {"displacement": np.asarray(result.mesh.displacement)} | known
 
 
 def _stress(stress: Any) -> dict[str, Floats]:

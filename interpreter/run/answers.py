@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
+from softmark.interpreter.language.states import in_state, states_of
 from softmark.interpreter.problem.case import Case, case_for, case_of
 from softmark.interpreter.problem.points import ProbePoints, place_of
+from softmark.interpreter.results.states import percent
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,13 +26,16 @@ if TYPE_CHECKING:
 
 @dataclass
 class Work:
-    """A run of a scene: what it is to do, and what is known by now, by name."""
+    """A run of a scene, in one of its states where it has several: what it is to do, and what is known by now."""
 
     scene: Scene
     plan: Plan
     options: Options
     warnings: list[Diagnostic]
     started: datetime = field(default_factory=lambda: datetime.now(UTC))
+    state: float | None = None  # the value of the state
+    before: Work | None = None  # the same in the state before
+    meshes: dict[tuple[Any, ...], Any] = field(default_factory=dict)  # that models share, in all states
     prepared: dict[str, tuple[Prepared, float, float]] = field(default_factory=dict)  # with wall and CPU seconds
     models: dict[str, ModelResult] = field(default_factory=dict)
     references: dict[str, ReferenceResult] = field(default_factory=dict)
@@ -57,7 +62,31 @@ class Work:
         own = [p for p in self.scene.of_kind("probe").values() if p.thing.body == body]
         return [p for p in own if p.thing.tracked in (None, *self.measured)]
 
-    def warn(self, found: Sequence[Diagnostic]) -> None:
-        """Keep warnings for the report, and show them."""
-        self.warnings.extend(found)
-        self.options.warn(found)
+    def warn(self, found: Sequence[Diagnostic], here: Sequence[Diagnostic] = ()) -> None:
+        """Keep warnings for the report, and show those that no state before had: of those `here` with their state."""
+        new, where = [d for d in (*found, *here) if not self._said(d)], self.where.strip()
+        self.warnings.extend((*found, *here))
+        self.options.warn([replace(d, notes=(*d.notes, where)) if where and d in here else d for d in new])
+
+    def _said(self, found: Diagnostic) -> bool:
+        before = self.before
+        return before is not None and (found in before.warnings or before._said(found))
+
+    @property
+    def where(self) -> str:
+        """` in the state 12.5 %`, for progress; nothing in a scene of one situation."""
+        return "" if self.state is None else f" in the state {percent(self.state)}"
+
+
+def works_of(scene: Scene, plan: Plan, options: Options, warnings: Sequence[Diagnostic]) -> tuple[Work, ...]:
+    """The run of a scene: one of each of its states, in their order, or the only one."""
+    states = states_of(scene)
+    if not states:
+        return (Work(scene, plan, options, list(warnings)),)
+    works: list[Work] = []
+    for number, value in enumerate(states):
+        work = Work(in_state(scene, number), plan, options, list(warnings), state=value)
+        if works:
+            work.before, work.started, work.meshes = works[-1], works[0].started, works[0].meshes
+        works.append(work)
+    return tuple(works)

@@ -6,7 +6,10 @@ import os
 import sys
 import time
 from dataclasses import replace
+from operator import add
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from softmark.interpreter.evidence.force_check import watched
 from softmark.interpreter.evidence.selection_error import reactions
@@ -16,26 +19,29 @@ from softmark.interpreter.models.answers.at_rest import at_rest
 from softmark.interpreter.models.answers.stressed import stressed
 from softmark.interpreter.models.prepare import prepared_model
 from softmark.interpreter.models.shared.pieces import facts
-from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.parts.resultants import doubts, resultants
 from softmark.interpreter.problem.points import seen_finite
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import ModelResult, Timing
+from softmark.interpreter.results.states import ANSWERED, percent
 from softmark.interpreter.run import probes
 from softmark.interpreter.run.answers import Work
 
 if TYPE_CHECKING:
     from softmark.solvers.statics.equilibrium import Iteration
 
+NEAR_REST = 1e-4  # of what nodes moved by in the state before: one that moves by less is solved from rest
+
 
 def prepare(work: Work) -> None:
     """Build every model; report everything that cannot be built at once. Raises SceneError."""
-    faults, workshop = [], Workshop(scene=work.scene, measured=work.measured)
+    faults, workshop = [], Workshop(meshes=work.meshes, scene=work.scene, measured=work.measured)
     for name in work.plan.models:
         declared = work.scene.declared[name]
         case = work.case(declared)
-        work.options.say("prepare", name)
+        work.options.say("prepare", f"{name}{work.where}")
         try:
             prepared, spent = prepared_model(declared, case, workshop)
             work.prepared[name] = (prepared, *spent)
@@ -52,7 +58,7 @@ def solve(work: Work, name: str) -> None:
     """Solve a model and keep what came of it."""
     case = work.case(declared := work.scene.declared[name])
     prepared, setup, setup_cpu = work.prepared[name]
-    solution, wall, cpu = _timed(work, name, prepared)
+    solution, wall, cpu = _begun(work, name, prepared)
     solution = stressed(work.scene, declared, case, watched(work.scene, declared, case, prepared, solution))
     history = solution.history
     solution = replace(solution, facts=solution.facts | facts(case, prepared.mesh))
@@ -70,7 +76,7 @@ def solve(work: Work, name: str) -> None:
             reason, seen = "the displacements are not finite numbers", {}
             solution = Solution("failed", reason, solution.facts, notes=solution.notes)
     rest = at_rest(declared, case, prepared, solution)
-    work.warn((*doubts(case, declared, loads := resultants(case, prepared)), *solution.notes))
+    work.warn(doubts(case, declared, loads := resultants(case, prepared)), here=solution.notes)
     message = solution.message if solution.displacement is None else None
     work.views[name] = View(
         name,
@@ -95,6 +101,33 @@ def solve(work: Work, name: str) -> None:
                                     stress=solution.stress if asks(work.scene) else None)  # fmt: skip
 
 
+def _begun(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
+    """The solution, from that of the state before where there is one; none where that has no answer.
+
+    A state that turns out to be next to rest is solved again from there.
+    """
+    if work.before is None or work.before.state is None:
+        return _timed(work, name, prepared)
+    before = work.before.models[name]
+    if before.status not in ANSWERED:
+        return Solution("skipped", f"the state before it, {percent(work.before.state)}, has no answer", {}), [], []
+    if before.mesh is None:
+        return _timed(work, name, prepared)
+    found, wall, cpu = _timed(work, name, prepared.after(before.mesh))
+    if not _at_rest_again(found, before.mesh):
+        return found, wall, cpu
+    again, more, cpu_more = _timed(work, name, prepared)
+    return again, list(map(add, wall, more)), list(map(add, cpu, cpu_more))
+
+
+def _at_rest_again(found: Solution, before: Moved) -> bool:
+    """Whether a state is next to nothing beside the one before: what that leaves of rounding would be large in it."""
+    if found.mesh is None:
+        return False
+    now, then = (float(np.abs(moved.displacement).max(initial=0.0)) for moved in (found.mesh, before))
+    return now <= NEAR_REST * then
+
+
 def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
     """The solution, and wall and CPU seconds of each repetition; kernels are ready before the clock starts."""
     wall: list[float] = []
@@ -104,7 +137,8 @@ def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[fl
     def watch(iteration: Iteration) -> None:
         work.options.say(
             "solve",
-            f"{name}: {iteration.phase}, iteration {iteration.number + 1}, residual {iteration.residual:.1e}",
+            f"{name}{work.where}: {iteration.phase}, iteration {iteration.number + 1},"
+            f" residual {iteration.residual:.1e}",
         )
 
     try:
@@ -142,7 +176,7 @@ def state(work: Work) -> None:
 
     for name, result in list(work.models.items()):
         if name in asked or work.options.free:
-            work.options.say("state", f"the error of {name}")
+            work.options.say("state", f"the error of {name}{work.where}")
             declared, prepared, view = work.scene.declared[name], work.prepared[name][0], work.views[name]
             known = work.measured, work.warnings
             said = stated(work.scene, declared, view, prepared, result, *known, name in asked)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softmark.grammar import tree
+from softmark.interpreter.language.expectations import metrics_in
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.results.names import Named, Names
 from softmark.interpreter.vocabulary.loads import Gravity
@@ -36,5 +36,5 @@ def _poisson(scene: Scene, material: object) -> float | None:
 def _expected(scene: Scene) -> tuple[str, ...]:
     """Metrics that expectations ask for of models."""
     nodes = (e.node for e in scene.expectations if e.location.source is scene.source)
-    names = (part.parts for node in nodes for part, _ in tree.walk(node) if isinstance(part, tree.Name))
-    return tuple(dict.fromkeys(p[1] for p in names if len(p) == 2 and p[0] in scene.of_kind("model")))
+    names = (name.parts for node in nodes for name in metrics_in(node))
+    return tuple(dict.fromkeys(metric for owner, metric in names if owner in scene.of_kind("model")))

@@ -32,17 +32,21 @@ def report_of(given: Text | Sound, options: Options) -> Report:
     from softmark.interpreter.run import answers, models, probes, references, reports  # numpy: only what is sound
 
     pausing.end()
-    work = answers.Work(sound.scene, plan, options, list(sound.warnings))
-    references.read(work)  # references: what was measured, for probes and supports may lie there
-    probes.place(work)  # problem: the points that are looked at
-    models.prepare(work)  # models: meshes, energies, supports and loads as arrays
-    references.solve(work)  # references: theories, and limits of refinement
+    works = answers.works_of(sound.scene, plan, options, sound.warnings)  # one for each state of the analysis
+    for work in works:
+        references.read(work)  # references: what was measured, for probes and supports may lie there
+        probes.place(work)  # problem: the points that are looked at
+        models.prepare(work)  # models: meshes, energies, supports and loads as arrays
+    for work in works:
+        references.solve(work)  # references: theories, and limits of refinement
     for name in plan.models:
-        models.solve(work, name)  # solvers; evidence: its forces are found again by other formulas
-        options.keep(reports.unfinished(work))  # metrics: what it is worth; written by the room of reports
-    references.scan(work)  # references: made from what models computed
-    models.state(work)  # evidence: the errors that models state themselves
-    return reports.finished(work)  # metrics and evidence: measured, drawn, held against what was expected
+        for work in works:
+            models.solve(work, name)  # solvers; evidence: its forces are found again by other formulas
+        options.keep(reports.unfinished(works))  # metrics: what it is worth; written by the room of reports
+    for work in works:
+        references.scan(work)  # references: made from what models computed
+        models.state(work)  # evidence: the errors that models state themselves
+    return reports.finished(works)  # metrics and evidence: measured, drawn, held against what was expected
 
 
 def sound_of(text: Text, options: Options) -> Sound:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,31 +13,29 @@ from softmark.interpreter.evidence.force_check import loose
 from softmark.interpreter.metrics.measure import metrics_of
 from softmark.interpreter.problem.points import drawn, surface_of
 from softmark.interpreter.problem.view import View
-from softmark.interpreter.results.report import (
-    ExpectationResult,
-    ModelResult,
-    ReferenceResult,
-    Report,
-    SeenSurface,
-    Warned,
-)
+from softmark.interpreter.results.report import ModelResult, ReferenceResult, Report, SeenSurface, Warned
+from softmark.interpreter.results.states import joined, percent
 from softmark.interpreter.run.answers import Work
 from softmark.interpreter.run.environment import describe, environment
 from softmark.interpreter.run.names import names_of
 
+if TYPE_CHECKING:
+    from softmark.grammar.diagnostic import Diagnostic
 
-def unfinished(work: Work) -> Report:
+
+def unfinished(works: Sequence[Work]) -> Report:
     """What is known by now, without shapes and verdicts."""
-    _measure(work, partial=True)
-    return _report(work, (), partial=True)
+    for work in works:
+        _measure(work, partial=True)
+    return _report(works, partial=True)
 
 
-def finished(work: Work) -> Report:
+def finished(works: Sequence[Work]) -> Report:
     """What came of everything that was asked for."""
-    _measure(work, partial=False)
-    work.warn(loose(work.scene, work.models))
-    known: dict[str, ModelResult | ReferenceResult] = {**work.models, **work.references}
-    return _report(work, tuple(judge(work.scene, known, e) for e in work.scene.expectations), partial=False)
+    for work in works:
+        _measure(work, partial=False)
+        work.warn(loose(work.scene, work.models))
+    return _report(works, partial=False)
 
 
 def _measure(work: Work, partial: bool) -> None:
@@ -84,18 +83,45 @@ def _drawn(work: Work, view: View) -> np.ndarray:
     return u
 
 
-def _report(work: Work, expectations: tuple[ExpectationResult, ...], partial: bool) -> Report:
+def _report(works: Sequence[Work], partial: bool) -> Report:
+    scene = works[0].scene
+    states = tuple(work.state for work in works if work.state is not None)
     warnings = tuple(
-        Warned(d.code, d.message, d.span.line if d.span and d.source is work.scene.source else None, d.help)
-        for d in dict.fromkeys(work.warnings)
+        Warned(d.code, d.message + where, d.span.line if d.span and d.source is scene.source else None, d.help)
+        for d, where in _warned(works).items()
     )
-    return Report(
-        describe(work.scene),
-        environment(work.started),
-        dict(work.models),
-        dict(work.references),
-        expectations,
-        warnings,
-        partial,
-        names_of(work.scene),
-    )
+    models: dict[str, ModelResult] = _over_states([work.models for work in works], states)
+    references: dict[str, ReferenceResult] = _over_states([work.references for work in works], states)
+    known: dict[str, ModelResult | ReferenceResult] = {**models, **references}
+    expectations = () if partial else tuple(judge(scene, known, e, states) for e in scene.expectations)
+    described, machine = describe(scene), environment(works[0].started)
+    return Report(described, machine, models, references, expectations, warnings, partial, names_of(scene))
+
+
+def _warned(works: Sequence[Work]) -> dict[Diagnostic, str]:
+    """All warnings, each with the states that it is about where it is not about all."""
+    found: dict[Diagnostic, list[str]] = {}
+    for work in works:
+        for d in dict.fromkeys(work.warnings):
+            found.setdefault(d, []).append(percent(work.state or 0.0))
+    return {
+        d: "" if len(own) == len(works) else f" (in the {'state' if len(own) == 1 else 'states'} {', '.join(own)})"
+        for d, own in found.items()
+    }
+
+
+def _over_states(known: Sequence[dict[str, Any]], states: Sequence[float]) -> dict[str, Any]:
+    """Results by name, those of several states together."""
+    if not states:
+        return dict(known[0])
+    whole = {name: joined([own[name] for own in known], states) for name in known[-1]}
+    return {name: replace(result, shape=_in_states(result, states)) for name, result in whole.items()}
+
+
+def _in_states(result: ModelResult | ReferenceResult, states: Sequence[float]) -> SeenSurface | None:
+    """The surface in the last state with those of all as its frames, where all have one."""
+    seen = [own.shape for own in result.each if own.shape is not None]
+    if len(seen) < max(2, len(states)) or len({s.position.shape for s in seen}) > 1:
+        return result.shape
+    frames, labels = np.stack([s.position for s in seen]), tuple(map(percent, states))
+    return replace(seen[-1], times=np.arange(len(seen), dtype=np.float64), frames=frames, labels=labels)

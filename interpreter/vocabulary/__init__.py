@@ -9,7 +9,7 @@ from typing import Any
 
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.bodies import PlaneStrain, PlaneStress, Solid
-from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth
+from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, State
 from softmark.interpreter.vocabulary.loads import Gravity, LineLoad, PointForce, Pressure, Torque, Traction
 from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published import Column
@@ -54,6 +54,7 @@ COURSES: dict[str, type[Any]] = {
     "smooth": Smooth,
     "pulse": Pulse,
     "sine": Sine,
+    "state": State,
 }
 
 PROBES: dict[str, type[Any]] = {

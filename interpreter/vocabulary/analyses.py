@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from dataclasses import replace
+from typing import Annotated, ClassVar, Literal, Self
 
+from softmark.interpreter.language.expressions import VectorValue
 from softmark.records import dataclass
 
 Vector3 = tuple[float, float, float]
@@ -40,6 +42,13 @@ class Static:
     turned at random and the whole twisted by 3 turns, times `amount`; sections of a beam likewise. `amount` also
     stretches what is flat, collapsed or inverted. The same `seed` disturbs in the same way. See `solve.recovery` of
     the report.
+
+    `states` are several situations of the body, one after another: loads and supports whose `course` is `state` act
+    with the part of their size that is the state's value, measurements with as many `states` are compared one by one,
+    and whatever is measured is known in each. `fem` and springs start each state from the one before, unless they are
+    `disturbed` or follow a path; other models start from rest. A state without an answer ends the sequence. A report
+    has every metric from state to state; `MODEL.METRIC.at(12.5 %)` is that in one, and `expect MODEL.METRIC < 1 mm`
+    asks it of each. Where one number is wanted, as by comparisons and studies, it is that of the last state.
     """
 
     tolerance: Annotated[float, "1 in [1e-12, 1e-2]", "largest relative out-of-balance force"] = 1e-8
@@ -53,6 +62,11 @@ class Static:
     ] = "none"
     amount: Annotated[float, "1 in (0, 1000]", "how far it is disturbed"] = 1.0
     seed: Annotated[int, "1 in [0, 1000000000]", "of the random disturbance"] = 1
+    states: Annotated[VectorValue | None, "values of 1", "parts of what has `course = state`, one after another"] = None
+
+    def in_state(self, number: int, value: float) -> Self:
+        """The analysis of one of its states."""
+        return replace(self, states=None)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
-"""Courses: how a load or an imposed motion grows and falls in the time of a dynamic analysis.
+"""Courses: how a load or an imposed motion grows and falls, in the time of a dynamic analysis or from state to state.
 
-A static analysis applies loads in full. To add one: a class with `at(t)`, the exact `mean(begin, end)` over a time and
-`narrowest`, a line in COURSES.
+A static analysis without states applies loads in full. To add one: a class with `at(t)`, the exact `mean(begin, end)`
+over a time and `narrowest`, a line in COURSES.
 """
 
 from __future__ import annotations
@@ -96,3 +96,12 @@ class Sine:
     def mean(self, begin: float, end: float) -> float:
         """The mean share from `begin` to `end`, s."""
         return self.at(0.5 * (begin + end)) * _swing(math.pi * self.frequency * (end - begin))
+
+
+@dataclass(frozen=True)
+class State:
+    """The value of each state of a static analysis, as a part of the whole: `course = state`.
+
+    In the state `12.5 %` of `static(states = [5, 12.5, 18.25] %)` a load acts with an eighth of its size, and a support
+    moves by an eighth of its displacement. Without this course they act in full in every state.
+    """

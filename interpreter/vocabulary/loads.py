@@ -11,9 +11,12 @@ import math
 from dataclasses import replace
 from typing import Annotated, Any, Self
 
+from softmark.interpreter.vocabulary.courses import State
 from softmark.records import dataclass
 
 Vector3 = tuple[float, float, float]
+
+COURSE = "how it changes in a dynamic analysis, or from state to state of a static one; in full without"
 
 
 @dataclass(frozen=True)
@@ -73,7 +76,7 @@ class Load:
     """What every load says."""
 
     strength = ""  # the field that says how much
-    course: Any = None  # how it changes in a dynamic analysis
+    course: Any = None  # how it changes in a dynamic analysis, or from state to state
 
     @property
     def action(self) -> Any:
@@ -84,6 +87,16 @@ class Load:
         """The same at a part of its full size."""
         less: Self = scaled(self, self.strength, share)
         return less
+
+    def in_state(self, number: int, value: float) -> Self:
+        """The same in one state of a static analysis, of this value."""
+        now: Self = at_state(self, value)
+        return now
+
+
+def at_state(thing: Any, value: float) -> Any:
+    """A load or support with the course of a state, as it is in one of this value; any other is as it was."""
+    return replace(thing.part(value), course=None) if isinstance(thing.course, State) else thing
 
 
 def scaled(thing: Any, field: str, share: float) -> Any:
@@ -101,9 +114,7 @@ class Gravity(Load):
 
     magnitude: Annotated[float, "m/s^2 in [0, inf)", "acceleration of free fall, 9.81 m/s^2 on Earth"]
     direction: Annotated[Vector3, "direction", "where it pulls"] = (0.0, 0.0, -1.0)
-    course: Annotated[Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"] = (
-        None
-    )
+    course: Annotated[Any | None, "course", COURSE] = None
 
     @property
     def action(self) -> PerMass:
@@ -125,9 +136,7 @@ class Traction(Load):
     body: Annotated[str, "body", "the body that is loaded"]
     where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
     vector: Annotated[Vector3, "Pa", "force per undeformed area"]
-    course: Annotated[Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"] = (
-        None
-    )
+    course: Annotated[Any | None, "course", COURSE] = None
 
     @property
     def action(self) -> PerArea:
@@ -150,9 +159,7 @@ class Pressure(Load):
     body: Annotated[str, "body", "the body that is loaded"]
     where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
     magnitude: Annotated[float, "Pa", "pressure, positive inward"]
-    course: Annotated[Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"] = (
-        None
-    )
+    course: Annotated[Any | None, "course", COURSE] = None
 
     @property
     def action(self) -> Follower:
@@ -173,9 +180,7 @@ class PointForce(Load):
     body: Annotated[str, "body", "the body that is loaded"]
     at: Annotated[Vector3, "m", "the point, by its coordinates before deformation"]
     vector: Annotated[Vector3, "N", "the force"]
-    course: Annotated[Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"] = (
-        None
-    )
+    course: Annotated[Any | None, "course", COURSE] = None
 
     @property
     def action(self) -> AtPoint:

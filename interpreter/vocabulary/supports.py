@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from softmark.interpreter.vocabulary.loads import scaled
+from softmark.interpreter.vocabulary.loads import at_state, scaled
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ class Support:
     """What every support says."""
 
     moves = False  # it imposes a motion
-    course: Any = None  # how it moves in a dynamic analysis
+    course: Any = None  # how it moves in a dynamic analysis, or from state to state
 
     @property
     def tracked(self) -> str | None:
@@ -57,6 +57,11 @@ class Support:
     def part(self, share: float) -> Self:
         """The same at a part of its full size."""
         return self
+
+    def in_state(self, number: int, value: float) -> Self:
+        """The same in one state of a static analysis, of this value."""
+        moved: Self = at_state(self, value)
+        return moved
 
 
 class Holding(Support):
@@ -131,7 +136,11 @@ class Displaced(Holding):
     where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
     by: Annotated[Vector3, "m", "displacement at full load"]
     components: Annotated[tuple[int, ...], "components", "directions in which it is imposed"] = (0, 1, 2)
-    course: Annotated[Any | None, "course", "how it moves in a dynamic analysis; at once without"] = None
+    course: Annotated[
+        Any | None,
+        "course",
+        "how it moves in a dynamic analysis, or from state to state of a static one; at once without",
+    ] = None
 
     @property
     def displacement(self) -> Vector3:

@@ -43,6 +43,8 @@ class Forces:
         self.M = sparse.diags(mass).tocsr() if isinstance(mass, np.ndarray) else mass.tocsr()
         self.M_free = _sorted(self.M[self.free][:, self.free])
         self.pattern, self._mass_slots = _with_mass(assembly.pattern, self)
+        self.turns = problem.turning is not None
+        self._blocks = _block_places(self.pattern, self.free, problem.turning.where) if problem.turning else None
 
     def inertia(self, a: Floats) -> Floats:
         """M a (dofs,), N."""
@@ -115,6 +117,23 @@ class Forces:
     def add_mass(self, data: Floats, scale: float) -> None:
         """data (nnz,) += scale M."""
         data[self._mass_slots] += scale * self.M_free.data
+
+    def add_blocks(self, data: Floats, blocks: Floats) -> None:
+        """data (nnz,) += blocks (n, 3, 3) at the rotations of a problem that has some."""
+        assert self._blocks is not None
+        which, places = self._blocks
+        data[places] += blocks.ravel()[which]
+
+
+def _block_places(pattern: Pattern, free: Ints, where: Ints) -> tuple[Ints, Ints]:
+    """Which entries of blocks (n, 3, 3) over unknowns `where` (n, 3) are free, and where they stand in the pattern."""
+    number = np.full(max(int(where.max(initial=0)), int(free.max(initial=0))) + 1, -1)
+    number[free] = np.arange(len(free))
+    rows, columns = np.broadcast_arrays(number[where][:, :, None], number[where][:, None, :])
+    which: Ints = np.flatnonzero((rows >= 0) & (columns >= 0))
+    known = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr)) * pattern.size + pattern.indices
+    places: Ints = np.searchsorted(known, rows.ravel()[which] * pattern.size + columns.ravel()[which])
+    return which, places
 
 
 def _with_mass(pattern: Pattern, forces: Forces) -> tuple[Pattern, Ints]:

@@ -94,7 +94,8 @@ class Frequencies:
         tangent K and the definite one K', of which the damping is made, differ: the h with h^2 w^2 + 2 b h w'^2 = 4.
         """
         before, spent = self.omega, self._age
-        self.omega = self.definite = self._largest("tangent", self.forces.tangent(x, self.forces.factors(time)))
+        K = self.forces.tangent(x, self.forces.factors(time))
+        self.omega = self.definite = self._largest("tangent", 0.5 * (K + K.T) if self.forces.turns else K)
         if self.damping.beta:
             data = self.forces.drag(x)
             self.definite = self._largest("definite", self.forces.pattern.matrix(data))

@@ -95,11 +95,18 @@ class _March:
             self._keep(entry)
             if self.account.diverged:
                 raise self._diverged(motion.time)
-            past, done = Past(motion, past.now), done + ticks
+            past, entry, done = *self._accepted(Past(motion, past.now), entry), done + ticks
             if ticks < self.ticks and done % (2 * ticks) == 0 and self._may_grow(length, ticks):
                 ticks *= 2
             wall, cpu = time.perf_counter(), time.process_time()
         return past, entry, ticks
+
+    def _accepted(self, past: Past, entry: Entry) -> tuple[Past, Entry]:
+        """The same, with rotations counted from where the step has ended."""
+        if (turning := self.problem.turning) is None:
+            return past, entry
+        past = turning.accepted(past)
+        return past, replace(entry, motion=past.now)
 
     def _may_grow(self, length: float, ticks: int) -> bool:
         return bool(length * (2 * ticks / self.ticks) <= self.system.longest)

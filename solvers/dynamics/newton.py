@@ -162,6 +162,8 @@ class StageEquations:
         a[fixed], v[fixed] = system.support_acceleration(self.time), system.support_velocity(self.end)
         mean = (1.0 - stage.alpha_m) * a + stage.alpha_m * stage.start.a if stage.alpha_m else a
         inertia = self.forces.inertia(mean)
+        if (turning := system.problem.turning) is not None:
+            inertia += turning.inertia(stage, x, v)
         drag = system.damping.force(stage.speeding(v))
         return StageTrial(self, x, v, a, inertia, drag)
 
@@ -263,13 +265,16 @@ class StageEquations:
         return d
 
     def _jacobian(self, x: Floats, projected: bool) -> sparse.csr_matrix:
-        """dr/dx = (1 - alpha_m) A M + (1 - alpha_f) (B C + K), in the shared pattern."""
-        stage = self.stage
+        """dr/dx = (1 - alpha_m) A M + (1 - alpha_f) (B C + K), in the shared pattern; with the inertia of turns."""
+        stage, turning = self.stage, self.system.problem.turning
         J = self.forces.tangent(self.weighted(x), self.factors, projected)
         J.data *= self.share
         self.forces.add_mass(J.data, (1.0 - stage.alpha_m) * stage.A)
         if self.system.damping.active:
             J.data += self.share * stage.B * self.system.damping.data
+        if turning is not None:
+            v = stage.speed + stage.B * (x - stage.coast)
+            self.forces.add_blocks(J.data, turning.tangent(stage, x, v))
         return J
 
     def _along(self, trial: StageTrial, d: Floats) -> tuple[StageTrial, float] | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import field
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from scipy import sparse
@@ -16,6 +16,9 @@ from softmark.solvers.dynamics.scheme import Integrator
 from softmark.solvers.dynamics.trapezoidal import Trapezoidal
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.linear.factorisations import factor
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.turning import Turning
 
 CONSTANT = Constant()
 BEGUN = 1e-6  # share of a way over which its direction is measured
@@ -66,7 +69,8 @@ class Rayleigh:
 class Dynamics:
     """M a + C v + dE/dx = 0, E(x, t) = internal energies + sum_i courses_i(t) loads_i, from `rest` at time 0.
 
-    A state is its own degrees of freedom (`VectorSpace`): displacements of solids or of particles. `mass` is a
+    A state is its own degrees of freedom (`VectorSpace`): displacements of solids or of particles; with `turning`
+    also rotation vectors, which are counted anew from every accepted step (turning.py). `mass` is a
     sparse matrix or its diagonal (dofs,), in kg. The degrees of freedom `fixed` are at rest + target *
     support_course(t); their velocities and accelerations are central differences of that course over one step,
     so that it is asked for times a step before 0 and a step after the end too. `assembly.loads` follow `courses`,
@@ -106,6 +110,7 @@ class Dynamics:
     lagged: bool = True
     cap: int | None = None
     sound: Callable[[Floats], bool] = field(default=lambda x: True)
+    turning: Turning | None = None
     way: Way | None = None
 
     @property
@@ -134,6 +139,11 @@ class Dynamics:
         dofs = self.assembly.dofs
         if self.mass.shape not in ((dofs,), (dofs, dofs)):
             raise ValueError(f"a mass of shape {self.mass.shape} for {dofs} degrees of freedom")
+        if self.turning is not None and self.mass.ndim != 1:
+            raise ValueError("what turns needs a lumped mass")
+        moved = self.fixed[np.flatnonzero(self.target)]
+        if self.turning is not None and np.isin(moved, self.turning.where).any():
+            raise ValueError("supports of what turns move and do not turn: rotations are counted anew from every step")
         if not self.integrator.explicit or self.mass.ndim == 1:
             return
         raise ValueError("an explicit integrator needs a lumped mass")

@@ -63,12 +63,16 @@ class System:
     def start(self) -> Motion:
         """The motion at time 0, with the acceleration that balances its forces. Raises StepFailed."""
         problem = self.problem
+        if problem.turning is not None:
+            problem.turning.chart.reset()
         x = self.supported(problem.rest.astype(np.float64), 0.0)
         v = problem.velocity.astype(np.float64)
         v[self.forces.fixed] = self.support_velocity(0.0)
         self.damping.begin(x)
         factors = self.forces.factors(0.0)
         g = self.forces.at(x, factors).total + self.damping.force(v)
+        if problem.turning is not None:
+            g += problem.turning.gyroscopic(v)
         return Motion(0.0, x, v, self.acceleration(g, 0.0), factors)
 
     # ------------------------------------------------------------------ supports
@@ -150,6 +154,8 @@ class System:
         if self.problem.damping.beta:
             g = g + self.damping.force(half) - alpha * (self.forces.M @ half)
         a = self.acceleration(g, time)
+        if (turning := self.problem.turning) is not None and self.forces.lumped is not None:
+            a = turning.settled(half, a, self.forces.lumped, h, alpha)
         v = (half + 0.5 * h * a) / (1.0 + 0.5 * alpha * h)
         a = a - alpha * v
         a[fixed], v[fixed] = self.support_acceleration(time), self.support_velocity(time)

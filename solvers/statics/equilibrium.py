@@ -40,6 +40,7 @@ __all__ = [
 DOUBTED = 1e-4  # condition number times eps from which the error of rounding is measured
 HOPELESS = 1e-3  # of an answer that rounding may take: fewer than three digits are no answer
 SOFT = 0.3  # of the stiffness against the load at rest: less looks like a limit point
+AWAY = 1e-9  # of the extent of a body: supports of a given state that are farther off carry it with them
 BOLD, ROUGH = 20, 12  # whole steps at most: under the law itself; under its corotational twin, or from a given state
 
 
@@ -132,12 +133,30 @@ def _given(newton: Newton) -> Floats:
     """The state that is given, with what the supports impose. Raises NotConverged where the law does not hold in it."""
     problem = newton.problem
     x = np.array(problem.start, dtype=problem.rest.dtype)
+    if not np.all(np.isfinite(x)):
+        raise NotConverged("the state to start from is not finite", tuple(newton.history))
+    newton.relax()
+    left = problem.target - (x - problem.rest)[problem.fixed]
+    if np.abs(left).max(initial=0.0) > AWAY * problem.extent:
+        x = _onward(newton, x, left)
     x[problem.fixed] = problem.rest[problem.fixed] + problem.target
-    if not np.all(np.isfinite(x)) or not np.isfinite(newton.strain(x)):
+    if not np.isfinite(newton.strain(x)):
         raise NotConverged("the state to start from is outside the domain of the law", tuple(newton.history))
     newton.moved = float(np.linalg.norm((x - problem.rest) / problem.weights))
-    newton.relax()
     return x
+
+
+def _onward(newton: Newton, x: Floats, left: Floats) -> Floats:
+    """A state whose supports move on by what is left (c,), and the body with them as its tangent there says.
+
+    Without the body, whole cells beside a support would be squeezed by all of its motion. Raises NotConverged.
+    """
+    problem = newton.problem
+    newton.problem = replace(problem, target=left)
+    try:
+        return newton.carry(x, 1.0, 1.0)
+    finally:
+        newton.problem = problem
 
 
 def _settled(newton: Newton, x: Floats) -> Equilibrium:

@@ -126,7 +126,7 @@ def test_measured_references_are_named_with_what_they_are(tmp_path: Path) -> Non
         ("silicone-beam-calibrated", {"scan": "surface"}),
         ("silicone-beam-refined", {"scan": "surface"}),
         ("silicone-beam-scanned", {"image": "virtual_scan"}),
-        ("truth-cube", {"beads5": "markers", "beads12": "markers", "beads18": "markers"}),
+        ("truth-cube", {"beads": "markers"}),
     ],
 )
 def test_plans_of_the_library_name_what_was_measured(

@@ -134,6 +134,10 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/solvers/test_refine.py": {
         "test_it_is_the_same_body_and_holds_the_coarse_space": ("box", "tet4", "hex8", "hex20", "hex27"),
     },
+    "tests/solvers/test_rod_motion.py": {
+        "test_order_in_time": ("midpoint", "bdf2"),
+        "test_momenta_of_a_free_rod_that_spins_and_bends": ("midpoint", "generalized_alpha"),
+    },
     "tests/solvers/test_statics.py": {"test_what_is_not_a_number_is_never_returned": ("0.001-True", "-1.0")},
 }  # fmt: skip
 

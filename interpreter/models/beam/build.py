@@ -16,9 +16,10 @@ from softmark.interpreter.models.beam.carrying import acting, on_rod
 from softmark.interpreter.models.beam.words import Beam6Dof, beside, station
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_rod
-from softmark.interpreter.models.shared.prepared import Meshless, Solution, Workshop
+from softmark.interpreter.models.shared.prepared import Meshless, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage
+from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
@@ -91,11 +92,11 @@ class PreparedBeam(Meshless):
 
     def _finish(self, found: Equilibrium, assembly: Assembly) -> Solution:
         solution = outcome.found(found, lambda X: displacement_at(found.x, self.rest, X))
-        modes = about(self.problem.assembly, found.x, self._mass, self.problem.linear)
+        modes = about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         seen = replace(solution, notes=outcome.doubts(self.declared, found), vibrations=modes if found.solved else None)
         return replace(seen, carried=cache(lambda: on_rod(assembly, self.rest, found.x, self.applied)))
 
-    def _mass(self) -> Floats:
+    def mass(self) -> Floats:
         """Of the nodes and of the sections that turn with them (6 n,): a half of each segment's at both its ends."""
         line, axial, about_2, about_3 = self.inertia
         half = 0.5 * lengths(self.rest, chain(len(self.points)))
@@ -117,8 +118,19 @@ def load(model: Beam6Dof) -> None:
     """All that building needs is imported with this module."""
 
 
-def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop) -> PreparedBeam:
-    """Everything that solving needs. Raises Fault."""
+def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """Everything that solving needs, at rest or in motion. Raises Fault."""
+    static = at_rest(model, declared, case)
+    if not isinstance(case.analysis, Dynamic):
+        return static
+    from softmark.interpreter.models.beam.moving import moving
+
+    parts = (static.elastic, static.problem, static.mass(), static.applied)
+    return moving(static, declared, case, *parts)
+
+
+def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
+    """A beam and its static problem. Raises Fault."""
     shape = case.prism
     stations = np.array(model.stations(case))
     points = holding.points_of(case, stations)

@@ -17,6 +17,8 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
 
@@ -28,13 +30,16 @@ class Beam6Dof(Model):
     Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, rotations
     are not limited. Two-node elements with one integration point, second order, independent of the path.
     Shear and axial flexibility are on unless they are switched off. Needs a cylinder, a tube or a box that is
-    slender; supports must take whole cross-sections. A torque on an end face is the moment on that section, of fixed
-    direction; a force at a point beside the axis acts on an arm that turns with its section, at which a node is put.
-    Source: Simo (1985); Simo and Vu-Quoc (1986); Crisfield and Jelenic (1999).
+    slender; supports must take whole cross-sections. At rest a torque on an end face is the moment on that section, of
+    fixed direction; a force at a point beside the axis acts on an arm that turns with its section, where a node is put.
+
+    In motion, by every integrator: half the mass of a segment is at either end, with the rotary inertia of its
+    sections. Rotations are found as vectors from where a step began and never summed, so that a beam may turn without
+    limit. `midpoint` keeps linear and angular momentum. A step of 20 segments takes less than a millisecond.
+    Source: Simo (1985); Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); Brüls and Cardona (2010).
     """
 
     loads = (PerMass, PerArea, Follower, Turning, AtPoint, PerLength)  # of which `_unfit` says more
-    moves = False
     recovers = True
     finely = ("segments",)
 
@@ -55,12 +60,10 @@ class Beam6Dof(Model):
                     "use `fem(...)` for this body",
                 )
             ]
-        if isinstance(case.analysis, Dynamic):
-            return list(self.refusals(declared, case))
         flat = ribbon.doubt(declared, case)
         found = [*self.refusals(declared, case), *self._loads(declared, case)]
         found += self._supports(declared, case)
-        found += [*([] if found else self._held(case)), *self._thick(declared, case)]
+        found += [*([] if found else self._held(case)), *self._thick(declared, case), *self._rings(declared, case)]
         return found if flat is None else [*found, flat]
 
     def _loads(self, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -80,8 +83,11 @@ class Beam6Dof(Model):
         return found
 
     def _between(self, load: Declared, case: Case) -> str:
-        """Why an eccentric force cannot have a node, or nothing."""
+        """Why what turns a section cannot do that here, or nothing."""
         action = load.thing.action
+        turns = isinstance(action, Turning) or (isinstance(action, AtPoint) and station(case, action.at) is None)
+        if turns and isinstance(case.analysis, Dynamic):
+            return "turns a section, which beams take at rest alone"
         if not isinstance(action, AtPoint) or station(case, action.at) is not None:
             return ""
         place, slack = beside(case, action.at) or 0.0, 1e-6 * case.prism.length
@@ -134,6 +140,14 @@ class Beam6Dof(Model):
             return [loose.diagnostic]
         return []
 
+    def turns(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+        """Errors for supports that turn: in motion it follows none."""
+        yield from super().turns(declared, case)
+        for support in case.supports:
+            if support.thing.turns and isinstance(case.analysis, Dynamic):
+                yield diagnostic("E519", support.at(), f"`{declared.name}` cannot turn `{support.name}` in motion",
+                                 "of a beam at rest alone", "use `fem(...)` for the motion")  # fmt: skip
+
     def _apart(self, case: Case) -> bool:
         """Whether all supports are clamps, no two of them take one section, and some section is free."""
         if any(len(support.thing.components) < 3 for support in case.supports):
@@ -144,6 +158,21 @@ class Beam6Dof(Model):
         taken = [whole(support.thing.where, case.prism, stations) for support in case.supports]
         counts = [sum(at) for at in zip(*taken, strict=True)]
         return bool(min(counts) == 0 and max(counts) == 1)
+
+    def _rings(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What is switched off is held by stiff springs: at rest they are made exact, in motion they would ring."""
+        off = next((name for name in ("shear", "axial") if not getattr(self, name)), None)
+        if off is None or not isinstance(case.analysis, Dynamic):
+            return []
+        return [
+            diagnostic(
+                "E533",
+                declared.at(off),
+                f"`{declared.name}` has no motion without {'shear' if off == 'shear' else 'stretch'}",
+                "a constraint",
+                f"leave `{off} = no` out: at rest it is a constraint, and in motion a spring that rings",
+            )
+        ]
 
     def _thick(self, declared: Declared, case: Case) -> list[Diagnostic]:
         section = case.prism.section

@@ -31,7 +31,7 @@ from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note, 
 from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.pieces import Piece, pieces
 from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
-from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.problem.data import located
@@ -81,6 +81,7 @@ class PreparedSolid(OnMesh):
     size: dict[str, int]
     notes: tuple[Diagnostic, ...]
     first: Start | None = None  # the model whose solution is started from
+    before: Floats | None = None  # displacements of the nodes (3 n,) in the state before, m, to start from
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
     pieces: tuple[Piece, ...] = ()  # the cells of every material
@@ -110,10 +111,16 @@ class PreparedSolid(OnMesh):
         """In double precision."""
         return self.problem.exact or self.problem.assembly
 
+    def after(self, before: Moved) -> PreparedSolid:
+        """The same, to start from what it has found in the state before; what is disturbed starts as it says."""
+        return self if self.disturbance else replace(self, first=None, before=np.ravel(before.displacement))
+
     def solve(self, watch: Watch) -> Solution:
-        """Static equilibrium from rest, or from another model's solution, which is solved first."""
+        """Static equilibrium from rest, from the state before, or from another model's solution, solved first."""
         remedy = "try a smaller load, a finer mesh or another strain measure"
         problem = replace(self.problem, watch=watch)
+        if self.before is not None:
+            problem = replace(problem, start=self.unknowns.begun(self.before))
         if self.first is None:
             return outcome.solution(lambda: self._found(problem), remedy, self._finish, self._loose)
         begun = self.first.begin(self.mesh.points, watch)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from scipy import sparse
@@ -27,7 +27,7 @@ from softmark.interpreter.models.reduced.words import PARTS, Modal, Pod
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.deformed import Meshed, displacement_of
 from softmark.interpreter.models.shared.motion import PreparedMotion
-from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, case_for, fault
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
@@ -262,6 +262,10 @@ class PreparedReduced:
     def outside(self, X: Floats) -> float:
         """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
         return self.rest.static.outside(X)
+
+    def after(self, before: Moved) -> Self:
+        """It starts from rest: its unknowns are few."""
+        return self
 
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium of the reduced equations, from rest."""

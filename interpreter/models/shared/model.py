@@ -105,7 +105,7 @@ class Model:
         if not self.moves and isinstance(case.analysis, Dynamic):
             yield diagnostic("E501", declared.at(),
                              f"`{declared.name}` knows no motion, only the state of rest", "a static model",
-                             "use `fem(...)` or `mass_spring(...)` in a dynamic analysis")  # fmt: skip
+                             "use `fem(...)` or `beam6dof(...)` in a dynamic analysis")  # fmt: skip
         for load in case.loads:
             if not isinstance(load.thing.action, self.loads):
                 line = isinstance(load.thing.action, PerLength)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.meshing import mesh_facts
-from softmark.interpreter.models.shared.prepared import Prepared, Solution, Status
+from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Status
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.history import History
 from softmark.interpreter.results.thinning import picked
@@ -52,7 +52,7 @@ class PreparedMotion:
     declared: Declared
     analysis: Dynamic
     problem: Dynamics
-    mesh: Mesh
+    mesh: Mesh | None
 
     @property
     def size(self) -> Mapping[str, int]:
@@ -74,6 +74,10 @@ class PreparedMotion:
         """Undeformed points that loads act at (n, 3), m."""
         return self.static.points
 
+    def after(self, before: Moved) -> Self:
+        """A motion has no states."""
+        return self
+
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
         """Of every load by itself at full size (n, 3), N."""
         return self.static.forces()
@@ -92,7 +96,7 @@ class PreparedMotion:
         """March from the start to the end."""
         steps = int(np.ceil(self.analysis.duration / self.analysis.step - 1e-9))
         every = -(-steps // KEPT)
-        keep = _Keeper(every)
+        keep = _Keeper(every, self._state)
         try:
             track = march(self.problem, self.analysis.duration, self.analysis.step, keep)
         except StepTooLong as refused:
@@ -110,7 +114,7 @@ class PreparedMotion:
         if problem.integrator.explicit:
             return None
         with np.errstate(all="ignore"):
-            found = resolution(problem, self.mesh.points, *times)
+            found = resolution(problem, self.points, *times)
         spin = float(np.linalg.norm(self.analysis.spin))
         turn = resolved(problem.integrator, Rayleigh(problem.damping.alpha), spin, *times) if spin else None
         if turn is not None and (found is None or turn.error > found.error):
@@ -120,16 +124,10 @@ class PreparedMotion:
     def _finish(self, track: Trajectory, every: int) -> Solution:
         step, last = self.analysis.step, len(track.observed) - 1
         kept = [i for i in range(len(track.observed)) if i % every == 0 or i == last]
-        states = np.array([track.observed[i].x for i in kept])  # (t, dofs)
-        nodes = states.reshape(len(states), -1, 3)
-
-        def course(X: Floats) -> Floats:
-            place = locate(self.mesh, X)
-            return np.array([place.interpolate(u) for u in nodes])
-
+        shown = self._shown(track.times[kept], np.array([track.observed[i].x for i in kept]))
         history = History(
             track.times[kept],
-            course,
+            shown.pop("course"),
             tuple(_whole(track, track.wall, step).tolist()),
             tuple(_whole(track, track.cpu, step).tolist()),
             step,
@@ -145,13 +143,31 @@ class PreparedMotion:
             *_unbalanced(self.declared, track),
             *_unresolved(self.declared, self.analysis, found),
         )
-        facts = _facts(track) | mesh_facts(self.mesh) | ({} if found is None else {"resolution": found.facts})
+        facts = _facts(track) | self._mesh_facts() | ({} if found is None else {"resolution": found.facts})
         status: Status = "capped" if missed else "converged"
+        return Solution(status, message, facts, notes=notes, history=history, **shown)
+
+    def _state(self, motion: Motion) -> Floats:
+        """What is kept of a motion: displacements of the nodes (3 n,), or what others make these of."""
+        return motion.x.copy()
+
+    def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
+        """What a solution has of the states (t, ...) that were kept: `course`, `displacement` and, if any, `mesh`."""
         from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 
-        some = picked(len(kept), FRAMES)
-        mesh = Deformed(self.mesh, nodes[-1], track.times[kept][some], nodes[some])
-        return Solution(status, message, facts, displacement_of(self.mesh, nodes[-1]), notes, history, mesh)
+        assert self.mesh is not None
+        body, nodes = self.mesh, states.reshape(len(states), -1, 3)
+
+        def course(X: Floats) -> Floats:
+            place = locate(body, X)
+            return np.array([place.interpolate(u) for u in nodes])
+
+        some = picked(len(times), FRAMES)
+        mesh = Deformed(body, nodes[-1], times[some], nodes[some])
+        return {"course": course, "displacement": displacement_of(body, nodes[-1]), "mesh": mesh}
+
+    def _mesh_facts(self) -> dict[str, Any]:
+        return {} if self.mesh is None else mesh_facts(self.mesh)
 
 
 def _whole(track: Trajectory, values: NDArray[Any], step: float) -> Floats:
@@ -165,11 +181,12 @@ class _Keeper:
     """Keeps every so many states, and for the time being the last: rows that are not kept are freed."""
 
     every: int
+    state: Callable[[Motion], Floats]
     count: int = 0
     last: _Row | None = None
 
     def __call__(self, motion: Motion) -> _Row:
-        row = _Row(motion.x.copy())
+        row = _Row(self.state(motion))
         if self.last is not None and (self.count - 1) % self.every:
             self.last.x = None
         self.last, self.count = row, self.count + 1
@@ -307,10 +324,10 @@ def in_motion(
         Assembly(dofs, rest.fixed, internal, [energy for _, energy in loads]),
         mass,
         np.zeros(dofs),
-        _velocity(analysis, mesh.points, mass),
+        velocity(analysis, mesh.points, mass),
         rest.fixed,
         rest.target,
-        _support_course(case),
+        support_course(case),
         tuple(course_of(load) for load, _ in loads),
         Rayleigh(analysis.damping_mass, analysis.damping_stiffness),
         integrator,
@@ -324,7 +341,7 @@ def in_motion(
     return PreparedMotion(static, declared, analysis, problem, mesh)
 
 
-def _velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
+def velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
     """Initial velocities (3 n,), m/s: of the whole body, and of its spin about the centre of mass."""
     weights = (mass if mass.ndim == 1 else np.asarray(mass.sum(axis=1)).ravel())[::3]
     centre = weights @ points / weights.sum()
@@ -338,7 +355,7 @@ def course_of(load: Declared) -> Course:
     return course or Constant()
 
 
-def _support_course(case: Case) -> Course:
+def support_course(case: Case) -> Course:
     """The one course of all supports that move; scenes in which they differ are refused when they are checked."""
     moving = (s for s in case.supports if s.thing.moves and s.thing.tracked is None)
     first = next(moving, None)

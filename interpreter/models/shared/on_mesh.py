@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.loading import at_nodes
@@ -11,6 +11,7 @@ from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.prepared import Moved
     from softmark.solvers.mesh.shape import Shape
 
 
@@ -20,6 +21,10 @@ class OnMesh:
     shape: Shape
     mesh: Mesh
     applied: tuple[tuple[Declared, Energy], ...]
+
+    def after(self, before: Moved) -> Self:
+        """It starts from rest."""
+        return self
 
     @property
     def points(self) -> Floats:

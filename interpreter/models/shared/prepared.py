@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol, Self
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.results.history import History
@@ -121,8 +121,11 @@ class Prepared(Protocol):
     def warm(self) -> None:
         """Compile or load whatever the solution needs, outside the clock."""
 
+    def after(self, before: Moved) -> Prepared:
+        """The same, to start from what it has found in the state before; itself where it starts from rest."""
+
     def solve(self, watch: Watch) -> Solution:
-        """Solve from rest; calling it again repeats the same work."""
+        """Solve from rest, or from the state before; calling it again repeats the same work."""
 
 
 class Meshless:
@@ -146,6 +149,10 @@ class Meshless:
     def outside(self, X: Floats) -> float:
         """Shapes of our own are checked before."""
         return 0.0
+
+    def after(self, before: Moved) -> Self:
+        """It starts from rest."""
+        return self
 
     def warm(self) -> None:
         """Nothing to compile."""

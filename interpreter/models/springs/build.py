@@ -24,7 +24,7 @@ from softmark.interpreter.models.shared.loading import mass_matrix, single_loads
 from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note
 from softmark.interpreter.models.shared.motion import PreparedMotion, in_motion
 from softmark.interpreter.models.shared.on_mesh import OnMesh
-from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.models.springs.calibration import Fit, FitTarget, NoFit, least, target_of
 from softmark.interpreter.models.springs.words import Calibrated, MassSpring, Uniform
 from softmark.interpreter.problem.case import Case, fault
@@ -64,6 +64,7 @@ class PreparedSprings(OnMesh):
     target: FitTarget | None = None
     fit: Fit | NoFit | None = None
     disturbance: Disturbance | None = None
+    before: Floats | None = None  # displacements of the nodes (3 n,) in the state before, m, to start from
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
     density: float = 0.0  # kg/m^3
 
@@ -77,11 +78,15 @@ class PreparedSprings(OnMesh):
         """Springs and loads over all nodes."""
         return self.problem.assembly
 
+    def after(self, before: Moved) -> PreparedSprings:
+        """The same, to start from what it has found in the state before; what is disturbed starts as it says."""
+        return self if self.disturbance else replace(self, before=np.ravel(before.displacement))
+
     def solve(self, watch: Watch) -> Solution:
-        """Static equilibrium from rest."""
+        """Static equilibrium from rest, or from the state before."""
         if isinstance(self.fit, NoFit):
             return Solution("not_converged", f"it could not be fitted: {self.fit.reason}", self.facts)
-        problem = replace(self.problem, watch=watch)
+        problem = replace(self.problem, watch=watch, start=self.before)
         remedy = "the network may have collapsed: try a smaller load, stiffer springs or another mesh"
         solution = outcome.solution(lambda: self._found(problem), remedy, self._finish, self._loose)
         return replace(solution, facts=solution.facts | self.facts | mesh_facts(self.mesh))

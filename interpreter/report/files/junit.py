@@ -22,7 +22,8 @@ def render(report: Report) -> str:
         if e.left_out:
             ElementTree.SubElement(case, "skipped", message=e.reason or "")
         elif not e.passed:
-            found = e.reason or f"found {e.value} {e.unit}"
+            number = "" if e.value is None else f"found {e.value} {e.unit}"
+            found = "; ".join(filter(None, (e.reason, number)))
             ElementTree.SubElement(case, "failure", message=f"line {e.line}: {e.text}: {found}")
     for kind, tag in (("errors", "error"), ("failures", "failure"), ("skipped", "skipped")):
         suite.set(kind, str(len(suite.findall(f"*/{tag}"))))

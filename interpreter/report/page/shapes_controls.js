@@ -140,16 +140,17 @@ function controls(app) {
   const slider = get("input[type=range]"), button = get("button.play"), clock = get("output");
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches; // then a button press is one step
   let started = 0;
+  const states = (app.solids.find((solid) => solid.labels) || {}).labels; // of an analysis with several: then no moments
   function at(time) {
-    state.time = Math.max(0, Math.min(last, time));
+    state.time = Math.max(0, Math.min(last, states && !state.playing ? Math.round(time) : time));
     slider.value = Math.round(1000 * state.time / last);
-    clock.textContent = state.time.toFixed(last < 10 ? 3 : 1) + "\u00a0s";
+    clock.textContent = states ? states[Math.round(state.time)] : state.time.toFixed(last < 10 ? 3 : 1) + "\u00a0s";
     slider.setAttribute("aria-valuetext", clock.textContent);
     redraw();
   }
   function play(on) {
     if (!slider || (!on && !state.playing)) return;
-    if (on && still) return at(state.time >= last ? 0 : state.time + last / 40);
+    if (on && still) return at(state.time >= last ? 0 : state.time + (states ? 1 : last / 40));
     state.playing = on;
     redraw();
     button.textContent = on ? "Pause" : "Play";

@@ -9,6 +9,7 @@ from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.page.markup import count, listed
 from softmark.interpreter.results.names import Named
 from softmark.interpreter.results.report import ModelResult, ProbeResult, ReferenceResult, Report
+from softmark.interpreter.results.states import percent
 from softmark.records import dataclass
 
 Result = ModelResult | ReferenceResult
@@ -129,6 +130,12 @@ class Findings:
     # -------------------------------------------------------------- sentences
 
     @property
+    def of_last(self) -> str:
+        """` in the last state, 18.25 %`: what numbers are of that stand alone; nothing of a scene in one situation."""
+        last = next((r.states[-1] for r in self.everyone.values() if r.states), None)
+        return "" if last is None else f" in the last state, {percent(last)}"
+
+    @property
     def conclusion(self) -> str:
         """One sentence: how many, who is closest to the first reference, and what became of expectations."""
         parts = [self._crowd(), *self._fates(), *self._first_closest(), self._expected()]
@@ -138,7 +145,9 @@ class Findings:
         references = count(len(self.report.references), "reference")
         if not self.report.models:
             return "No model was run" + (f", beside {references}" if self.report.references else "")
-        models = count(len(self.report.models), "model") + (" so far" if self.report.partial else "")
+        states = max(len(m.states) for m in self.report.models.values())
+        models = count(len(self.report.models), "model") + (f" in {count(states, 'state')}" if states else "")
+        models += " so far" if self.report.partial else ""
         return models + (f" against {references}" if self.report.references else ", no reference")
 
     def _fates(self) -> Iterator[str]:
@@ -152,7 +161,8 @@ class Findings:
 
     def _first_closest(self) -> Iterator[str]:
         """Who is closest to the first reference, and to the first that was measured."""
-        said = list(self.closest())
+        where = f"{self.of_last.strip()}, " if self.of_last else ""
+        said = [where + words for words in self.closest()]
         known = list(dict.fromkeys(str(m.against) for m in self.telling if self.best(m)))
         measured = (i for i, n in enumerate(known) if self.report.references[n].kind == "experimental")
         chosen = dict.fromkeys([0, next(measured, 0)])

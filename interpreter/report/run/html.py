@@ -13,6 +13,7 @@ from softmark.interpreter.report.run.figures import (
     deviation,
     histograms,
     histories,
+    over_states,
     realtime,
     refinement,
 )
@@ -28,6 +29,7 @@ SECTIONS: tuple[tuple[str, str, Callable[[Findings], str]], ...] = (
     ("figure", "Centre lines", centre_lines.section_of),
     ("table", "Table", comparison.section_of),
     ("refinement", "Refinement", refinement.section_of),
+    ("states", "States", over_states.section_of),
     ("published", "Published", published.section_of),
     ("distribution", "Distribution", histograms.section_of),
     ("error", "Along the line", deviation.section_of),

@@ -13,6 +13,7 @@ from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language import units
 from softmark.interpreter.language.amounts import as_asked, negligible
 from softmark.interpreter.report.run.bodies import BodyResults, bodies
+from softmark.interpreter.report.run.figures import over_states
 from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of
 from softmark.interpreter.report.run.tables import reactions, vouching
 from softmark.interpreter.report.run.tables.results_table import ordered
@@ -48,6 +49,8 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
         parts += [""] if number else []
         parts += [paint.bold(body.name)] if body.name else []
         parts.append(_Rows(findings, body, paint).text(room))
+    if told := list(over_states.lines(report)):
+        parts += ["", *told]
     if notes := [*_uncertain(report), *_reasons(report), *vouching.lines(report), *reactions.lines(report)]:
         parts += ["", *notes]
     if report.expectations:
@@ -232,5 +235,6 @@ def _expectation(e: ExpectationResult, paint: _Paint) -> str:
         return f"  not judged  line {e.line}: {e.text} ({e.reason})"
     if e.passed:
         return paint.good(f"  met         line {e.line}: {e.text}")
-    found = "" if e.value is None else f"  (found {_amount(e.value, e.unit)})"
+    where = f" {e.reason}" if e.states else ""
+    found = "" if e.value is None else f"  (found {_amount(e.value, e.unit)}{where})"
     return paint.bad(f"  NOT MET     line {e.line}: {e.text}{found}")

@@ -130,12 +130,18 @@ class _Shapes:
         """Whether something moves."""
         return any(s.frames is not None for s in self.shapes.values())
 
+    @property
+    def in_states(self) -> bool:
+        """Whether its frames are states, and no moments."""
+        return any(s.labels for s in self.shapes.values())
+
     def figure(self) -> str:
         """Controls, pictures, colour bar, caption, numbers."""
         bar = colour_bar(self.most, self.clipped, f"distance from {plain(self.against)}") if self.errors else ""
         unknown = tag(
             "p",
-            "Errors are known at the end only: until then, colours tell models apart.",
+            f"Errors are known {'in the last state' if self.in_states else 'at the end'} only: until then, colours tell"
+            " models apart.",
             class_="unknown quiet",
             hidden=True,
         )
@@ -145,7 +151,7 @@ class _Shapes:
         caption = tag("figcaption", tag("p", prose(self._caption())), numbers)
         kind = FigureKind(self.key, bool(self.beyond), letters(self.view))
         controls = toolbar(self._names(), bool(self.errors), len(self.first) <= PANELS, self._ghosts(), kind)
-        time = time_bar() if self.dynamic else ""
+        time = time_bar("State" if self.in_states else "Time") if self.dynamic else ""
         spoken = tag("div", class_="spoken", aria_live="polite")
         heading = tag("h3", prose(f"`{self.body}`")) if self.body else ""
         return heading + tag(

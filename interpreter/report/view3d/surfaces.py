@@ -57,7 +57,9 @@ def _sampled(shape: SeenSurface, most: int) -> SeenSurface:
     if shape.frames is None or shape.times is None or len(shape.times) <= most:
         return shape
     chosen = picked(len(shape.times), most)
-    return replace(shape, times=shape.times[chosen], frames=shape.frames[chosen])
+    labels = tuple(shape.labels[i] for i in chosen) if shape.labels else ()
+    times = np.arange(len(chosen), dtype=np.float64) if labels else shape.times[chosen]
+    return replace(shape, times=times, frames=shape.frames[chosen], labels=labels)
 
 
 def notes_of(given: Mapping[str, SeenSurface], kept: Mapping[str, SeenSurface]) -> list[str]:
@@ -69,7 +71,7 @@ def notes_of(given: Mapping[str, SeenSurface], kept: Mapping[str, SeenSurface]) 
             said = f"with {len(own.position)} of {len(shape.position)} points"
             coarse.setdefault(said, []).append(f"`{name}`")
         if shape.times is not None and own.times is not None and len(own.times) < len(shape.times):
-            said = f"at {len(own.times)} of {len(shape.times)} moments"
+            said = f"at {len(own.times)} of {len(shape.times)} {'states' if shape.labels else 'moments'}"
             coarse.setdefault(said, []).append(f"`{name}`")
     return [f"{several(names)} {'is' if len(names) == 1 else 'are'} drawn {said}." for said, names in coarse.items()]
 
@@ -146,6 +148,8 @@ def packed(name: str, shape: SeenSurface, mesh: int) -> dict[str, Any]:
     }
     if shape.frames is not None and shape.times is not None:
         found |= {"times": shape.times.tolist(), "frames": _shorts((shape.frames - low) / span)}
+    if shape.labels:
+        found["labels"] = shape.labels
     if shape.error is not None:
         most = float(shape.error.max(initial=0.0))
         found |= {

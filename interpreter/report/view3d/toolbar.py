@@ -85,11 +85,11 @@ def _who(name: str, drawn: str, classes: str, shown: bool) -> str:
     return tag("label", box, drawn, tag("span", text(name)), class_=classes.split()[0])
 
 
-def time_bar() -> str:
-    """The slider of time and its button."""
+def time_bar(name: str) -> str:
+    """The slider of time, or of states, and its button."""
     play = tag("button", "Play", type="button", class_="play")
     slider = tag("input", type="range", min=0, max=1000, value=1000, step=1)
-    label = tag("label", tag("span", "Time"), slider)
+    label = tag("label", tag("span", text(name)), slider)
     return tag("div", play, label, tag("output", "end"), class_="time live")
 
 

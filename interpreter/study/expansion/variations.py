@@ -20,9 +20,11 @@ from softmark.interpreter.front.requests import at_name, unknown_models
 from softmark.interpreter.language import overrides
 from softmark.interpreter.language.overrides import Override
 from softmark.interpreter.language.scene import Declared, Scene, SceneError
+from softmark.interpreter.language.states import states_of
 from softmark.interpreter.language.sweeps import with_unit
 from softmark.interpreter.plan.needs import reached
 from softmark.interpreter.plan.sweeps import chain, override_of, value_in
+from softmark.interpreter.results.states import percent
 from softmark.interpreter.run.environment import describe
 from softmark.interpreter.study.analysis.point import said_values
 from softmark.interpreter.study.expansion.keys import key_of, key_of_text, needed_models
@@ -72,6 +74,8 @@ class SceneSubject:
     def described(self) -> dict[str, Any]:
         """Its entry among the results: what it is called, its text, and what it was made with."""
         known = describe(self.scene)
+        if states := states_of(self.scene):  # of which a study looks at the last
+            known["title"] = f"{known['title']}, in the last of {len(states)} states, {percent(states[-1])}"
         return {"name": self.name, **{n: known[n] for n in DESCRIBED}}
 
 

@@ -10,6 +10,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.front.check import varied
 from softmark.interpreter.language import overrides
 from softmark.interpreter.language.scene import Scene
+from softmark.interpreter.language.states import in_last
 from softmark.interpreter.plan.quantities import Value, WalkedQuantity
 from softmark.interpreter.plan.stability import StudyUnderway
 from softmark.interpreter.study.expansion.outcome import PointTask, TruthAsked
@@ -69,7 +70,7 @@ class Ground:
         errors = tuple(d for d in found if d.severity == "error")
         if self.asked.against not in scene.declared:
             return Site(scene, errors)
-        return Site(scene, errors, *theory_of(scene, self.asked.against))
+        return Site(scene, errors, *theory_of(in_last(scene), self.asked.against))
 
     def task(self, values: Values, model: str) -> PointTask:
         """What performing this point needs; its key is that of the configuration and of what is asked of it."""

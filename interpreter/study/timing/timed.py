@@ -192,11 +192,29 @@ def _prepared(job: TimingJob, scene: Scene, declared: Declared, case: Case) -> t
 
 def _built(scene: Scene, declared: Declared, case: Case) -> tuple[Prepared, Record]:
     """The model, and wall and CPU seconds of its mesh, of the rest, and of reading what was measured. Raises Fault."""
+    from softmark.interpreter.language.states import in_state, states_of
+    from softmark.interpreter.problem.case import case_for
+
+    meshes: dict[tuple[Any, ...], Any] = {}
+    if not (states := states_of(scene)):
+        return _built_once(scene, declared, case, meshes)
+    from softmark.interpreter.models.shared.in_turn import InTurn
+
+    scenes = [in_state(scene, number) for number in range(len(states))]
+    built = [_built_once(own, d := own.declared[declared.name], case_for(own, d), meshes) for own in scenes]
+    spent = {name: [sum(s[name][i] for _, s in built) for i in (0, 1)] for name in built[0][1]}
+    return InTurn(tuple(prepared for prepared, _ in built)), spent
+
+
+def _built_once(
+    scene: Scene, declared: Declared, case: Case, meshes: dict[tuple[Any, ...], Any]
+) -> tuple[Prepared, Record]:
+    """The same in one situation; `meshes` are shared."""
     from softmark.interpreter.models.prepare import Measurements, prepared_model
     from softmark.interpreter.models.shared.prepared import Workshop
 
     measured = Measurements(scene)
-    workshop = Workshop(scene=scene, measured=measured)
+    workshop = Workshop(meshes=meshes, scene=scene, measured=measured)
     prepared, spent = prepared_model(declared, case, workshop)
     mesh = [sum(s[i] for s in workshop.seconds.values()) for i in (0, 1)]
     rest = [max(0.0, spent[i] - mesh[i] - measured.seconds[i]) for i in (0, 1)]

@@ -11,8 +11,8 @@ from softmark.interpreter.report.run.tables.shared import by_thing, newtons, row
 from softmark.interpreter.results.loads import Resultant
 
 LEAD = (
-    "The resultant of every load at full size on the undeformed body, its moment about the origin, and the part of it "
-    "that the meshes take."
+    "The resultant of every load at full size{} on the undeformed body, its moment about the origin, and the part of "
+    "it that the meshes take."
 )
 ROUNDING = 1e-9  # of the largest component
 
@@ -21,7 +21,7 @@ def section_of(findings: Findings) -> str:
     """A table of all loads; empty where no model says what acts on it."""
     known = by_thing({n: m.loads for n, m in findings.report.models.items()})
     rows = [_row(name, own) for name, own in known.items()]
-    return table_section("Loads", LEAD, ("Load", "Force", "Moment", "Taken"), rows)
+    return table_section("Loads", LEAD.format(findings.of_last), ("Load", "Force", "Moment", "Taken"), rows)
 
 
 def _row(name: str, own: Mapping[str, Resultant]) -> str:

@@ -13,7 +13,7 @@ from softmark.interpreter.results.reactions import HeldSupport
 from softmark.interpreter.results.report import Report
 
 LEAD = (
-    "What every support does to the body at rest: its force, and its moment about the middle of what it holds. "
+    "What every support does to the body at rest{}: its force, and its moment about the middle of what it holds. "
     "Supports and loads together come to nothing."
 )
 HEAD = ("Support", "Model", "Force", "Moment", "Note")
@@ -34,7 +34,7 @@ def section_of(findings: Findings) -> str:
         for name, held in own.items()
         if models[name].status in ("converged", "capped")
     ]
-    return table_section("Supports", LEAD, HEAD, rows)
+    return table_section("Supports", LEAD.format(findings.of_last), HEAD, rows)
 
 
 def _row(support: str, model: str, held: HeldSupport, checks: Mapping[str, Any]) -> str:

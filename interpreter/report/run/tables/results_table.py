@@ -38,6 +38,7 @@ CAPTION = (
 )
 BEST = " The least error of a column is in bold and marked best."
 TIED = " Errors that differ by less than the uncertainty of the reference are not ranked: they are all marked tied."
+LAST = " Numbers are those{}; times and iterations those of all states together."
 CLOCK = " Shares of the time that there is are marked ✓ for real time and ✗ for none."
 
 
@@ -45,7 +46,8 @@ def caption(findings: Findings) -> str:
     """What the tables are, in words."""
     best, tied = (any(ask(m) for m in findings.metrics) for ask in (findings.best, findings.tied))
     clock = any(m.clock for m in findings.metrics)
-    return text(CAPTION + (BEST if best else "") + (TIED if tied else "") + (CLOCK if clock else ""))
+    of_last = LAST.format(findings.of_last) if findings.of_last else ""
+    return text(CAPTION + of_last + (BEST if best else "") + (TIED if tied else "") + (CLOCK if clock else ""))
 
 
 def ordered(metrics: Sequence[MetricColumn]) -> list[MetricColumn]:

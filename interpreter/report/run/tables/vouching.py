@@ -64,7 +64,8 @@ def _two(value: float) -> str:
 
 def checked(report: Report) -> str | None:
     """One quiet line about the forces that were found again; None where there were none."""
-    checks = (m.solve.get("checks") or {} for m in report.models.values())
+    solved = (own for m in report.models.values() for own in m.each or (m,))
+    checks = (own.solve.get("checks") or {} for own in solved)
     found = [c["residual"] for c in checks if c.get("residual") is not None]
     if not found:
         return None

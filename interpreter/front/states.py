@@ -1,0 +1,132 @@
+"""What a scene says of the states of its analysis, and whether it hangs together: courses, references, fits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.language.states import in_state, states_of
+from softmark.interpreter.results.states import percent
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.courses import State
+from softmark.references.markers import TrackedPoints
+
+MOST = 1000  # states of one analysis
+SOME = "`analysis press = static(states = [5, 12.5, 18.25] %)`"
+
+
+def widest(scene: Scene) -> Scene:
+    """The scene in the state in which most is asked of it: what is wrong with sizes is wrong there.
+
+    Of one without states, loads and supports that ask for some act in full.
+    """
+    states = states_of(scene)
+    if states:
+        return in_state(scene, max(range(len(states)), key=lambda i: abs(states[i])))
+    full = {d.name: replace(d, thing=d.thing.in_state(0, 1.0)) for d in _driven(scene)}
+    return replace(scene, declared={**scene.declared, **full}) if full else scene
+
+
+def _driven(scene: Scene) -> list[Declared]:
+    """Loads and supports with the course of a state."""
+    moved = (d for kind in ("load", "support") for d in scene.of_kind(kind).values())
+    return [d for d in moved if isinstance(d.thing.course, State)]
+
+
+def faults(scene: Scene) -> Iterator[Diagnostic]:
+    """Errors and warnings about states; of a scene that has none, courses and references that ask for some."""
+    states = states_of(scene)
+    yield from _number(scene, states)
+    driven = _driven(scene)
+    tables = [r for r in scene.of_kind("reference").values() if r.value("states") is not None]
+    if any(a.value("states") is not None and not states for a in scene.of_kind("analysis").values()):
+        return
+    if not states:
+        moving = any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values())
+        yield from (_without(d, "course", "has the course of a state", moving) for d in driven)
+        yield from (_without(r, "states", "has been measured in several states", moving) for r in tables)
+        return
+    yield from (wrong for r in tables if (wrong := _whole(r) or _as_many(r, len(states))) is not None)
+    if len(states) > 1:
+        yield from (_of_one(r) for r in scene.of_kind("reference").values() if _measured_once(r))
+        yield from (_fitted(m) for m in scene.asked("model").values() if _is_fitted(m))
+        if not driven and not tables:
+            yield _alike(scene)
+
+
+def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
+    """Lists without a state, or with more than a run can hold."""
+    for analysis in scene.of_kind("analysis").values():
+        given = analysis.value("states")
+        if given is not None and not given.values:
+            yield diagnostic("E311", analysis.at("states"), f"`{analysis.name}` has a list of states without a state",
+                             "an empty list", f"give it some: {SOME}; or leave `states` out")  # fmt: skip
+    if len(states) > MOST:
+        analysis = next(iter(scene.of_kind("analysis").values()))
+        yield diagnostic("E311", analysis.at("states"), f"`{analysis.name}` has {len(states)} states",
+                         f"more than {MOST}", "each is solved and kept: take fewer")  # fmt: skip
+
+
+def _without(declared: Declared, field: str, does: str, moving: bool) -> Diagnostic:
+    help = f"give the analysis some: {SOME}"
+    if moving:
+        help = f"a motion has none: give a course of time such as `ramp(over = 0.5 s)`, or {SOME}"
+    return diagnostic("E311", declared.at(field), f"`{declared.name}` {does}, and the analysis has no states",
+                      "of which states?", help)  # fmt: skip
+
+
+def _whole(reference: Declared) -> Diagnostic | None:
+    """Numbers of columns that are none; or a single number beside the list."""
+    if "state" in reference.fields:
+        return diagnostic("E312", reference.at("state"), f"`{reference.name}` has both a `state` and `states`",
+                          "one too many", "keep `states`, one for each state of the analysis")  # fmt: skip
+    broken = next((s for s in reference.value("states").values if s != int(s)), None)
+    if broken is None:
+        return None
+    return diagnostic("E312", reference.at("states"), f"{broken:g} is not the number of a state in a table",
+                      "not a whole number", "columns x1, y1, z1 are of state 1, x2, y2, z2 of state 2")  # fmt: skip
+
+
+def _as_many(reference: Declared, count: int) -> Diagnostic | None:
+    own = len(reference.value("states").values)
+    if own == count:
+        return None
+    several = "state" if own == 1 else "states"
+    return diagnostic("E312", reference.at("states"),
+                      f"`{reference.name}` has {own} {several}, and the analysis {count}", "not one for each",
+                      "give as many, in the order of the analysis; a state may stand more than once")  # fmt: skip
+
+
+def _measured_once(reference: Declared) -> bool:
+    return bool(reference.thing.how == "measured" and reference.value("states") is None)
+
+
+def _of_one(reference: Declared) -> Diagnostic:
+    """A measurement of one state cannot be the truth in others."""
+    help = "leave one state in the analysis, or give what was measured a scene of its own that has that state alone"
+    if isinstance(reference.thing, TrackedPoints):
+        help = "say which state of the table belongs to each of the analysis: `states = [1, 2, 3]`"
+    at = reference.at("state" if "state" in reference.fields else "")
+    return diagnostic("E312", at, f"`{reference.name}` was measured in one state, and the analysis has several",
+                      "in which state?", help)  # fmt: skip
+
+
+def _is_fitted(model: Declared) -> bool:
+    return vars(model.thing.stiffness).get("metric") is not None if "stiffness" in vars(model.thing) else False
+
+
+def _fitted(model: Declared) -> Diagnostic:
+    return diagnostic("E314", model.at("stiffness"), f"`{model.name}` would be fitted anew in every state",
+                      "another network in each", "fit it in a scene with one state, and give the stiffness that it"
+                      " finds: `stiffness = uniform(...)`, or leave one state in the analysis")  # fmt: skip
+
+
+def _alike(scene: Scene) -> Diagnostic:
+    analysis = next(iter(scene.of_kind("analysis").values()))
+    values = ", ".join(map(percent, states_of(scene)[:6]))
+    return diagnostic("W325", analysis.at("states"), f"the states of `{analysis.name}` are all the same",
+                      f"nothing changes from one to another of {values}",
+                      "give a load or a support `course = state`, or leave `states` out")  # fmt: skip
