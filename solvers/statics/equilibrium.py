@@ -74,9 +74,9 @@ def _explained(problem: Statics, history: list[Iteration], failure: NotConverged
 
 def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """The equilibrium at full load: boldly, then carefully."""
-    ways = [_started] if problem.start is not None else []
+    ways = [_started] if problem.start is not None and problem.longest == 1.0 else []
     unstable = None
-    whole = [] if problem.longest < 1.0 else [_free]  # of a turn they would find another, by whole turns more or less
+    whole = [] if problem.longest < 1.0 else [_free]  # of a turn either would find another, by whole turns off
     for way in [*ways, *whole, _stepped] if problem.bold else ways:
         try:
             return way(problem, history, systems)
