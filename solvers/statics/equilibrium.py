@@ -30,7 +30,7 @@ from softmark.solvers.statics.arc_length import PathFollower
 from softmark.solvers.statics.newton import MEMORY, RIGID, TINY, Newton
 from softmark.solvers.statics.problem import Criterion, Equilibrium, Iteration, NotConverged, Statics, Watch
 from softmark.solvers.statics.stability import critical_load, direct, loose_motion, rounding_error, softness
-from softmark.solvers.statics.steps import raised
+from softmark.solvers.statics.steps import raised, strayed
 
 __all__ = [
     "MEMORY", "RIGID", "TINY", "Criterion", "Equilibrium", "Iteration", "Linear", "NotConverged", "Statics", "Watch",
@@ -195,7 +195,10 @@ def _careful(problem: Statics, history: list[Iteration], systems: Systems) -> Eq
     while load < 1.0:
         target = min(1.0, load + step)
         try:
-            there = newton.descend(newton.impose(x, target - load, target), target)
+            begun = newton.impose(x, target - load, target)
+            there = newton.descend(begun, target)
+            if problem.way is not None and problem.bold and strayed(x, begun, there):
+                raise NotConverged("the turn is lost: the body springs back to another state", tuple(history))
             if not problem.sound(there):
                 raise NotConverged("the equilibrium has inverted cells", tuple(history))
             x, load, steps = there, target, steps + 1

@@ -7,6 +7,8 @@ way ends on is judged as any other answer is; where it is unstable, what is foun
 
 from __future__ import annotations
 
+import numpy as np
+
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.newton import Newton
 from softmark.solvers.statics.problem import NotConverged
@@ -41,4 +43,11 @@ def _next(newton: Newton, x: Floats, load: float, target: float) -> Floats | Non
         there, done, _ = newton.steps(start, EACH, target)
     except NotConverged:
         return None
+    if newton.problem.way is not None and strayed(x, start, there):
+        return None
     return there if done and newton.problem.sound(there) else None
+
+
+def strayed(x: Floats, start: Floats, there: Floats) -> bool:
+    """Whether Newton's steps led farther than the step of a turn itself: off, to another state, as by a whole turn."""
+    return bool(np.linalg.norm(there - start) > np.linalg.norm(start - x))
