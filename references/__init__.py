@@ -6,6 +6,7 @@
     elastica           large deflections, bending alone
     simo_reissner      large deflections with shear and stretch
     small_deflection   the closed form for small ones
+    torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
 
     self_converged     the scene's own models refined: what is asked for; solving them is not done here
 
@@ -36,12 +37,14 @@ from softmark.references.self_converged import SelfConverged
 from softmark.references.simo_reissner import SimoReissner
 from softmark.references.small_deflection import SmallDeflection
 from softmark.references.surface import SurfaceScan
+from softmark.references.torsion import Torsion
 from softmark.references.virtual_scan import VirtualScan
 
 REFERENCES: dict[str, type] = {
     "elastica": Elastica,
     "small_deflection": SmallDeflection,
     "simo_reissner": SimoReissner,
+    "torsion": Torsion,
     "self_converged": SelfConverged,
     "surface": SurfaceScan,
     "markers": TrackedPoints,

@@ -19,6 +19,7 @@ from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.hausdorff import Hausdorff
 from softmark.interpreter.metrics.max_error import MaxError
 from softmark.interpreter.metrics.mean_error import MeanError
+from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
 from softmark.interpreter.metrics.stress import AXES, Stress
@@ -177,6 +178,9 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
         return None
     reference, word = scene.declared[name], metric.constructor.name
     known = known_of(reference)
+    if isinstance(metric.thing, OfForces) and reference.kind != "model" and not _knows_forces(reference):
+        return _Refusal("against", f"`{word}` compares forces and energies, and `{name}` knows none", "no forces",
+                        "compare with a model, or with a theory that has them: `torsion(...)`")  # fmt: skip
     if isinstance(metric.thing, CourseNorm) and reference.kind != "model":
         return _Refusal("against", f"`{word}` compares motions, and `{name}` knows none", "no history",
                         "compare with a model of this scene")  # fmt: skip
@@ -201,6 +205,10 @@ def _curves(metric: Declared, name: str, known: Known) -> _Refusal:
                         'curves that were measured are `curve("pull.csv", ...)`')  # fmt: skip
     return _Refusal("against", f"`{word}` cannot be told from a curve, which is all that `{name}` is", "only a curve",
                     f"compare a curve with it: `metric miss = curve_error(METRIC, against = {name})`")  # fmt: skip
+
+
+def _knows_forces(reference: Declared) -> bool:
+    return bool(reference.thing.how == "solved" and reference.thing.about == "torsion")
 
 
 def _pointwise(scene: Scene, metric: Declared, name: str, known: Known) -> _Refusal | None:

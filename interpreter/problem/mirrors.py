@@ -9,7 +9,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault
-from softmark.interpreter.vocabulary.loads import PerMass
+from softmark.interpreter.vocabulary.loads import AtPoint, PerMass
 from softmark.interpreter.vocabulary.supports import Symmetric
 
 if TYPE_CHECKING:
@@ -54,6 +54,25 @@ def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
                       f"a wall in place of the plane is `fixed(..., components = {way})`")  # fmt: skip
 
 
+def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Diagnostic | None:
+    """What is to be said of a force at a point of a plane of symmetry: across it there is none, along it a half."""
+    normal, action = support.thing.normal, load.thing.action
+    if normal is None or bounds is None or not isinstance(action, AtPoint):
+        return None
+    axis, place = normal
+    if abs(action.at[axis] - place) > IN_PLANE * max(b - a for a, b in zip(*bounds, strict=True)):
+        return None
+    if action.force[axis]:
+        return diagnostic("E582", load.at("vector"),
+                          f"`{load.name}` pulls across the plane of symmetry `{support.name}` that it acts in",
+                          f"along {'xyz'[axis]}; the mirror image is pulled the other way",
+                          "in a plane of symmetry forces lie in the plane")  # fmt: skip
+    return diagnostic("W335", load.at("at"),
+                      f"`{load.name}` acts in the plane of symmetry `{support.name}`, which the mirror image shares",
+                      "half of it is the other half's",
+                      "give half of the force that acts on the whole body, if it is not that already")  # fmt: skip
+
+
 def _near(points: Floats) -> float:
     """How far from a plane of symmetry points of a body with these (m, 3) may lie to count as in it, m."""
     return IN_PLANE * float((points.max(axis=0) - points.min(axis=0)).max())
@@ -73,6 +92,22 @@ def must_not_load_plane(case: Case, load: Declared, X: Floats, points: Floats) -
                                    f"`{load.name}` acts on the plane of symmetry `{support.name}`",
                                    "within the whole body, where there is no surface",
                                    "select the outer surface alone, without the plane"))  # fmt: skip
+
+
+def must_not_turn_half(case: Case, load: Declared, X: Floats, points: Floats) -> None:
+    """No facet with nodes X (f, k, 3) that a moment acts on meets a plane of symmetry of a body with points (m, 3).
+
+    The half of a face that goes on beyond the plane has a force, and no moment about its own middle. Raises Fault.
+    """
+    for support in case.supports:
+        if not isinstance(support.thing, Symmetric) or support.thing.normal is None:
+            continue
+        axis, place = support.thing.normal
+        if bool((abs(X[..., axis] - place) <= _near(points)).any()):
+            raise Fault(diagnostic("E582", load.at("where"),
+                                   f"`{load.name}` turns a face that the plane of symmetry `{support.name}` halves",
+                                   "half of a face has another moment",
+                                   "model the whole body, or turn a face that ends before the plane"))  # fmt: skip
 
 
 def must_lie_in_plane(case: Case, support: Declared, mesh: Mesh, nodes: Ints) -> None:

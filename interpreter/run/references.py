@@ -12,10 +12,11 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared, SceneError
 from softmark.interpreter.metrics.curves import Curve
 from softmark.interpreter.models.prepare import from_a_model, measurement
-from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.points import above, facts_of, scanned, seen_finite
+from softmark.interpreter.problem.theories import at_rest_of, solved
 from softmark.interpreter.problem.view import View
+from softmark.interpreter.results.reactions import AtRest
 from softmark.interpreter.results.report import ProbeResult, ReferenceResult, SeenCurve, SeenSurface, clean
 from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.run import probes
@@ -77,11 +78,10 @@ def _reference(work: Work, declared: Declared) -> None:
         if declared.thing.how == "refined":
             _keep_refined(work, declared)
             return
-        line = work.options.recall(
-            work.scene, declared, lambda: declared.thing.solve(cantilever_of(declared, work.case(declared)))
-        )
-        error = float(line.estimated_error)
-        _keep_reference(work, declared, lambda X: above(line.displacement(X), error), error)
+        case = work.case(declared)
+        found = work.options.recall(work.scene, declared, lambda: solved(declared, case))
+        error, rest = float(found.estimated_error), at_rest_of(declared, case, found)
+        _keep_reference(work, declared, lambda X: above(found.displacement(X), error), error, rest=rest)
     except Fault as refused:
         raise SceneError([refused.diagnostic]) from refused
     except Exception as failure:
@@ -108,6 +108,7 @@ def _keep_reference(
     displacement: Callable[[Any], Any],
     error: float,
     facts: Mapping[str, Any] | None = None,
+    rest: AtRest | None = None,
 ) -> None:
     """A reference that has a field of displacements."""
     cls, case = type(declared.thing), work.case(declared)
@@ -117,7 +118,7 @@ def _keep_reference(
         return
     weights = probes.weights(work, case.body.name)
     work.views[declared.name] = View(
-        declared.name, case.body.name, case, None, displacement, seen, weights, uncertainty=error
+        declared.name, case.body.name, case, None, displacement, seen, weights, uncertainty=error, at_rest=rest
     )
     work.references[declared.name] = ReferenceResult(
         declared.name, "converged", None, cls.kind, cls.source, error, seen, facts=clean(facts or {})

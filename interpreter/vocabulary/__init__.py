@@ -10,12 +10,12 @@ from typing import Any
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.bodies import PlaneStrain, PlaneStress, Solid
 from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, State, Table
-from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
+from softmark.interpreter.vocabulary.loads import Gravity, LineLoad, PointForce, Pressure, Torque, Traction
 from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published import Column
 from softmark.interpreter.vocabulary.regions import BodyGroup, BodyPart
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Stability, Sweep
-from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows, Symmetric
+from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows, Symmetric, Turned
 
 BODIES: dict[str, type[Any]] = {
     "solid": Solid,
@@ -31,6 +31,7 @@ REGIONS: dict[str, type[Any]] = {
 SUPPORTS: dict[str, type[Any]] = {
     "fixed": Fixed,
     "displaced": Displaced,
+    "turned": Turned,
     "follows": Follows,
     "symmetric": Symmetric,
 }
@@ -40,6 +41,8 @@ LOADS: dict[str, type[Any]] = {
     "traction": Traction,
     "pressure": Pressure,
     "point_force": PointForce,
+    "torque": Torque,
+    "line_load": LineLoad,
 }
 
 ANALYSES: dict[str, type[Any]] = {

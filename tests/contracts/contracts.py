@@ -45,7 +45,7 @@ from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.results.report import ModelKind, ModelResult
 from softmark.interpreter.run.pipeline import Options, run
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, Load, PerArea, PerMass
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, Load, PerArea, PerLength, PerMass, Turning
 from softmark.interpreter.vocabulary.supports import Support
 from softmark.records import dataclass
 from softmark.solvers.mesh.filled import Filled
@@ -68,10 +68,13 @@ LOADED = {
     "traction": "traction(bar, where = x >= 40 mm, vector = (0, 0, -1) Pa)",
     "pressure": "pressure(bar, where = z >= 10 mm, magnitude = 1 Pa)",
     "point_force": "point_force(bar, at = (40, 0, 0) mm, vector = (0, 0, -0.1) mN)",
+    "torque": "torque(bar, where = x >= 40 mm, moment = (0, 0, 1) uN*m)",
+    "line_load": "line_load(bar, from = (0, 0, 0) mm, to = (40, 0, 0) mm, vector = (0, 0, -1) mN/m)",
 }
 SUPPORTED = {
     "fixed": "fixed(bar, where = x >= 40 mm, components = (y, z))",
     "displaced": "displaced(bar, where = x >= 40 mm, by = (0, 0, 1) mm)",
+    "turned": "turned(bar, where = x >= 40 mm, axis = +x, angle = 10 deg)",
     "symmetric": "symmetric(bar, where = y <= -10 mm)",
     "follows": "follows(bar, where = x >= 40 mm, of = beads, reach = 15 mm)",
 }
@@ -239,18 +242,18 @@ def check_load(cls: type[Any], words: str) -> None:
     """It derives from Load, and acts in a way that somebody knows; at half its size half as much."""
     assert issubclass(cls, Load)
     name = next(n for n, c in LOADS.items() if c is cls)
-    solid = "model m = fem(hex8, strain = small, size = 10 mm)"
-    scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}load push = {words}\n{solid}\n")
+    taker = "beam6dof(segments = 4)" if name == "line_load" else "fem(hex8, strain = small, size = 10 mm)"
+    scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}load push = {words}\nmodel m = {taker}\n")
     assert errors(found) == [], name
     push = scene.declared["push"].thing
     assert push.strength in {f.name for f in dataclasses.fields(cls)}, "which field says how much?"
-    assert isinstance(push.action, PerMass | PerArea | Follower | AtPoint)
+    assert isinstance(push.action, PerMass | PerArea | Follower | Turning | AtPoint | PerLength)
     np.testing.assert_allclose(_amount(push.part(0.5).action), 0.5 * _amount(push.action), rtol=1e-15)
     case = case_for(scene, scene.declared["m"])
     prepared = build(scene.declared["m"], case, Workshop(scene=scene))
     ((who, forces),) = prepared.forces()
     assert who.name == "push"
-    assert forces.shape == prepared.points.shape
+    assert _of_nodes(forces, prepared.points)
     assert np.linalg.norm(forces) > 0.0
     assert np.all(np.isfinite(forces))
 
@@ -259,11 +262,16 @@ def _amount(action: Any) -> Any:
     match action:
         case PerMass(acceleration=a):
             return np.array(a)
-        case PerArea(traction=t):
+        case PerArea(traction=t) | Turning(moment=t):
             return np.array(t)
         case Follower(pressure=p):
             return np.array(p)
     return np.array(action.force)
+
+
+def _of_nodes(forces: Any, points: Any) -> bool:
+    """Forces at points, or with moments, as sections of beams take them."""
+    return len(forces) == len(points) and forces.shape[1] in (3, 6)
 
 
 # ------------------------------------------------------------------ supports
@@ -433,13 +441,13 @@ def _takes(text: str, what: str) -> bool:
     assert prepared.points.shape[1] == 3, what
     applied = prepared.forces()
     assert [d.name for d, _ in applied] == [d.name for d in case.loads], what
-    assert all(f.shape == prepared.points.shape for _, f in applied), what
+    assert all(_of_nodes(f, prepared.points) for _, f in applied), what
     assert prepared.outside(np.array([[0.02, 0.0, 0.0]])) == 0.0, what
     if prepared.assembly is not None:
         assert prepared.assembly.dofs >= prepared.points.size, what
     if "gravity" in what:  # all of it, on solids of straight edges
         weight = 1000.0 * np.prod(SIZE)
-        np.testing.assert_allclose(applied[0][1].sum(axis=0), [0.0, 0.0, -weight], rtol=1e-9, atol=1e-15)
+        np.testing.assert_allclose(applied[0][1][:, :3].sum(axis=0), [0.0, 0.0, -weight], rtol=1e-9, atol=1e-15)
     return True
 
 

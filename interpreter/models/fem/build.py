@@ -261,7 +261,7 @@ def at_rest(
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, model.strain))
     each = pieces(case, mesh, parts)
     internal, twins = formulations.of_parts(model, each, energies)
-    fixed, target = solid_supports(case, mesh, workshop.measured)
+    fixed, target, way = solid_supports(case, mesh, workshop.measured)
     applied = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
     unknowns = Unknowns.of(internal, mesh)
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
@@ -281,6 +281,7 @@ def at_rest(
         convex=model.strain == "small" and assembly.conservative,
         extent=mesh.extent,
         path=case.analysis.path,
+        way=way,
     )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
     shape = model.mesh or case.shape

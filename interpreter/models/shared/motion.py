@@ -338,6 +338,7 @@ def in_motion(
         sound=next((e.sound for e in internal if isinstance(e, Lagging)), rest.sound),
         cap=(cap := declared.thing.capped_at),
         lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
+        way=rest.way,
     )
     return PreparedMotion(static, declared, analysis, problem, mesh)
 

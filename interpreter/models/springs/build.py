@@ -222,7 +222,7 @@ def springs_of(model: MassSpring, case: Case, mesh: Mesh, net: Network) -> Sprin
 
 def statics_of(case: Case, mesh: Mesh, parts: Integration, springs: Springs, measured: Mapping[str, Any]) -> Statics:
     """The static problem: loads and supports are those of a solid on the same mesh. Raises Fault."""
-    fixed, target = solid_supports(case, mesh, measured)
+    fixed, target, way = solid_supports(case, mesh, measured)
     dofs = mesh.points.size
     loads = together(single_loads(case, mesh, parts, small=False, mass="lumped"), dofs)
     return Statics(
@@ -235,6 +235,7 @@ def statics_of(case: Case, mesh: Mesh, parts: Integration, springs: Springs, mea
         case.analysis.max_iterations,
         extent=mesh.extent,
         path=case.analysis.path,
+        way=way,
     )
 
 

@@ -175,11 +175,11 @@ def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> 
 def _known(reference: Declared, data: Measured | None, part: Case, X: Floats) -> Any:
     """The reference at the points of the probe, as a metric takes it."""
     from softmark.interpreter.metrics.measurement import Known
-    from softmark.interpreter.problem.beam_theory import cantilever_of
+    from softmark.interpreter.problem.theories import solved
     from softmark.references.measured import MeasuredSurface
 
     if data is None:
-        line = reference.thing.solve(cantilever_of(reference, part))
+        line = solved(reference, part)
         return Known(reference.name, line.displacement(X), line.displacement)
     if isinstance(data, MeasuredSurface):
         return Known(reference.name, surface=data, uncertainty=data.resolution)

@@ -65,6 +65,22 @@ class Loaded:
         forces = push(np.cross(t[0], t[1]))
         np.add.at(dead, facets, np.einsum("q,qa,fqi->fai", weights, facet.shape(xi), forces, optimize=True))
 
+    def products(self) -> tuple[Ints, Floats]:
+        """Its nodes (k,) and the integrals of N_a N_b over it (k, k), m^2."""
+        facet = FACETS[self.whole.shape[1]]
+        nodes = np.unique(np.concatenate([self.whole, self.nodes]))
+        found = np.zeros((len(nodes), len(nodes)))
+        xi, w = moments.fine(self.whole.shape[1])
+        for at in range(0, len(self.whole), SOME):
+            some = self.whole[at : at + SOME]
+            t = np.einsum("qkj,fki->jfqi", facet.gradient(xi), self.points[some])
+            dA, N = w * np.linalg.norm(np.cross(t[0], t[1]), axis=-1), facet.shape(xi)
+            _add_pairs(found, np.searchsorted(nodes, some), np.einsum("fq,qa,qb->fab", dA, N, N, optimize=True))
+        t = np.einsum("pkj,pki->jpi", facet.gradient(self.xi), self.points[self.nodes])
+        dA, N = self.w * np.linalg.norm(np.cross(t[0], t[1]), axis=-1), facet.shape(self.xi)
+        _add_pairs(found, np.searchsorted(nodes, self.nodes), np.einsum("p,pa,pb->pab", dA, N, N))
+        return nodes, found
+
     def of_facets(self, facets: Ints) -> Loaded:
         """What lies on some facets (f, k)."""
         keys = {tuple(row) for row in facets.tolist()}
@@ -93,6 +109,11 @@ class Loaded:
         np.add.at(weights, which.ravel(), self.w[:, None] * moments.basis(k, self.xi))
         whole = np.tile(moments.whole(k), (len(self.whole), 1))
         return np.concatenate([self.whole, faces]), np.concatenate([whole, weights])
+
+
+def _add_pairs(found: Floats, rows: Ints, blocks: Floats) -> None:
+    """Add blocks (f, k, k) over nodes (f, k)."""
+    np.add.at(found, (rows[:, :, None], rows[:, None, :]), blocks)
 
 
 def loaded(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
