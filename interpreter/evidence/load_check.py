@@ -9,6 +9,7 @@ settled on a facet, where the side of a cylinder is) and nothing else.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -69,8 +70,19 @@ def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: st
             surface, p = mesh.points if small else mesh.points + u, float(pressure)
             return _pushed(action, case, mesh.mesh, surface, lambda dA: -p * dA)
         case AtPoint():
-            return _at_point(action, mesh), 0.0
+            return _at_points(action, case, mesh), 0.0
     raise Unchecked(f"there is no other formula for a load that acts as {type(action).__name__}")
+
+
+def _at_points(load: AtPoint, case: Case, mesh: Moved) -> Floats:
+    """The force at its point; of a plane body spread along z by Simpson's rule."""
+    if not case.planar:
+        return _at_point(load, mesh)
+    x, y, _ = load.at
+    rim, found = 0.5 * case.body.thing.thickness, np.zeros_like(mesh.points)
+    for z, share in ((-rim, 1.0), (0.0, 4.0), (rim, 1.0)):
+        found += share / 6.0 * _at_point(replace(load, at=(x, y, z)), mesh)
+    return found
 
 
 def _at_point(load: AtPoint, mesh: Moved) -> Floats:

@@ -6,6 +6,7 @@ Whatever has no formulas for a plane problem is refused here, so that nothing is
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
@@ -14,6 +15,7 @@ from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import Case
+from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
 from softmark.solvers.elements.quadrilaterals import PLANE
 
@@ -34,6 +36,17 @@ def shapes(scene: Scene) -> Iterator[Diagnostic]:
                              "a slice of it is `plane_strain(..., thickness = 1 mm)` or `plane_stress`")  # fmt: skip
 
 
+def selecting(scene: Scene) -> Iterator[Diagnostic]:
+    """Conditions on z, of whatever acts on a plane body: it is the same for all z."""
+    for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
+        body, condition = scene.declared.get(declared.value("body") or ""), declared.value("where")
+        if body is not None and body.thing.planar and condition is not None and 2 in condition.axes:
+            yield diagnostic("E321", declared.at("where"), f"`{declared.name}` selects by z, and `{body.name}` is a "
+                             "plane body: it is the same for all z", "depends on z",
+                             "select by x and y alone, such as `x <= 0 mm`; a body that differs along z is "
+                             "`solid`")  # fmt: skip
+
+
 def acting(scene: Scene) -> Iterator[Diagnostic]:
     """Loads and supports that act across the plane of a plane body.
 
@@ -48,6 +61,29 @@ def acting(scene: Scene) -> Iterator[Diagnostic]:
             does = "moves" if declared.kind == "support" else "pulls"
             yield diagnostic("E544", declared.at(), f"`{declared.name}` {does} a plane body out of its plane",
                              "it has a component along z", "the plane is that of x and y: leave z out")  # fmt: skip
+        elif own in bodies and declared.kind == "load" and _beside(declared.thing.action):
+            yield diagnostic("E544", declared.at("at"), f"`{declared.name}` acts beside the plane of `{own}`",
+                             "z is not 0", "points of a plane body have z = 0")  # fmt: skip
+    for analysis in scene.of_kind("analysis").values() if bodies else ():
+        for field in _leaving(analysis.thing, alone):
+            yield diagnostic("E544", analysis.at(field), f"the `{field}` at the start takes plane bodies out of their "
+                             "plane", "not within the plane",
+                             "velocity is along x and y, and spin about z")  # fmt: skip
+
+
+def _beside(action: Any) -> bool:
+    """Whether a force acts at a point off the plane."""
+    return isinstance(action, AtPoint) and action.at[2] != 0.0
+
+
+def _leaving(analysis: Any, alone: bool) -> Iterator[str]:
+    """What a motion starts with out of the plane; solids may have a velocity along z beside plane bodies."""
+    if not isinstance(analysis, Dynamic):
+        return
+    if alone and analysis.velocity[2]:
+        yield "velocity"
+    if any(analysis.spin[:2]):
+        yield "spin"
 
 
 def _across(declared: Declared) -> float:

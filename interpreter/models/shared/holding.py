@@ -96,7 +96,8 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
         nodes = np.nonzero(selected(case, support, mesh))[0]
         must_lie_in_plane(case, support, mesh.points[nodes], mesh.points)
         held.rows.append(point_rows(mesh.points[nodes] - held.centre, support.thing.components))
-        moved = displacements(support, mesh.points[nodes], measured)
+        places = mesh.points[nodes] * (1.0, 1.0, 0.0) if case.planar else mesh.points[nodes]  # all z move as one
+        moved = displacements(support, places, measured)
         for c in support.thing.components:
             for node, value in zip(nodes.tolist(), moved[:, c].tolist(), strict=True):
                 held.impose(3 * node + c, value, support, mesh.points[node], AXES[c])

@@ -104,7 +104,10 @@ def _at_point(dead: Floats, case: Case, load: Declared, at: Vector3, force: Vect
             "not in the body",
             "give coordinates of the undeformed body",
         )
-    np.add.at(dead, place.nodes[0], place.N[0][:, None] * np.array(force))
+    if case.planar:  # spread along z, exactly for what elements have there: all z move as one
+        half = 0.5 * case.body.thing.thickness / np.sqrt(3.0)
+        place = locate(mesh, np.array([(*at[:2], -half), (*at[:2], half)]))
+    np.add.at(dead, place.nodes, place.N[:, :, None] * (np.array(force) / len(place.nodes)))
 
 
 def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> Loaded:
