@@ -61,7 +61,7 @@ def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: st
             carried = np.zeros(len(mesh.points))
             for own, which in alone(case, mesh):
                 body = (mesh.points, mesh.cells[which], mesh.kind)
-                carried += solids.weights_of(*body, own.material.density, mass, len(mesh.points))
+                carried += solids.weights_of(*body, own.material.density, mass, len(mesh.points), case.depth)
             return carried[:, None] * np.array(g), 0.0
         case PerArea(traction=traction):
             t = np.array(traction)
@@ -120,11 +120,11 @@ def _pushed(
         sweep = FacetSweep(load.where, corners[which], extent, out, settled[which], settling[which])
         whole, (f, xi, w), (g, left) = sweep.whole_and_parts()
         if isinstance(load, Follower) or facets.shape[1] == 3:
-            found += solids.surface_forces(surface, facets[which[whole]], push)
+            found += solids.surface_forces(surface, facets[which[whole]], push, case.depth)
         else:
-            found += _whole(surface, facets[which[whole]], push)
-        found += solids.part_forces(surface, facets[which[f]], xi, w, push)
-        vague = solids.part_forces(surface, facets[which[g]], np.full((len(g), 2), 0.25), left, push)
+            found += _whole(surface, facets[which[whole]], push, case.depth)
+        found += solids.part_forces(surface, facets[which[f]], xi, w, push, case.depth)
+        vague = solids.part_forces(surface, facets[which[g]], np.full((len(g), 2), 0.25), left, push, case.depth)
         unsure += float(np.abs(vague).sum())
         empty = empty and not (len(whole) or len(f))
     if empty:
@@ -132,7 +132,7 @@ def _pushed(
     return found, unsure
 
 
-def _whole(surface: Floats, facets: Ints, push: Callable[[Floats], Floats]) -> Floats:
+def _whole(surface: Floats, facets: Ints, push: Callable[[Floats], Floats], depth: float) -> Floats:
     """Nodal forces (n, 3), N, of a dead load on whole facets that may be curved."""
     x, v = np.polynomial.legendre.leggauss(GRID)
     a, b = (0.5 * (t.ravel() + 1.0) for t in np.meshgrid(x, x))
@@ -144,7 +144,7 @@ def _whole(surface: Floats, facets: Ints, push: Callable[[Floats], Floats]) -> F
     for at in range(0, len(facets), 500):
         some = facets[at : at + 500]
         each = np.repeat(some, len(w), axis=0)
-        found += solids.part_forces(surface, each, np.tile(xi, (len(some), 1)), np.tile(w, len(some)), push)
+        found += solids.part_forces(surface, each, np.tile(xi, (len(some), 1)), np.tile(w, len(some)), push, depth)
     return found
 
 

@@ -92,6 +92,8 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
     `measured` has the tracked points that supports may follow, by the name of their reference.
     """
     held = Held(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
+    if case.depth:  # of a body of revolution only the way along its axis is free: all else stretches rings
+        held.rows.append(np.delete(np.eye(6), 1, axis=0))
     for support in case.supports:
         nodes = np.nonzero(selected(case, support, mesh))[0]
         must_lie_in_plane(case, support, mesh.points[nodes], mesh.points)
