@@ -12,19 +12,26 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.displacement import Displacement
+from softmark.interpreter.metrics.energy_norm import EnergyNorm
 from softmark.interpreter.metrics.force import Force
 from softmark.interpreter.metrics.frequency import Frequency
+from softmark.interpreter.metrics.max_error import MaxError
+from softmark.interpreter.metrics.mean_error import MeanError
 from softmark.interpreter.metrics.strain_energy import StrainEnergy
 from softmark.interpreter.metrics.tensors import OfTensors
+from softmark.interpreter.metrics.tip_error import TipError
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
 from softmark.interpreter.vocabulary.probes import Line, Point
+from softmark.interpreter.vocabulary.supports import Symmetric
 from softmark.solvers.elements.quadrilaterals import PLANE
+from softmark.solvers.mesh.flat import NEAR
 
 WHAT = {"plane_strain": "plane strain", "plane_stress": "plane stress", "axisymmetric": "axial symmetry"}
+AT_POINTS = (Displacement, EnergyNorm, MaxError, MeanError, OfTensors, TipError)  # known of bodies of revolution
 NEARLY = 0.49  # Poisson's ratio from which bodies of revolution are refused
 QUADS = ", ".join(f"`{name}`" for name in PLANE)
 
@@ -36,7 +43,7 @@ def shapes(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic("E542", body.at("region"), f"`{body.name}` is a slice of a plane region, and this is none",
                              "not a plane region",
                              "use `quadrilateral(...)` or `quarter_ring(...)`; a body in space is `solid`")  # fmt: skip
-        elif body.thing.planar == "axisymmetric" and body.thing.shape.ends[0][0] < 0.0:
+        elif body.thing.planar == "axisymmetric" and body.thing.shape.ends[0][0] < -NEAR * body.thing.shape.diagonal:
             yield diagnostic("E322", body.at("region"), f"`{body.name}` turns about the y axis, and its region lies on "
                              "both sides of it", "x below 0",
                              "x is the distance from the axis: give the half with x >= 0")  # fmt: skip
@@ -67,8 +74,9 @@ def acting(scene: Scene) -> Iterator[Diagnostic]:
     for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
         own = declared.value("body")
         flat = own in bodies or (own is None and alone and declared.kind == "load")
-        if own is None and declared.kind == "load":
-            yield from _across_axis(scene, declared)
+        if across := [*_across_axis(scene, declared)]:
+            yield from across
+            continue
         if flat and abs(_across(declared)) > 0.0:
             does = "moves" if declared.kind == "support" else "pulls"
             yield diagnostic("E544", declared.at(), f"`{declared.name}` {does} a plane body out of its plane",
@@ -84,10 +92,18 @@ def acting(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _across_axis(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
-    """Gravity that does not pull along the axis of a body of revolution."""
+    """Gravity that does not pull along the axis of a body of revolution, and a mirror that does not cross it."""
     turned = [body.name for body in scene.of_kind("body").values() if body.thing.planar == "axisymmetric"]
-    action = declared.thing.action
-    if turned and isinstance(action, PerMass) and (action.acceleration[0] or action.acceleration[2]):
+    thing = declared.thing
+    if isinstance(thing, Symmetric):
+        if thing.body in turned and thing.normal is not None and thing.normal[0] == 0 and thing.normal[1] != 0.0:
+            yield diagnostic("E323", declared.at("where"), f"`{declared.name}` is no plane of symmetry of "
+                             f"`{thing.body}`, which turns about the y axis", "a cylinder around the axis",
+                             "its mirrors are normal to y; what does not grow is `fixed(..., components = "
+                             "x)`")  # fmt: skip
+    elif (
+        turned and declared.kind == "load" and isinstance(thing.action, PerMass) and any(thing.action.acceleration[::2])
+    ):
         yield diagnostic("E323", declared.at(), f"`{declared.name}` pulls `{turned[0]}` across its axis",
                          "not along y", "the axis is y: `direction = -y`")  # fmt: skip
 
@@ -163,7 +179,7 @@ def _of_revolution(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagn
     if case.parts:
         yield diagnostic("E322", case.parts[0].at(), f"`{case.parts[0].name}` is a part of a body of revolution, which "
                          "is of one material", "not with axial symmetry", "use a `solid`")  # fmt: skip
-    if case.largest_poisson >= NEARLY:
+    elif case.largest_poisson >= NEARLY:
         yield diagnostic("E322", body.at("material"), f"`{body.name}` hardly changes its volume, and bodies of "
                          "revolution know no formulation that does not lock", "too near to a Poisson's ratio of 0.5",
                          f"use one below {NEARLY:g}, or a `solid`")  # fmt: skip
@@ -197,7 +213,7 @@ def _unknown(metric: Declared, scene: Scene) -> str:
     if isinstance(thing, StrainEnergy):
         return ""
     probe = scene.declared.get(thing.looked_at or "")
-    if isinstance(thing, Displacement | OfTensors) and probe is not None:
+    if isinstance(thing, AT_POINTS) and probe is not None:
         seen = isinstance(probe.thing, Point | Line)
         return "" if seen else "which is looked at in its section, at points and along lines"
     return "of which this is not known"
@@ -210,8 +226,8 @@ def metrics(scene: Scene) -> Iterator[Diagnostic]:
         planar = "" if body is None else body.thing.planar
         if planar == "axisymmetric" and (why := _unknown(metric, scene)):
             yield diagnostic("E323", metric.at(), f"`{metric.name}` is of a body of revolution, {why}",
-                             "not with axial symmetry", "known are displacement, stress, strain, stretch and "
-                             "strain_energy, at points and along lines, and force along y")  # fmt: skip
+                             "not with axial symmetry", "known are displacements and their errors, stress, strain and "
+                             "stretch, at points and along lines, strain_energy, and force along y")  # fmt: skip
             continue
         if planar and isinstance(metric.thing, Frequency):
             yield diagnostic("E545", metric.at(), f"`{metric.name}` is of a plane body, of which frequencies are not "

@@ -8,7 +8,7 @@ from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
-from softmark.interpreter.language.conditions import Condition, Term
+from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Condition, Term
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
@@ -128,11 +128,16 @@ def in_plane(body: Declared) -> tuple[Declared, ...]:
         return ()
     held = InPlane(body.name, Condition.everywhere())
     plane = Declared("support", f"the plane of {body.name}", body.constructor, held, body.location)
-    if body.thing.planar != "axisymmetric" or body.thing.shape.bounds[0][0] > 0.0:
+    if body.thing.planar != "axisymmetric" or _beside_axis(body.thing.shape):
         return (plane,)
     on_axis = Condition.comparison("<=", Term.coordinate(0), Term.constant(0.0), 1)
     axis = OnAxis(body.name, on_axis)
     return plane, Declared("support", f"the axis of {body.name}", body.constructor, axis, body.location)
+
+
+def _beside_axis(shape: Shape) -> bool:
+    """Whether no point of a plane region lies on the y axis."""
+    return shape.bounds is None or shape.bounds[0][0] > RELATIVE_TOLERANCE * shape.diagonal
 
 
 def case_for(scene: Scene, worker: Declared) -> Case:

@@ -111,4 +111,4 @@ class Axisymmetric(Planar):
         if not self.region.flat:  # which is refused
             return 1.0
         (left, low), (right, high) = self.region.ends
-        return SLICE * max(right - left, high - low)
+        return float(SLICE * max(right - left, high - low))

@@ -60,8 +60,8 @@ class Carried:
     nothing. Moments are about the columns of `frames` (n, 3, 3), or in space. `u` (n, 3) are displacements, m, `loads`
     (n, 6) what each load does at full size, `energy` the strain energy, J. `work` is that of each load at full size
     along these displacements, J, None of one that depends on the way. It `turns_freely` where internal forces have no
-    moment, as those of an energy that does not see rotations. What acts on an `axial` body, one of revolution about the y
-    axis, comes to a force along it, and to no moment.
+    moment, as those of an energy that does not see rotations. What acts on an `axial` body, one of revolution about
+    the y axis, comes to a force along it, and to no moment.
     """
 
     X: Floats

@@ -46,6 +46,8 @@ def stress_of(model: Model, case: Case, mesh: Moved) -> Callable[[], Stresses]:
             raise NoStress(how)
         strain, way = how
         u = mesh.displacement.astype(float)  # of single precision too
-        return Stresses(State(mesh.mesh, case.material, strain, u, way, mesh.pressures, bool(case.planar), case.depth > 0.0))
+        return Stresses(
+            State(mesh.mesh, case.material, strain, u, way, mesh.pressures, bool(case.planar), case.depth > 0.0)
+        )
 
     return made
