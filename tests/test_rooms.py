@@ -23,7 +23,7 @@ ROOMS = {
 ENTRANCE = {"softmark.interpreter", "softmark.interpreter.__main__", "softmark.solvers"}
 # What reads a scene, and what a model of finite elements says, are classes that know each other: types alone.
 KNOWN_BY_TYPE = [
-    {f"softmark.interpreter.language.{m}" for m in ("calls", "compile", "expectations", "sweeps")},
+    {f"softmark.interpreter.language.{m}" for m in ("calls", "compile", "expectations", "forms", "sweeps")},
     {f"softmark.interpreter.models.fem.{m}" for m in ("formulations", "levers", "words")},
     {
         f"softmark.solvers.dynamics.{m}"
@@ -36,6 +36,7 @@ MOST = 15  # modules of a folder that has no folders within
 MANY = {  # and why
     "interpreter/language": "a step of reading is a file",
     "interpreter/metrics": "a metric is a file",
+    "interpreter/models/shared": "what models of all kinds do with one thing, a load or a support, is a file",
     "interpreter/cli/commands": "a command is a file, and what they share is beside them",
     "solvers/materials": "a law is a file, and what they share is beside them",
     "solvers/dynamics": "an integrator is a file, and what they share is beside them",

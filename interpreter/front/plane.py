@@ -5,6 +5,7 @@ Whatever has no formulas for a plane problem is refused here, so that nothing is
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -24,9 +25,9 @@ from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
 from softmark.interpreter.vocabulary.probes import Line, Point
-from softmark.interpreter.vocabulary.supports import Symmetric
+from softmark.interpreter.vocabulary.supports import Symmetric, Turned
 from softmark.solvers.elements.quadrilaterals import PLANE
 from softmark.solvers.mesh.flat import NEAR
 
@@ -77,7 +78,10 @@ def acting(scene: Scene) -> Iterator[Diagnostic]:
         if across := [*_across_axis(scene, declared)]:
             yield from across
             continue
-        if flat and abs(_across(declared)) > 0.0:
+        if flat and declared.kind == "load" and isinstance(declared.thing.action, Turning):
+            yield diagnostic("E544", declared.at(), f"`{declared.name}` is a moment, and a plane body takes forces",
+                             "not for plane bodies", "turn an edge by `turned(..., axis = +z)`")  # fmt: skip
+        elif flat and abs(_across(declared)) > 0.0:
             does = "moves" if declared.kind == "support" else "pulls"
             yield diagnostic("E544", declared.at(), f"`{declared.name}` {does} a plane body out of its plane",
                              "it has a component along z", "the plane is that of x and y: leave z out")  # fmt: skip
@@ -92,7 +96,7 @@ def acting(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _across_axis(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
-    """Gravity that does not pull along the axis of a body of revolution, and a mirror that does not cross it."""
+    """Gravity across the axis of a body of revolution, mirrors that do not cross it, and turns of its parts."""
     turned = [body.name for body in scene.of_kind("body").values() if body.thing.planar == "axisymmetric"]
     thing = declared.thing
     if isinstance(thing, Symmetric):
@@ -101,11 +105,17 @@ def _across_axis(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
                              f"`{thing.body}`, which turns about the y axis", "a cylinder around the axis",
                              "its mirrors are normal to y; what does not grow is `fixed(..., components = "
                              "x)`")  # fmt: skip
-    elif (
-        turned and declared.kind == "load" and isinstance(thing.action, PerMass) and any(thing.action.acceleration[::2])
-    ):
+    elif isinstance(thing, Turned) and thing.body in turned:
+        yield diagnostic("E323", declared.at(), f"`{declared.name}` turns a part of `{thing.body}`, a body of "
+                         "revolution", "not around the axis", "its rings stay level: use a `solid`")  # fmt: skip
+    elif turned and declared.kind == "load" and _sideways(thing.action):
         yield diagnostic("E323", declared.at(), f"`{declared.name}` pulls `{turned[0]}` across its axis",
                          "not along y", "the axis is y: `direction = -y`")  # fmt: skip
+
+
+def _sideways(action: Any) -> bool:
+    """Whether it is gravity with a component along x or z."""
+    return isinstance(action, PerMass) and bool(action.acceleration[0] or action.acceleration[2])
 
 
 def _beside(action: Any) -> bool:
@@ -127,9 +137,10 @@ def _across(declared: Declared) -> float:
     """The component along z of what acts."""
     thing = declared.thing
     if declared.kind == "support":
-        return float(thing.displacement[2]) if 2 in thing.components else 0.0
+        turned = math.hypot(*thing.rotation[:2])  # about an axis in the plane
+        return turned or (float(thing.displacement[2]) if 2 in thing.components else 0.0)
     match thing.action:
-        case PerMass(acceleration=vector) | PerArea(traction=vector) | AtPoint(force=vector):
+        case PerMass(acceleration=vector) | PerArea(traction=vector) | AtPoint(force=vector) | PerLength(force=vector):
             return float(vector[2])
     return 0.0
 

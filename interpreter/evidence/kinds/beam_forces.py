@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,7 +18,7 @@ from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.beam.words import Beam6Dof, station
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage, whole
-from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.rods import CheckedRod, frames
@@ -58,9 +59,10 @@ class BeamLine:
         rigid = (() if self.model.axial else (0,)) + (() if self.model.shear else (1, 2))
         return CheckedRod(x, frames(tips, arm * self.axes[1:]), np.diff(self.s), self.stiffness, rigid), arm
 
-    def loads(self) -> Floats:
-        """Forces at the nodes (n, 3), N. Raises Unchecked."""
-        shape, f, l = self.case.prism, np.zeros((len(self.s), 3)), np.diff(self.s)
+    def loads(self, rod: CheckedRod) -> Floats:
+        """Forces and moments at the nodes of the deformed rod (n, 6), N and N m in space. Raises Unchecked."""
+        shape, both, l = self.case.prism, np.zeros((len(self.s), 6)), np.diff(self.s)
+        f, m = both[:, :3], both[:, 3:]
         for load in self.case.loads:
             match load.thing.action:
                 case PerMass(acceleration=g):
@@ -70,13 +72,34 @@ class BeamLine:
                 case PerArea(where=where, traction=traction):
                     end = 0 if coverage(where, shape, 0.0) == "all" else -1
                     f[end] += shape.section.area * np.array(traction)
+                case Turning(where=where, moment=moment):
+                    m[0 if coverage(where, shape, 0.0) == "all" else -1] += np.array(moment)
+                case PerLength(begin=begin, end=end, force=q):
+                    f += self._line(np.array(begin), np.array(end))[:, None] * np.array(q)
+                case AtPoint(at=at, force=force) if station(self.case, at) is None:
+                    off = np.array(at) - np.array(shape.root)
+                    node = int(np.abs(self.s - off @ self.axes[0]).argmin())
+                    f[node] += np.array(force)
+                    arm = rod.R[node] @ (self.axes @ (off - self.s[node] * self.axes[0]))
+                    m[node] += np.cross(arm, np.array(force))
                 case AtPoint(at=at, force=force):
                     s = station(self.case, at) or 0.0
                     for node in range(len(self.s)):
                         f[node] += np.interp(s, self.s, np.eye(len(self.s))[node]) * np.array(force)
                 case _:
                     raise Unchecked(f"there is no other formula for `{load.name}`")
-        return f
+        return both
+
+    def _line(self, begin: Floats, end: Floats) -> Floats:
+        """What each node takes of a line on the axis (n,), m: hat functions by Simpson's rule between kinks."""
+        low, high = sorted(float((p - np.array(self.case.prism.root)) @ self.axes[0]) for p in (begin, end))
+        found = np.zeros(len(self.s))
+        places = np.unique(np.clip(np.concatenate([[low, high], self.s]), low, high))
+        for a, b in itertools.pairwise(places.tolist()):
+            for s, weight in ((a, 1.0), (0.5 * (a + b), 4.0), (b, 1.0)):
+                hats = np.array([np.interp(s, self.s, row) for row in np.eye(len(self.s))])
+                found += weight * (b - a) / 6.0 * hats
+        return found
 
     def held(self) -> NDArray[np.bool_]:
         """Forces and moments that supports carry (n, 6); of a partly held section, all moments."""
@@ -150,7 +173,7 @@ def _looked_at(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
     rod, arm = rod_of(found)
     inside, by = rod.forces()
     outside, fixed = np.zeros_like(inside), beam.held()
-    outside[:, :3] = beam.loads()
+    outside[:] = beam.loads(rod) * _per_length(found)
     scale = _per_length(found)
     inside, by = inside * scale, by * scale[:, None, None]
     if rod.rigid:
