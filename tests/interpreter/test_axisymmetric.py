@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -164,6 +166,14 @@ model own   = fem(quad8, strain = finite, size = 8 mm)
     carried = model.reactions["wall"].reaction
     assert carried is not None
     assert (carried.force[0], carried.force[2], *carried.moment) == (0.0,) * 5
+
+
+def test_the_example_of_the_guide_is_sound() -> None:
+    """It cannot stand beside the others, in a scene where gravity acts along z."""
+    guide = (Path(__file__).parents[2] / "grammar" / "README.md").read_text()
+    found = re.search(r"```text\n(material.*?axisymmetric.*?)```", guide, re.DOTALL)
+    assert found is not None
+    assert softmark.loads(found[1]).scene.of_kind("metric").keys() == {"skin", "halves"}
 
 
 @pytest.mark.slow
