@@ -107,6 +107,7 @@ def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _plane(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Plane regions and plane bodies, and what acts across their plane."""
     yield from plane.shapes(scene)
+    yield from plane.selecting(scene)
     yield from plane.acting(scene)
 
 
@@ -114,7 +115,7 @@ def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Supports of symmetry that are about no plane, or whose plane the body goes through."""
     for support in scene.of_kind("support").values():
         body = scene.declared.get(support.value("body") or "")
-        if isinstance(support.thing, Symmetric) and body is not None:
+        if isinstance(support.thing, Symmetric) and body is not None and not _blamed(support, found):
             fault = plane_fault(support, body.name, body.thing.shape.bounds)
             if fault is not None:
                 yield fault
