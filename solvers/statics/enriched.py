@@ -23,6 +23,7 @@ from softmark.solvers.sparse.gradients import dot
 SMALL = 4000  # unknowns up to which a factor takes less than iterations
 CLOSE = 2e-2  # relative residual of the systems, and their error in the energy norm
 SETTLED = 0.03  # of the first step: a step this short is the last
+ROUNDED = 1e-12  # of the displacements: a step this short is rounding, and those after it are no shorter
 STEPS = 10  # of Newton's method at most
 AWAY = 5.0  # times the first step: a longer one does not lead to a state nearby
 DELAY = 10  # iterations over which the energy must have come to rest
@@ -66,7 +67,8 @@ def settled(
             if not size <= AWAY * first:
                 raise StateLost("Newton's steps on the finer space lead away from its state")
             x = _inside(assembly, x, d)
-            if size <= SETTLED * first or (number == 0 and _enough(assembly, x, solve, size)):
+            rounded = size <= ROUNDED * float(np.linalg.norm(x))
+            if rounded or size <= SETTLED * first or (number == 0 and _enough(assembly, x, solve, size)):
                 return x
     raise StateLost(f"{STEPS} Newton steps on the finer space do not lead to its equilibrium")
 

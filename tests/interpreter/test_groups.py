@@ -276,3 +276,16 @@ new = {"softmark.solvers.mesh.groups", "softmark.solvers.mesh.files.named", "sof
 print(sorted(new & set(sys.modules)))
 """
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
+
+
+@pytest.mark.slow
+def test_an_answer_that_a_finer_space_has_too_has_an_error_of_rounding() -> None:
+    """Pulled evenly, bricks are exact: all steps from there to a finer space are rounding, and none is the shortest."""
+    file = Path(__file__).parents[2] / "stdlib-scenes" / "blocks" / "named-parts.scene"
+    lines = [
+        line for line in file.read_text().splitlines() if not line.startswith(("model curved", "model tets", "expect"))
+    ]
+    text = "\n".join(lines).replace('"named-parts.msh"', f'"{file.with_suffix(".msh")}"')
+    values = found(text)
+    assert values["bricks.pulled"] == pytest.approx(8e-3, rel=1e-9)
+    assert values["bricks.pulled +-"] < 1e-9 * 8e-3
