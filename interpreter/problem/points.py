@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial, reduce
 from typing import TYPE_CHECKING, Any
 
@@ -162,14 +162,13 @@ def _chosen(probe: Declared, X: Floats) -> NDArray[np.bool_]:
     return held
 
 
-def _nothing(probe: Declared) -> Fault:
-    return fault(
-        "E302",
-        probe.at("where"),
-        f"`{probe.name}` selects no points",
-        "selects nothing",
-        "the condition is on coordinates before deformation",
-    )
+def _nothing(probe: Declared, faces: Sequence[str] = ()) -> Fault:
+    """`faces` are the regions of its condition that are faces, of which a volume has nothing."""
+    help = "the condition is on coordinates before deformation"
+    if faces:
+        named = " and ".join(f"`{name}`" for name in faces)
+        help = f"faces have no volume, and those of {named} are selected: use a `surface`, or a group of cells"
+    return fault("E302", probe.at("where"), f"`{probe.name}` selects no points", "selects nothing", help)
 
 
 def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> ProbePoints:
@@ -201,7 +200,10 @@ def _selected(probe: Declared, case: Case, mesh: Mesh) -> tuple[Floats, Floats]:
     ]
     corners, sizes = (np.concatenate([getattr(part, name) for part in found]) for name in ("corners", "sizes"))
     if not sizes.sum() > 0.0:
-        raise _nothing(probe)
+        faces = [
+            r.name for r in case.groups if r.thing.name in where.groups and mesh.groups[r.thing.name].kind == "faces"
+        ]
+        raise _nothing(probe, faces)
     return corners, sizes
 
 
