@@ -244,6 +244,7 @@ _FITTING = {  # of fields whose value must go with that of another, or that take
     "inner": "10 mm", "first": "(0, 0, 0) mm", "second": "(48, 44, 0) mm", "third": "(48, 60, 0) mm",
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
 }  # fmt: skip
+_FILES = {"filled": '"file.stl"', "markers": '"file.csv"', "table": '"file.csv"', "ct_volume": '"file.nrrd"'}
 _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "files": '"file.csv"',
     "texts": '"force"', "amount": "1 mm", "direction": "-z", "condition": "x <= 0 mm",
@@ -254,7 +255,8 @@ _SAMPLES = {
 
 
 def _example(c: Constructor) -> str:
-    arguments = [f"{f.name} = {_sample(f)}" for f in c.fields if f.required]
+    arguments = [f"{f.name} = {_FILES.get(c.name, _sample(f)) if f.form == 'file' else _sample(f)}" for f in c.fields
+                 if f.required]  # fmt: skip
     return f"{c.name}({', '.join(arguments)})"
 
 
@@ -265,7 +267,7 @@ def _sample(f: Field) -> str:
         dimension = f.dimension or units.NONE
         return _QUANTITIES.get(dimension, f"1 {units.si(dimension)}")
     if f.form == "vector":
-        return f"(1, 1, 1) {units.si(f.dimension or units.NONE)}"
+        return f"(1, 1, 1) {units.of_vector(f.dimension or units.NONE)}"
     if f.form == "choice":
         return f.options[0]
     if f.form == "value":
