@@ -6,6 +6,7 @@
     elastica           large deflections, bending alone
     simo_reissner      large deflections with shear and stretch
     small_deflection   the closed form for small ones
+    torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
 
     self_converged     the scene's own models refined: what is asked for; solving them is not done here
 
@@ -13,12 +14,14 @@ and what was measured:
 
     data               public data sets, by name and checksum
     measured           surfaces and tracked points in metres, with their uncertainty
-    surface, ct_volume, markers, virtual_scan   how they are read or made
+    surface, ct_volume, markers, curve, virtual_scan   how they are read or made
+    tables              named columns of numbers, with the place of each defect
     surfaces, registration, smoothing, volumes  geometry that they share
 
 To add one, write a file with a frozen dataclass derived from `Reference`: fields as in `Elastica` (the scene
 language reads them), class attributes `how`, `kind`, `source` and `error_meaning`, and either `solve(cantilever) ->
-CentreLine` or `load()`, which gives a `MeasuredSurface` or `MeasuredPoints`; then add its line to `REFERENCES`.
+CentreLine` or `load()`, which gives a `MeasuredSurface`, `MeasuredPoints` or
+`MeasuredCurve`; then add its line to `REFERENCES`.
 Its docstring is what `dsl list` (first line) and `dsl explain` (the rest) show.
 
 Importing this package imports neither numpy nor scipy: naming a reference costs nothing until it is solved.
@@ -27,21 +30,25 @@ Importing this package imports neither numpy nor scipy: naming a reference costs
 from __future__ import annotations
 
 from softmark.references.ct_volume import CtVolume
+from softmark.references.curve import CurveFromFile
 from softmark.references.elastica import Elastica
 from softmark.references.markers import TrackedPoints
 from softmark.references.self_converged import SelfConverged
 from softmark.references.simo_reissner import SimoReissner
 from softmark.references.small_deflection import SmallDeflection
 from softmark.references.surface import SurfaceScan
+from softmark.references.torsion import Torsion
 from softmark.references.virtual_scan import VirtualScan
 
 REFERENCES: dict[str, type] = {
     "elastica": Elastica,
     "small_deflection": SmallDeflection,
     "simo_reissner": SimoReissner,
+    "torsion": Torsion,
     "self_converged": SelfConverged,
     "surface": SurfaceScan,
     "markers": TrackedPoints,
+    "curve": CurveFromFile,
     "ct_volume": CtVolume,
     "virtual_scan": VirtualScan,
 }

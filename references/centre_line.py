@@ -42,7 +42,7 @@ class CentreLine:
         the offset of the point from the axis along d. Offsets across the plane of bending do not change.
         Raises Refused for points that are not a finite (n, 3), or lie beyond an end of the beam.
         """
-        points = _points(X)
+        points = points_of(X)
         a, d = np.asarray(self.cantilever.axis), np.asarray(self.cantilever.down)  # (3,) each
         from_root = points - np.asarray(self.cantilever.root)
         s = self._stations(from_root @ a)  # (n,)
@@ -67,7 +67,8 @@ class CentreLine:
         return np.clip(s, 0, L)
 
 
-def _points(X: Array) -> Array:
+def points_of(X: Array) -> Array:
+    """Points (n, 3), m, as numbers. Raises Refused for anything else."""
     points = np.asarray(X, dtype=float)
     if points.ndim != 2 or points.shape[1] != 3:
         raise Refused(f"the points have shape {points.shape}", "give them as (n, 3)")

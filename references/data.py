@@ -57,6 +57,7 @@ LGPL = "LGPL-2.1-or-later, INRIA and others (sofa-framework/sofa)"
 KERDOK = "Kerdok, Cotin, Ottensmeyer, Galea, Howe and Dawson 2003, Medical Image Analysis 7:283"
 SURGSIM = "https://raw.githubusercontent.com/simquest/opensurgsim"
 DAWOOD = "https://raw.githubusercontent.com/abubakardawood/tissue-phantom-material-database"
+MARECHAL = "https://raw.githubusercontent.com/LucMarechal/Soft-Robotics-Materials-Database"
 COMPARED = "path, size and excerpts compared with a stored copy of the commit of the first address"
 NOT_OPENED = "path as noted when the file was taken from the repository; no copy of these commits was compared"
 
@@ -129,8 +130,21 @@ def _ecoflex(repeat: str, sha256: str, size: int) -> DataSet:
     )
 
 
+_PULL = DataSet(
+    "ecoflex-0030/ecoflex0030_tension_ODbL.csv",
+    "pull to failure of a strip of Ecoflex 00-30, 33 mm x 6 mm x 3 mm (ASTM D412), at 450 mm/min",
+    (f"{MARECHAL}/1049b050a0f54bb7ab3e05487fe45416de287d50/Tensile-Tests-Data/Ecoflex%2000-30.csv",),
+    "34c00bcc55c401e2c6da596222deed71a8a51ba0be590a5aebe32eac07a19b27",
+    31275,
+    "ODbL 1.0",
+    "Marechal, Balland, Lindenroth, Petrou, Kontovounisios and Bello 2021, Soft Robotics 8:284",
+    COMPARED,
+)
+
+
 TABLE: dict[str, DataSet] = {
-    one.name: one for one in (*_SOFA_SETS, _TRUTH_CUBE, *(_ecoflex(name, *facts) for name, facts in _ECOFLEX.items()))
+    one.name: one
+    for one in (*_SOFA_SETS, _TRUTH_CUBE, _PULL, *(_ecoflex(name, *facts) for name, facts in _ECOFLEX.items()))
 }
 
 

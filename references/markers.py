@@ -63,6 +63,7 @@ class TrackedPoints(Reference):
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 
     how: ClassVar[How] = "measured"
+    table: ClassVar[str] = "no table of tracked points"
     kind: ClassVar[str] = "experimental"
     source: ClassVar[str] = "the file that the scene names"
     error_meaning: ClassVar[str] = "uncertainty of a measured displacement, m, as the scene states it"

@@ -18,6 +18,7 @@ import os
 import re
 import signal
 from collections.abc import Callable, Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,8 @@ OWNERS = {
 BROAD = {
     "silicone-beam-as-published", "silicone-beam-refined", "silicone-beam-scanned", "silicone-beam-calibrated",
     "silicone-beam-trade", "silicone-beam-release", "pressure-vessels", "coated-rod", "beam-at-the-extremes",
-    "truth-cube", "cantilevers", "cooks-membrane", "elliptic-membrane", "thick-ring", "force-and-travel", "swinging-beam",
+    "truth-cube", "cantilevers", "cooks-membrane", "elliptic-membrane", "thick-ring", "force-and-travel",
+    "swinging-beam", "silicone-beam-filled", "ecoflex-pulled", "coated-sphere", "torsion", "end-moments",
 }  # fmt: skip
 WORKERS = 8  # at most: each holds a few hundred MB
 # files and scenes whose tests begin first, in this order: one that compiles most kernels, those that need none
@@ -132,13 +134,15 @@ def _measured_data() -> Iterator[None]:
 
 @pytest.fixture(scope="session")
 def needs_data(_measured_data: None) -> Callable[[str], None]:
-    """Skip the test unless every data set that a scene's text names is on this machine."""
+    """Skip the test unless every data set that a scene's text names is on this machine, and the mesher if it fills."""
     from softmark.references.data import here
 
     def needs(text: str) -> None:
         for name in sorted(set(re.findall(r'"data:([^"]+)"', text))):
             if here(name) is None:
                 pytest.skip(f"the data set {name} is not on this machine (name its folder by SOFTMARK_DATA)")
+        if " = solid(filled(" in text and find_spec("pytetwild") is None:
+            pytest.skip("needs the extra `meshing`")
 
     return needs
 

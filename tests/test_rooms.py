@@ -23,7 +23,7 @@ ROOMS = {
 ENTRANCE = {"softmark.interpreter", "softmark.interpreter.__main__", "softmark.solvers"}
 # What reads a scene, and what a model of finite elements says, are classes that know each other: types alone.
 KNOWN_BY_TYPE = [
-    {f"softmark.interpreter.language.{m}" for m in ("calls", "compile", "expectations", "sweeps")},
+    {f"softmark.interpreter.language.{m}" for m in ("calls", "compile", "expectations", "forms", "sweeps")},
     {f"softmark.interpreter.models.fem.{m}" for m in ("formulations", "levers", "words")},
     {
         f"softmark.solvers.dynamics.{m}"

@@ -31,6 +31,8 @@ from softmark.interpreter.evidence.selection_error import selection
 from softmark.interpreter.front.course_steps import shows
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
+from softmark.interpreter.metrics.curve_error import CurveError
+from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.shared.prepared import Prepared
@@ -171,20 +173,27 @@ def stated(
     result: ModelResult,
     measured: Mapping[str, Any],
     warnings: Sequence[Diagnostic],
+    views: Mapping[str, View],
     asked: bool = True,
+    before: Sequence[tuple[View, Mapping[str, StatedError]]] = (),
 ) -> dict[str, StatedError]:
     """What a model states of every metric and of every probe, by name; empty where it has no answer.
 
-    Where nobody `asked`, what costs next to nothing.
+    `views` has the models that metrics compare with, `before` what it stated in the states before. Where nobody
+    `asked`, what costs next to nothing.
     """
     if result.status not in ("converged", "capped"):
         return {}
     whole = Stated(scene, declared, view.case, prepared, result, measured, result.mesh, asked)
     doubts, found = doubts_of(scene, declared, warnings), {}
     void = next((f"{code}: {DOUBTS[code]}" for code in VOID if code in doubts), None)
-    for name, seen in _asked(scene, result, view).items():
+    for name, seen in _asked(scene, result, view, measured, views, asked).items():
         said = _safely(whole, seen) if void is None else StatedError(reason=void)
         found[name] = replace(said, doubts=tuple(doubts))
+    if any(isinstance(m.thing, CurveError) for m in scene.of_kind("metric").values()):
+        from softmark.interpreter.evidence.curve_answers import at_rest
+
+        found |= at_rest(scene, [*before, (view, found)], measured)
     return found
 
 
@@ -198,16 +207,37 @@ def _safely(whole: Stated, seen: ProbeAnswer) -> StatedError:
         return StatedError(reason=reason)
 
 
-def _asked(scene: Scene, result: ModelResult, view: View) -> dict[str, ProbeAnswer]:
+def _asked(
+    scene: Scene,
+    result: ModelResult,
+    view: View,
+    measured: Mapping[str, Any],
+    views: Mapping[str, View],
+    asked: bool,
+) -> dict[str, ProbeAnswer]:
     """What is stated: metrics of what probes saw, and probes.
 
     Of metrics against the model itself as well: how far it can be trusted as a truth, in their terms.
     """
-    found = {}
+    found: dict[str, ProbeAnswer] = {}
     for name, metric in scene.of_kind("metric").items():
+        if isinstance(metric.thing, CurveError):
+            from softmark.interpreter.evidence.curve_answers import in_time
+
+            if (course := in_time(scene, metric, view, measured)) is not None:
+                found[name] = course
+            continue
+        if isinstance(metric.thing, Frequency):
+            from softmark.interpreter.evidence.tone_answers import of_view
+
+            if asked and view.vibrations is not None and metric.thing.body_in(scene) == view.body:
+                found[name] = of_view(metric.thing, view)
+            continue
         probe = metric.thing.looked_at
         if probe in result.probes:
-            found[name] = _seen(result.probes[probe], metric.thing, view)
+            right = views.get(metric.thing.measured_from or "")
+            seen = _seen(result.probes[probe], metric.thing, view)
+            found[name] = seen if right is None else replace(seen, right=right.stress)
         elif _in_forces(scene, metric.thing, view):
             nothing = np.zeros((0, 3))
             found[name] = _seen(ProbeResult(nothing, nothing), metric.thing, view)

@@ -8,7 +8,7 @@ settled on a facet, where the side of a cylinder is) and nothing else.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -18,8 +18,9 @@ from softmark.interpreter.evidence.materials import alone
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.members import apart, of_facets
 from softmark.interpreter.problem.parts.surface import by_sides, settled_of
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass, Turning
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.solids import Floats, Ints
@@ -68,6 +69,8 @@ def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: st
         case Follower(pressure=pressure):
             surface, p = mesh.points if small else mesh.points + u, float(pressure)
             return _pushed(action, case, mesh.mesh, surface, lambda dA: -p * dA)
+        case Turning():
+            return _turned(action, case, mesh.mesh, mesh.points if small else mesh.points + u)
         case AtPoint():
             return _at_point(action, mesh), 0.0
     raise Unchecked(f"there is no other formula for a load that acts as {type(action).__name__}")
@@ -94,46 +97,96 @@ def _pushed(
 
     And the norm of what is not sure of them, N. Raises Unchecked.
     """
-    facets = mesh.facets
-    corners = mesh.points[facets]
-    told = mesh.selections.get(load.where)
-    if told is not None and told.remainder > MOST_UNSURE * told.area:  # it has been said already how much is open
-        raise Unchecked("the border of what is loaded runs along the surface")
-    extent = float(np.sqrt((np.ptp(mesh.points, axis=0) ** 2).sum()))
-    settled, settling = settled_of(case.shape, mesh, load.where)
     found: Floats = np.zeros_like(surface)
-    empty, unsure = True, 0.0
-    for own, out in by_sides(case.shape, corners):
-        which = np.flatnonzero(own)
-        sweep = FacetSweep(load.where, corners[which], extent, out, settled[which], settling[which])
-        whole, (f, xi, w), (g, left) = sweep.whole_and_parts()
-        if isinstance(load, Follower) or facets.shape[1] == 3:
-            found += solids.surface_forces(surface, facets[which[whole]], push)
+    unsure = 0.0
+    for whole, (f, xi, w), (g, left) in _selected(load.where, case, mesh):
+        if isinstance(load, Follower) or whole.shape[1] == 3:
+            found += solids.surface_forces(surface, whole, push)
         else:
-            found += _whole(surface, facets[which[whole]], push)
-        found += solids.part_forces(surface, facets[which[f]], xi, w, push)
-        vague = solids.part_forces(surface, facets[which[g]], np.full((len(g), 2), 0.25), left, push)
+            for each, at, weights in _sampled(whole):
+                found += solids.part_forces(surface, each, at, weights, push)
+        found += solids.part_forces(surface, f, xi, w, push)
+        vague = solids.part_forces(surface, g, np.full((len(g), 2), 0.25), left, push)
         unsure += float(np.abs(vague).sum())
-        empty = empty and not (len(whole) or len(f))
-    if empty:
-        raise Unchecked("the part of the surface that is loaded is smaller than what is looked for")
     return found, unsure
 
 
-def _whole(surface: Floats, facets: Ints, push: Callable[[Floats], Floats]) -> Floats:
-    """Nodal forces (n, 3), N, of a dead load on whole facets that may be curved."""
+def _asked(case: Case, mesh: Mesh, where: Condition) -> Iterator[tuple[Condition, Ints, Any]]:
+    """Conditions on coordinates, the facets that each is about, and what moves these onto their side."""
+    for condition, members in apart(where, of_facets(mesh)):
+        own = np.zeros(len(mesh.facets), dtype=np.bool_)
+        own[members] = True
+        for beside, out in by_sides(case.shape, mesh.points[mesh.facets]):
+            yield condition, np.flatnonzero(own & beside), out
+
+
+def _turned(load: Turning, case: Case, mesh: Mesh, surface: Floats) -> tuple[Floats, float]:
+    """Nodal forces (n, 3), N, of a moment on the selected part of a surface that lies at `surface` (n, 3), m, now.
+
+    And the norm of what is not sure of them, N. Point by point: t = c x (x - middle), int (x - middle) x t dA = moment.
+    Raises Unchecked.
+    """
+    known: list[tuple[Ints, Floats, Floats]] = []  # nodes, shape functions and area of every point
+    vague = 0.0
+    for whole, parts, (g, left) in _selected(load.where, case, mesh):
+        for facets, xi, w in (*_sampled(whole), parts):
+            known.append((facets, solids.shape(facets.shape[1], xi), w * _stretch(mesh.points, facets, xi)))
+        vague += float(left @ _stretch(mesh.points, g, np.full((len(g), 2), 0.25)))
+    area = np.concatenate([own for _, _, own in known])
+    x = np.concatenate([np.einsum("pa,pai->pi", N, surface[facets]) for facets, N, _ in known])
+    r = x - area @ x / area.sum()
+    J = (area @ (r**2).sum(axis=1)) * np.eye(3) - np.einsum("p,pi,pj->ij", area, r, r)
+    forces = area[:, None] * np.cross(np.linalg.solve(J, np.array(load.moment)), r)
+    found, begin = np.zeros_like(surface), 0
+    for facets, N, own in known:
+        some, begin = forces[begin : begin + len(own)], begin + len(own)
+        np.add.at(found, facets, N[:, :, None] * some[:, None])
+    return found, vague / float(area.sum()) * float(np.linalg.norm(forces, axis=1).sum())
+
+
+def _stretch(points: Floats, facets: Ints, xi: Floats) -> Floats:
+    """Area for each local area (p,) at local points xi (p, 2) of facets (p, k)."""
+    t = np.einsum("pai,paj->jpi", points[facets], solids.slope(facets.shape[1], xi))
+    found: Floats = np.linalg.norm(np.cross(t[0], t[1]), axis=1)
+    return found
+
+
+Points = tuple[Ints, Floats, Floats]  # facets (p, k), local points (p, 2), weights (p,) in local area
+
+
+def _selected(where: Condition, case: Case, mesh: Mesh) -> Iterator[tuple[Ints, Points, tuple[Ints, Floats]]]:
+    """Facets (w, k) that are selected whole, points on parts of others, and facets (v, k) with what is not sure there.
+
+    For every side of the body. Raises Unchecked.
+    """
+    facets = mesh.facets
+    corners = mesh.points[facets]
+    told = mesh.selections.get(where)
+    if told is not None and told.remainder > MOST_UNSURE * told.area:  # it has been said already how much is open
+        raise Unchecked("the border of what is loaded runs along the surface")
+    extent = float(np.sqrt((np.ptp(mesh.points, axis=0) ** 2).sum()))
+    empty = True
+    for condition, which, out in _asked(case, mesh, where):
+        settled, settling = settled_of(case.shape, mesh, condition)
+        sweep = FacetSweep(condition, corners[which], extent, out, settled[which], settling[which])
+        whole, (f, xi, w), (g, left) = sweep.whole_and_parts()
+        yield facets[which[whole]], (facets[which[f]], xi, w), (facets[which[g]], left)
+        empty = empty and not (len(whole) or len(f))
+    if empty:
+        raise Unchecked("the part of the surface that is loaded is smaller than what is looked for")
+
+
+def _sampled(facets: Ints) -> Iterator[Points]:
+    """Points on whole facets (f, k) that may be curved, some facets at a time."""
     x, v = np.polynomial.legendre.leggauss(GRID)
     a, b = (0.5 * (t.ravel() + 1.0) for t in np.meshgrid(x, x))
     w = 0.25 * np.outer(v, v).ravel()
     square = solids.square(facets.shape[1])
     xi = np.stack([2 * a - 1, 2 * b - 1], axis=1) if square else np.stack([a, (1 - a) * b], axis=1)
     w = 4 * w if square else w * (1 - a)
-    found: Floats = np.zeros_like(surface)
     for at in range(0, len(facets), 500):
         some = facets[at : at + 500]
-        each = np.repeat(some, len(w), axis=0)
-        found += solids.part_forces(surface, each, np.tile(xi, (len(some), 1)), np.tile(w, len(some)), push)
-    return found
+        yield np.repeat(some, len(w), axis=0), np.tile(xi, (len(some), 1)), np.tile(w, len(some))
 
 
 @dataclass(frozen=True)

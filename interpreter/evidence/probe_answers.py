@@ -69,6 +69,7 @@ class ProbeAnswer:
     history: History | None = None
     stress: Callable[[], Any] | None = None
     at_rest: AtRest | None = None
+    right: Callable[[], Any] | None = None  # stresses of the model that is taken as right
 
     def of(self, solution: Solution) -> ProbeAnswer:
         """What the same probe sees of another solution, at the same times. Raises Unknown."""
@@ -121,7 +122,9 @@ class ProbeAnswer:
         """The value, or what tensors of the body come to: where a component is zero, an error of it is not."""
         if self.stress is None:
             raise Unknown(NO_ERROR)
-        return max(abs(self.value), metric.usual(self.stress()))
+        if metric.measured_from is None:
+            return max(abs(self.value), metric.usual(self.stress()))
+        return self._of_stress(lambda own, right: metric.extent(own, right, self.X), self.stress)
 
     @property
     def value(self) -> float:
@@ -167,11 +170,16 @@ class ProbeAnswer:
     def _tensors_apart(self, metric: OfTensors, other: ProbeAnswer) -> float:
         if self.stress is None or other.stress is None:
             raise Unknown(NO_ERROR)
+        own, theirs = self.stress, other.stress
+        return self._of_stress(lambda one, right: metric.apart(one, theirs(), self.X, right), own)
+
+    def _of_stress(self, number: Callable[[Any, Any], float], own: Callable[[], Any]) -> float:
+        """A number of the stresses of this answer and of what is taken as right, itself where that is nothing."""
         from softmark.solvers.stresses.sampled import NoStress
 
         try:
-            return metric.apart(self.stress(), other.stress(), self.X)
-        except NoStress as refused:
+            return number(own(), (self.right or own)())
+        except (NoStress, Undefined) as refused:
             raise Unknown(f"{NO_ERROR}: {refused}") from refused
 
     def _norm(self, other: ProbeAnswer) -> float:

@@ -15,7 +15,7 @@ from softmark.interpreter.evidence.load_check import MOST_UNSURE, Unchecked
 from softmark.interpreter.models.answers.at_rest import at_rest
 from softmark.interpreter.models.answers.carried import NOTHING, Carried, Wrench
 from softmark.interpreter.results.reactions import Reaction
-from softmark.interpreter.vocabulary.loads import Follower, PerArea
+from softmark.interpreter.vocabulary.loads import Follower, PerArea, Turning
 from softmark.solvers.checks.solids import EPS, Floats
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]
         return {}, None
     carried = found.solution.carried()
     scale, allowed = _measures(carried, known, float(found.solution.facts.get("residual") or 0.0))
-    if scale == 0.0:
+    if scale == 0.0 or scale <= _noise(voucher, found):
         nothing = {"force": 0.0, "moment": 0.0, "allowed": 0.0, "apart": None, "reason": "nothing acts"}
         return {"reactions": nothing}, None
     force, moment = _relative(_total(carried, known), carried, scale)
@@ -57,9 +57,21 @@ def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]
     return {"reactions": facts | {"apart": apart}}, reason
 
 
+def _noise(voucher: Voucher, found: Found) -> float:
+    """What rounding leaves of reactions, N: all that there is where a body is moved as a whole."""
+    try:
+        return voucher.reactions(found)[1]
+    except Unchecked:
+        return 0.0
+
+
 def _unsure(case: Case) -> float:
     """How much of the loads, relative, was perhaps not found again: near the borders of what is loaded."""
-    return MOST_UNSURE if any(isinstance(load.thing.action, PerArea | Follower) for load in case.loads) else EXACT
+    return (
+        MOST_UNSURE
+        if any(isinstance(load.thing.action, PerArea | Follower | Turning) for load in case.loads)
+        else EXACT
+    )
 
 
 def _total(carried: Carried, known: Mapping[str, Reaction]) -> Wrench:

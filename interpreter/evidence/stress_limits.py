@@ -1,6 +1,8 @@
 """Where elasticity has no largest stress: at the edge of what is held, and under a force on a point.
 
-Where a face that is held ends at one that is free, displacements grow like r^a with a < 1, by Poisson's ratio, and
+Where parts of different materials end on a free surface stress may have no limit either (Bogy 1971, "Two edge-bonded
+elastic wedges of different materials and wedge angles under surface tractions"). Where a face that is held ends at one
+that is free, displacements grow like r^a with a < 1, by Poisson's ratio, and
 stresses without limit (Williams 1952, "Stress singularities resulting from various boundary conditions in angular
 corners of plates in extension"). Faces that only slide along a plane, as those of symmetry, end in a right angle
 without that; where the free face goes on flat, as beside a punch without friction, stresses grow with r^(-1/2)
@@ -68,14 +70,32 @@ def _places(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
     of_facets = np.all(held[mesh.facets], axis=1)  # (f, 3)
     free = ~np.any(of_facets, axis=1)
     rim = _rim(mesh, np.all(of_facets, axis=1), free)
-    if len(rim) and case.material.poisson != 0.0:
+    sideways = any(material.poisson != 0.0 for material in case.materials)
+    if len(rim) and sideways:
         yield _edge_of(case, mesh, rim, whole=True), mesh.points[rim]
     punched = _punched(mesh, of_facets, free)
     if len(punched):
         yield _edge_of(case, mesh, punched, whole=False), mesh.points[punched]
+    ends = _ends(case, mesh, held) if sideways and case.parts else rim[:0]
+    if len(ends):
+        yield "the edge where parts of different materials end on the surface", mesh.points[ends]
     for load in case.loads:
         if isinstance(load.thing.action, AtPoint):
             yield f"the point that `{load.name}` acts at", np.array([load.thing.action.at])
+
+
+def _ends(case: Case, mesh: Mesh, held: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Nodes of cells of several materials on the surface, where nothing is held: not those in planes of symmetry."""
+    from softmark.interpreter.models.shared.regions import owners
+
+    number = owners(case, mesh).cells
+    low, high = np.full(len(mesh.points), len(case.materials)), np.full(len(mesh.points), -1)
+    for k in range(mesh.cells.shape[1]):
+        np.minimum.at(low, mesh.cells[:, k], number)
+        np.maximum.at(high, mesh.cells[:, k], number)
+    outer = np.zeros(len(mesh.points), dtype=np.bool_)
+    outer[mesh.facets] = True
+    return np.flatnonzero(outer & (low < high) & ~held.any(axis=1))
 
 
 def _edge_of(case: Case, mesh: Mesh, rim: NDArray[np.int64], whole: bool) -> str:
@@ -105,14 +125,23 @@ def _punched(mesh: Mesh, of_facets: NDArray[np.bool_], free: NDArray[np.bool_]) 
     rim = _rim(mesh, slide, free)
     if not len(rim):
         return rim
-    corners = mesh.points[mesh.facets[:, : mesh.element.facet.corners]]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    slide &= (normals**2 * of_facets).sum(axis=1) > ALONG
+    normals = _normals(mesh)
+    slide &= (normals**2 * of_facets[:, None]).sum(axis=2).mean(axis=1) > ALONG
 
     def flat(node: int) -> bool:
-        around = np.any(mesh.facets == node, axis=1)
-        turns = normals[around & slide] @ normals[around & free].T
+        there = mesh.facets == node
+        turns = normals[there & slide[:, None]] @ normals[there & free[:, None]].T
         return bool(np.any(turns > FLAT))
 
     return rim[[flat(int(node)) for node in rim]]
+
+
+def _normals(mesh: Mesh) -> Floats:
+    """Of facets at their nodes (f, nodes, 3): the chord of a curved face leans away from the right angle it ends in."""
+    facet = mesh.element.facet
+    corners = np.array(facet.rim)
+    places = np.concatenate([corners, *(corners[list(some)].mean(axis=0, keepdims=True) for some in facet.between)])
+    along = np.einsum("fni,pnk->fpki", mesh.points[mesh.facets], facet.gradient(places))  # (f, p, 2, 3)
+    normals: Floats = np.cross(along[:, :, 0], along[:, :, 1])
+    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    return normals

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
@@ -44,9 +45,18 @@ def _said(metric: Declared, view: View, prepared: Prepared) -> Iterator[Diagnost
         )
         return
     try:
-        details = measured_by(metric.thing, seen_of(metric.thing, view, {})).details
+        alone = replace(metric.thing, against=None)
+        details = measured_by(alone, seen_of(alone, view, {})).details
     except Undefined:
         return
+    if many := details["where_materials_meet"]:
+        yield diagnostic(
+            "W345",
+            metric.at("probe"),
+            f"{many} of {details['points']} points that `{metric.name}` looks at in `{view.name}` lie between parts",
+            "stress jumps there",
+            "there the number is that of the side with the larger stress; look at points to one side of the border",
+        )
     apart = details["cells_apart_1"]
     if not apart > APART:
         return

@@ -24,11 +24,11 @@ from softmark.interpreter.language.overrides import Override
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
-from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, reach
-from softmark.interpreter.problem.mirrors import plane_fault, pull_fault
+from softmark.interpreter.problem.mirrors import plane_fault, point_doubt, pull_fault
+from softmark.interpreter.problem.theories import problem_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint
+from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
 from softmark.interpreter.vocabulary.probes import Nodes
 from softmark.interpreter.vocabulary.supports import Symmetric
 
@@ -121,6 +121,8 @@ def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             for load in scene.acting("load", body.name):
                 if (fault := pull_fault(support, load)) is not None:
                     yield fault
+                if (doubt := point_doubt(support, load, body.thing.shape.bounds)) is not None:
+                    yield doubt
 
 
 def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -147,7 +149,8 @@ def _points(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
     """The fields that give points, and those that decide for all: in a convex body, the ends of a line."""
     if declared.kind == "load":
         action = declared.thing.action
-        return [("at", action.at)] if isinstance(action, AtPoint) else []
+        line = [("from", action.begin), ("to", action.end)] if isinstance(action, PerLength) else []
+        return [("at", action.at)] if isinstance(action, AtPoint) else line
     stations, ends = declared.thing.stations or (), declared.thing.ends
     if ends is None:
         return [("at", point) for point in stations]
@@ -262,7 +265,7 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if loose or any(_blamed(d, found) for d in (*case.supports, *case.loads)):
             continue
         try:
-            cantilever_of(reference, case)
+            problem_of(reference, case)
         except Fault as refused:
             yield refused.diagnostic
 
@@ -319,6 +322,14 @@ def _comparisons(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from comparisons(scene)
 
 
+def _curves(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Measured curves, and what is compared with them."""
+    if any(d.constructor.name == "curve" for d in scene.of_kind("reference").values()):
+        from softmark.interpreter.front import curves
+
+        yield from curves.faults(scene, found)
+
+
 def _refined(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from doubts_of_refined(scene)
 
@@ -366,7 +377,7 @@ def _regions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     if scene.of_kind("region"):
         from softmark.interpreter.front import regions
 
-        for ask in (regions.foreign, regions.idle, regions.overlaps, regions.untaken):
+        for ask in (regions.foreign, regions.unnamed, regions.idle, regions.overlaps, regions.untaken):
             yield from ask(scene)
 
 
@@ -380,7 +391,8 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _plane, _symmetric, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (
-    _bodies, _regions, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _courses,
+    _bodies, _regions, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _curves,
+    _courses,
     _published, _expectations, _use,
 )  # fmt: skip
 

@@ -13,11 +13,13 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
+from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.energy_norm import EnergyNorm
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.hausdorff import Hausdorff
 from softmark.interpreter.metrics.max_error import MaxError
 from softmark.interpreter.metrics.mean_error import MeanError
+from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
 from softmark.interpreter.metrics.stress import AXES, Stress
@@ -28,11 +30,15 @@ from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.probes import Markers, Surface, Volume
 from softmark.records import dataclass
+from softmark.references.curve import CurveFromFile
 from softmark.references.markers import TrackedPoints
 
-Known = Literal["field", "surface", "points"]
+Known = Literal["field", "surface", "points", "curve"]
 
-KNOWN = {"field": "a field of displacements", "surface": "a measured surface", "points": "tracked points"}
+KNOWN = {
+    "field": "a field of displacements", "surface": "a measured surface", "points": "tracked points",
+    "curve": "a measured curve",
+}  # fmt: skip
 POINTWISE = (EnergyNorm, TipError, MaxError, MeanError)  # errors of material points
 
 
@@ -50,6 +56,8 @@ def known_of(reference: Declared) -> Known:
     """What a reference, or a model in its place, knows."""
     if isinstance(reference.thing, TrackedPoints):
         return "points"
+    if isinstance(reference.thing, CurveFromFile):
+        return "curve"
     return "surface" if reference.kind == "reference" and reference.thing.how in ("measured", "scanned") else "field"
 
 
@@ -126,10 +134,21 @@ def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
     models = [m for m in scene.of_kind("model").values() if m.value("body") in bodies]
     laws = [_solid(scene, m).thing.stress_law for m in models]
     if not laws or not all(isinstance(law, str) for law in laws):
-        return None
+        return _right(scene, metric)
     return _Refusal("", f"`{metric.name}` asks for stress or strain, and no model here has any: {laws[0]}",
                     "of no model",
                     "declare one: `model solid = fem(tet10, strain = finite, size = 5 mm)`")  # fmt: skip
+
+
+def _right(scene: Scene, metric: Declared) -> _Refusal | None:
+    """The model that is taken as right must have stress too."""
+    if (name := metric.thing.against) is None:
+        return None
+    law = _solid(scene, scene.declared[name]).thing.stress_law
+    if not isinstance(law, str):
+        return None
+    return _Refusal("against", f"`{metric.name}` compares stress or strain, and `{name}` has none: {law}",
+                    "of no stress", "compare with a model of finite elements: `against = solid`")  # fmt: skip
 
 
 def _solid(scene: Scene, model: Declared) -> Declared:
@@ -159,9 +178,14 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
         return None
     reference, word = scene.declared[name], metric.constructor.name
     known = known_of(reference)
+    if isinstance(metric.thing, OfForces) and reference.kind != "model" and not _knows_forces(reference):
+        return _Refusal("against", f"`{word}` compares forces and energies, and `{name}` knows none", "no forces",
+                        "compare with a model, or with a theory that has them: `torsion(...)`")  # fmt: skip
     if isinstance(metric.thing, CourseNorm) and reference.kind != "model":
         return _Refusal("against", f"`{word}` compares motions, and `{name}` knows none", "no history",
                         "compare with a model of this scene")  # fmt: skip
+    if (isinstance(metric.thing, CurveError)) is not (known == "curve"):
+        return _curves(metric, name, known)
     if isinstance(metric.thing, Hausdorff | SurfaceDistance) and known == "points":
         return _Refusal("against", f"`{word}` needs a surface, and `{name}` is tracked points", "no surface",
                         "points are compared one by one: `mean_error(...)` or `max_error(...)`")  # fmt: skip
@@ -171,6 +195,20 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
     if isinstance(metric.thing, POINTWISE):
         return _pointwise(scene, metric, name, known)
     return None
+
+
+def _curves(metric: Declared, name: str, known: Known) -> _Refusal:
+    """Curves are compared with measured curves, and nothing else is."""
+    word = metric.constructor.name
+    if known != "curve":
+        return _Refusal("against", f"`{word}` compares curves, and `{name}` is {KNOWN[known]}", "no curve",
+                        'curves that were measured are `curve("pull.csv", ...)`')  # fmt: skip
+    return _Refusal("against", f"`{word}` cannot be told from a curve, which is all that `{name}` is", "only a curve",
+                    f"compare a curve with it: `metric miss = curve_error(METRIC, against = {name})`")  # fmt: skip
+
+
+def _knows_forces(reference: Declared) -> bool:
+    return bool(reference.thing.how == "solved" and reference.thing.about == "torsion")
 
 
 def _pointwise(scene: Scene, metric: Declared, name: str, known: Known) -> _Refusal | None:

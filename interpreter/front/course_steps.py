@@ -15,8 +15,9 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.problem.tables import table_fault
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth
+from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, Table
 
 if TYPE_CHECKING:
     from softmark.interpreter.problem.case import Case
@@ -25,6 +26,8 @@ SEEN = 4.0  # steps to a swing: with fewer, the step twice as long that states a
 SHOWN = 10.0  # steps to a swing: with fewer, second-order integrators are off by more than 3 % of it
 HELD = 2.0  # steps that a support is held elsewhere, at least
 NEAR = 1e-6  # of a step: what begins and ends there does so with a step
+MISSED = 0.3  # of a table's largest value: what four steps to a swing miss, 1 - cos(pi / 4)
+OFF = 0.05  # and ten, 1 - cos(pi / 10)
 
 
 def unresolved(scene: Scene) -> Iterator[Diagnostic]:
@@ -36,7 +39,9 @@ def unresolved(scene: Scene) -> Iterator[Diagnostic]:
         course = declared.thing.course
         if course is None:
             continue
-        if isinstance(course, Sine):
+        if isinstance(course, Table):
+            yield from _tabled(declared, course, analysis)
+        elif isinstance(course, Sine):
             yield from _swinging(declared, course, analysis.step)
         elif course.start >= analysis.duration:
             yield diagnostic("W378", declared.at("course"), f"`{declared.name}` begins after the end of the analysis",
@@ -55,7 +60,53 @@ def shows(case: Case, step: float) -> bool:
     """Whether steps of this length show every swing of a case's loads and supports."""
     things = [d.thing for d in (*case.loads, *case.supports)]
     swings = [t.course for t in things if isinstance(t.course, Sine)]
-    return all(1.0 / (c.frequency * step) >= SEEN for c in swings)
+    tables = [t.course for t in things if isinstance(t.course, Table)]
+    end = case.analysis.duration if isinstance(case.analysis, Dynamic) else 0.0
+    followed = all(_left_out(course, step, end) <= MISSED for course in tables)
+    return followed and all(1.0 / (c.frequency * step) >= SEEN for c in swings)
+
+
+def _tabled(declared: Declared, course: Table, analysis: Dynamic) -> Iterator[Diagnostic]:
+    """Of a table: how far it is from straight lines between the ends of steps."""
+    if course.path.startswith("data:"):
+        return  # which is looked at when it runs
+    if (fault := table_fault(declared, analysis.duration)) is not None:
+        yield fault
+        return
+    said = units.named_in(course.at_)
+    if said is not None and said.dimension == units.TIME and abs(said.factor / course.time_unit - 1.0) > NEAR:
+        yield diagnostic("W334", declared.at("course"), f"the column `{course.at_}` names another unit",
+                         f"{_time(course.time_unit)} here",
+                         "one of the two is wrong, unless the column has the wrong name: give `time_unit`")  # fmt: skip
+    left = _left_out(course, analysis.step, analysis.duration)
+    label = f"between the ends of steps of {_time(analysis.step)} it goes up to {100.0 * left:.2g} % of it elsewhere"
+    if left > MISSED and declared.kind == "support":
+        yield diagnostic("E316", declared.at("course"), f"the step does not show the table of `{declared.name}`", label,
+                         "where a support is between two steps is not seen: take a shorter step")  # fmt: skip
+    elif left > OFF:
+        held = "where a support is between two steps is not seen"
+        acts = "its impulse is right, and so is what is slow; how it acts within a step is not seen"
+        help = held if declared.kind == "support" else acts
+        yield diagnostic("W329", declared.at("course"), f"the step does not show all of the table of `{declared.name}`",
+                         label, f"{help}: take a shorter step, or a table without what does not matter")  # fmt: skip
+
+
+def _left_out(course: Table, step: float, duration: float) -> float:
+    """The largest distance of a table from straight lines between the ends of steps, relative to its largest value.
+
+    Both are straight between the rows and the ends of steps, so it is largest at one of the rows.
+    """
+    times, shares, _ = course.rows
+    worst = 0.0
+    for t, share in zip(times, shares, strict=True):
+        if not 0.0 <= t <= duration:
+            continue
+        begin = math.floor(t / step * (1.0 + NEAR * NEAR)) * step
+        part = (t - begin) / step
+        if NEAR < part < 1.0 - NEAR:
+            worst = max(worst, abs(share - (1.0 - part) * course.at(begin) - part * course.at(begin + step)))
+    largest = max(map(abs, shares))
+    return worst / largest if largest else 0.0
 
 
 def _swinging(declared: Declared, course: Sine, step: float) -> Iterator[Diagnostic]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from pathlib import Path
 
@@ -12,7 +12,9 @@ from softmark.interpreter.language.conditions import Condition, Point
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Location, Scene
 from softmark.interpreter.problem.case import Fault, case_for, reach
-from softmark.interpreter.vocabulary.loads import Follower, PerArea
+from softmark.interpreter.vocabulary.loads import Follower, PerArea, Turning
+from softmark.references.curve import CurveFromFile
+from softmark.solvers.mesh.filled import Filled
 from softmark.solvers.mesh.shape import Shape
 
 CHEAP = 4_000_000  # bytes of a table that is read when a scene is checked
@@ -22,7 +24,7 @@ MOST = 4000  # cells of a body that are looked at
 
 def meshes(scene: Scene) -> Iterator[Diagnostic]:
     """Files that a model would mesh with and that cannot hold a solid."""
-    said = set()
+    said: set[Location | Diagnostic] = set()
     for model in scene.asked("model").values():
         if model.thing.mesh_key() is None:
             continue
@@ -32,6 +34,12 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
             continue
         own = model.thing.own_mesh
         shape, at = (own, model.at("mesh")) if own is not None else (case.shape, case.body.at("shape"))
+        if isinstance(shape, Filled):
+            from softmark.interpreter.front import surfaces  # nothing of it where no surface is filled
+
+            found = surfaces.doubts(model, case, shape)
+            yield from (d for d in found if d not in said)
+            said.update(found)
         path = shape.file if shape.prebuilt else ""
         doubt = _doubt(path) if path and not path.startswith("data:") else None
         if doubt is not None and at not in said:
@@ -47,15 +55,21 @@ def _doubt(path: str) -> tuple[str, str] | None:
 
 
 def tables(scene: Scene) -> Iterator[Diagnostic]:
-    """Tables of tracked points that have not what such a table must have."""
+    """Tables of tracked points and curves that have not what such a table must have."""
     for reference in scene.of_kind("reference").values():
-        path = Path(reference.thing.file)
-        if str(path).startswith("data:") or not path.is_file() or path.stat().st_size > CHEAP:
+        if not cheap(reference.thing.files):
             continue
         if (unfit := reference.thing.unfit()) is not None:
             at, (reason, remedy) = reference.at("path"), unfit
+            code = "E407" if isinstance(reference.thing, CurveFromFile) else "E395"
             problem = f"the table of `{reference.name}` cannot be used: {reason}"
-            yield diagnostic("E395", at, problem, "no table of tracked points", remedy)
+            yield diagnostic(code, at, problem, reference.thing.table, remedy)
+
+
+def cheap(files: Sequence[str]) -> bool:
+    """Whether there are files that can be read when a scene is checked."""
+    here = [not name.startswith("data:") and Path(name).is_file() for name in files]
+    return bool(files) and all(here) and sum(Path(name).stat().st_size for name in files) <= CHEAP
 
 
 # ------------------------------------------------------------------ loads on surfaces
@@ -65,7 +79,7 @@ def loads(scene: Scene) -> Iterator[Diagnostic]:
     """Loads on a surface that select points within the body alone, so that no model can take them."""
     for load in scene.of_kind("load").values():
         action = load.thing.action
-        if not isinstance(action, PerArea | Follower) or load.thing.body not in scene.declared:
+        if not isinstance(action, PerArea | Follower | Turning) or load.thing.body not in scene.declared:
             continue
         body = scene.declared[load.thing.body]
         if body.thing.shape.convex and not _meets(action.where, body.thing.shape):

@@ -5,6 +5,7 @@ Whatever has no formulas for a plane problem is refused here, so that nothing is
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from softmark.grammar.diagnostic import Diagnostic
@@ -14,7 +15,7 @@ from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
 from softmark.solvers.elements.quadrilaterals import PLANE
 
 WHAT = {"plane_strain": "plane strain", "plane_stress": "plane stress"}
@@ -44,7 +45,10 @@ def acting(scene: Scene) -> Iterator[Diagnostic]:
     for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
         own = declared.value("body")
         flat = own in bodies or (own is None and alone and declared.kind == "load")
-        if flat and abs(_across(declared)) > 0.0:
+        if flat and declared.kind == "load" and isinstance(declared.thing.action, Turning):
+            yield diagnostic("E544", declared.at(), f"`{declared.name}` is a moment, and a plane body takes forces",
+                             "not for plane bodies", "turn an edge by `turned(..., axis = +z)`")  # fmt: skip
+        elif flat and abs(_across(declared)) > 0.0:
             does = "moves" if declared.kind == "support" else "pulls"
             yield diagnostic("E544", declared.at(), f"`{declared.name}` {does} a plane body out of its plane",
                              "it has a component along z", "the plane is that of x and y: leave z out")  # fmt: skip
@@ -54,9 +58,10 @@ def _across(declared: Declared) -> float:
     """The component along z of what acts."""
     thing = declared.thing
     if declared.kind == "support":
-        return float(thing.displacement[2]) if 2 in thing.components else 0.0
+        turned = math.hypot(*thing.rotation[:2])  # about an axis in the plane
+        return turned or (float(thing.displacement[2]) if 2 in thing.components else 0.0)
     match thing.action:
-        case PerMass(acceleration=vector) | PerArea(traction=vector) | AtPoint(force=vector):
+        case PerMass(acceleration=vector) | PerArea(traction=vector) | AtPoint(force=vector) | PerLength(force=vector):
             return float(vector[2])
     return 0.0
 

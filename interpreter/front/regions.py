@@ -30,6 +30,18 @@ def foreign(scene: Scene) -> Iterator[Diagnostic]:
                              f"declare one of `{body}`: `region NAME = part({body}, where = ...)`")  # fmt: skip
 
 
+def unnamed(scene: Scene) -> Iterator[Diagnostic]:
+    """Groups of a mesh file, of a body that has none."""
+    for region in scene.of_kind("region").values():
+        body = scene.declared.get(region.thing.body)
+        if region.thing.group is not None and body is not None and not body.thing.shape.prebuilt:
+            yield diagnostic("E324", region.at("name"),
+                             f"`{body.name}` has no group `{region.thing.group}`: its mesh is made, not read",
+                             "no file names it",
+                             f"select by coordinates, `region {region.name} = part({body.name}, where = ...)`, or take "
+                             "the body's shape from a `mesh(...)`")  # fmt: skip
+
+
 def idle(scene: Scene) -> Iterator[Diagnostic]:
     """An order of regions that says nothing, since one of them has no material of its own."""
     for region in scene.of_kind("region").values():

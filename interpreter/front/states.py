@@ -12,6 +12,7 @@ from softmark.interpreter.language.states import in_state, states_of
 from softmark.interpreter.results.states import percent
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.courses import State
+from softmark.references.curve import CurveFromFile
 from softmark.references.markers import TrackedPoints
 
 MOST = 1000  # states of one analysis
@@ -101,7 +102,8 @@ def _as_many(reference: Declared, count: int) -> Diagnostic | None:
 
 
 def _measured_once(reference: Declared) -> bool:
-    return bool(reference.thing.how == "measured" and reference.value("states") is None)
+    many = isinstance(reference.thing, CurveFromFile)  # what was measured all along
+    return bool(reference.thing.how == "measured" and reference.value("states") is None and not many)
 
 
 def _of_one(reference: Declared) -> Diagnostic:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Second
 from softmark.grammar.suggest import nearest
-from softmark.interpreter.language import aliases, schema, sweeps, units
+from softmark.interpreter.language import aliases, forms, schema, units
 from softmark.interpreter.language.bare_words import bare_word
 from softmark.interpreter.language.condition_syntax import said, selection
 from softmark.interpreter.language.expressions import Bad, Place, Quantity, VectorValue, describe, words
@@ -24,7 +24,6 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.interpreter.language.compile import Compiler
     from softmark.interpreter.language.overrides import Override
-    from softmark.interpreter.language.sweeps import SweepTarget, Variant
 
 ORIGINS = 3  # parameters whose places a message shows
 FARTHEST = 1e30  # sixth powers of it, as in the volume times the stiffness of a body, are still numbers
@@ -59,7 +58,7 @@ class Binder:
             if field.name not in bound:
                 continue
             try:
-                values[field.attribute] = self._value(field, *bound[field.name])
+                values[field.attribute] = self.value(field, *bound[field.name])
             except Bad:
                 broken = True
         broken |= self._missing(constructor, bound, node)
@@ -216,11 +215,15 @@ class Binder:
 
     # ------------------------------------------------------------------ values by form
 
-    def _value(self, field: Field, node: tree.Expression, place: Place) -> Any:
+    def value(self, field: Field, node: tree.Expression, place: Place) -> Any:
+        """What an expression is as the value of a field. Raises Bad."""
+        if field.form in forms.FORMS:
+            return forms.FORMS[field.form](self, field, node, place)
         form = "value_object" if field.form == "value" else field.form
         return getattr(self, f"_{form}")(field, node, place)
 
-    def _wrong(self, field: Field, node: tree.Expression, place: Place) -> Bad:
+    def wrong(self, field: Field, node: tree.Expression, place: Place) -> Bad:
+        """Say that something else is expected here."""
         return place.fail(
             "E207", node.span, f"expected {field.expected}, found {describe(node)}", describe(node),
             field.meaning,
@@ -228,14 +231,14 @@ class Binder:
 
     def _quantity(self, field: Field, node: tree.Expression, place: Place) -> float:
         if isinstance(node, tree.String | tree.List | tree.Compare):
-            raise self._wrong(field, node, place)
+            raise self.wrong(field, node, place)
         if isinstance(node, tree.Call) and self.vocabulary.find(node.function.text):
-            raise self._wrong(field, node, place)
+            raise self.wrong(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if isinstance(value, VectorValue):
-            raise self._wrong(field, node, place)
+            raise self.wrong(field, node, place)
         self._dimension(field, node, place, value)
-        self._range(field, node, place, value.value)
+        self.within(field, node, place, value.value)
         return value.value
 
     def _dimension(self, field: Field, node: tree.Expression, place: Place, value: Quantity | VectorValue) -> None:
@@ -262,7 +265,8 @@ class Binder:
                 found.setdefault(name, Second(at.source, at.span, f"`{name}` gets its value here"))
         return tuple(found.values())
 
-    def _range(self, field: Field, node: tree.Expression, place: Place, value: float) -> None:
+    def within(self, field: Field, node: tree.Expression, place: Place, value: float) -> None:
+        """Refuse a number (SI) that is out of the range of its field. Raises Bad."""
         if value != 0.0 and not 1.0 / FARTHEST <= abs(value) <= FARTHEST:
             raise place.fail(
                 "E301",
@@ -292,7 +296,7 @@ class Binder:
             help = f"a vector has round brackets: `(0, 0, 1) {unit}`"
             raise place.fail("E207", node.span, f"expected {field.expected}, found a list", "a list", help)
         if isinstance(node, tree.String | tree.Compare):
-            raise self._wrong(field, node, place)
+            raise self.wrong(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if isinstance(value, Quantity) or len(value.values) != 3:
             found = describe(node) if isinstance(value, Quantity) else str(len(value.values))
@@ -301,18 +305,18 @@ class Binder:
                              f"{field.meaning}; write it as `(0, 0, 1) {unit}`")  # fmt: skip
         self._dimension(field, node, place, value)
         for component in value.values:
-            self._range(field, node, place, component)
+            self.within(field, node, place, component)
         return value.values
 
     def _integer(self, field: Field, node: tree.Expression, place: Place) -> int:
         if isinstance(node, tree.String | tree.List | tree.Compare | tree.Vector):
-            raise self._wrong(field, node, place)
+            raise self.wrong(field, node, place)
         q = self.compiler.scope.evaluator(self.module, place).quantity(node)
         if q.dimension != units.NONE or q.value != int(q.value):
             raise place.fail("E204", node.span,
                              f"expected a whole number, found {units.show(q.value, q.dimension)}",
                              "not a whole number", field.meaning)  # fmt: skip
-        self._range(field, node, place, q.value)
+        self.within(field, node, place, q.value)
         return int(q.value)
 
     def _flag(self, field: Field, node: tree.Expression, place: Place) -> bool:
@@ -321,11 +325,11 @@ class Binder:
         if isinstance(node, tree.Name) and node.text.lower() in ("true", "false", "on", "off"):
             word = "yes" if node.text.lower() in ("true", "on") else "no"
             raise place.fail("E212", node.span, f"`{node.text}` is not yes or no", "unknown word", f"write `{word}`")
-        raise self._wrong(field, node, place)
+        raise self.wrong(field, node, place)
 
     def _choice(self, field: Field, node: tree.Expression, place: Place) -> str:
         if not isinstance(node, tree.Name | tree.String):
-            raise self._wrong(field, node, place)
+            raise self.wrong(field, node, place)
         word = node.text if isinstance(node, tree.Name) else node.value
         if word in field.options and isinstance(node, tree.Name):
             return word
@@ -340,7 +344,7 @@ class Binder:
 
     def _text(self, field: Field, node: tree.Expression, place: Place) -> str:
         if not isinstance(node, tree.String):
-            raise self._wrong(field, node, place)
+            raise self.wrong(field, node, place)
         return node.value
 
     def _file(self, field: Field, node: tree.Expression, place: Place) -> str:
@@ -384,7 +388,7 @@ class Binder:
                 raise place.fail("E207", node.span, f"expected {field.expected}, found {found}", found, hint)
             case tree.Vector() | tree.Name() | tree.Unary() | tree.Binary():
                 return self._normalised(field, node, place)
-        raise self._wrong(field, node, place)
+        raise self.wrong(field, node, place)
 
     def _normalised(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         value = self.compiler.scope.evaluator(self.module, place).value(node)
@@ -436,33 +440,24 @@ class Binder:
             hint = f"names stand without quotes; declared {schema.plural(field.kind)}: {known}"
             raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text", hint)
         if not isinstance(node, tree.Name):
-            raise self._wrong(field, node, place)
+            raise self.wrong(field, node, place)
         self.compiler.named(node, field.kind, self.module, place, field.also)
         return self.module.prefix + node.text
 
     def _names(self, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
         if not isinstance(node, tree.List) or node.unit is not None:
-            raise self._wrong(field, node, place)
+            raise self.wrong(field, node, place)
         return tuple(self._name(field, item, place) for item in node.items)
 
     def _list(self, field: Field, node: tree.Expression, place: Place) -> VectorValue:
         if not isinstance(node, tree.List):
-            raise self._wrong(field, node, place)
+            raise self.wrong(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).values(node)
         if field.dimension is not None and value.values:
             self._dimension(field, node, place, value)
         for number, item in zip(value.values, node.items, strict=True):
-            self._range(field, item, place, number)
+            self.within(field, item, place, number)
         return value
-
-    def _target(self, field: Field, node: tree.Expression, place: Place) -> SweepTarget:
-        return sweeps.target(self, field, node, place)
-
-    def _targets(self, field: Field, node: tree.Expression, place: Place) -> tuple[SweepTarget, ...]:
-        return sweeps.targets(self, field, node, place)
-
-    def _variants(self, field: Field, node: tree.Expression, place: Place) -> tuple[Variant, ...]:
-        return sweeps.variants(self, field, node, place)
 
     def _value_object(self, field: Field, node: tree.Expression, place: Place) -> Any:
         if field.kind == "element":
@@ -472,7 +467,7 @@ class Binder:
         if isinstance(node, tree.Name):
             word = bare_word(self.compiler.scope, self.module, field, node, place)
             return word.cls() if word else self.compiler.named(node, field.kind, self.module, place).thing
-        raise self._wrong(field, node, place)
+        raise self.wrong(field, node, place)
 
     def _element(self, field: Field, node: tree.Expression, place: Place) -> Any:
         elements = self.vocabulary.words()
@@ -485,7 +480,7 @@ class Binder:
                 f"write `{node.value}`, without quotes",
             )
         if not isinstance(node, tree.Name):
-            raise self._wrong(field, node, place)
+            raise self.wrong(field, node, place)
         if node.text in elements:
             return node.text
         meant = aliases.CELLS.get(node.text)

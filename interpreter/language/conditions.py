@@ -7,7 +7,7 @@ equal.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 from typing import Any
 
@@ -198,7 +198,8 @@ class Condition:
     """A selection of points: `holds` works on floats and on arrays, `over` on a box; `said` is its text with values.
 
     `borders` are the surfaces that can bound it: between them it is true or false throughout. `regions` names those
-    that it is made of.
+    that it is made of. `groups` are named parts of a mesh file in it: no coordinates tell what these hold, and
+    `given_of` makes the condition that is left for things of which it is known.
     """
 
     _test: Callable[[tuple[Any, Any, Any], float], Any] = field(repr=False)
@@ -207,6 +208,12 @@ class Condition:
     said: str = field(default="", compare=False)
     borders: tuple[Border, ...] = field(default=(), compare=False, repr=False)
     regions: tuple[str, ...] = field(default=(), compare=False)
+    groups: tuple[str, ...] = field(default=(), compare=False)
+    _known: Callable[[Mapping[str, bool]], Condition] | None = field(default=None, repr=False, compare=False)
+
+    def given_of(self, members: Mapping[str, bool]) -> Condition:
+        """The same for things of which it is known whether they are members of its groups: on coordinates alone."""
+        return self if self._known is None else self._known(members)
 
     def holds(self, x: Any, y: Any, z: Any, extent: float) -> Any:
         """True where (x, y, z), in m, satisfies the condition in a body of this extent (m)."""
@@ -249,6 +256,19 @@ class Condition:
         return Condition(test, bound, told, borders=(Border(a.combine("-", b), length_power),))
 
     @staticmethod
+    def group(name: str) -> Condition:
+        """Membership of a named part of a mesh file. Asked at a point alone it raises MembersUnknown."""
+
+        def unknown(_: Any, extent: float) -> Any:
+            raise MembersUnknown(name)
+
+        def known(members: Mapping[str, bool]) -> Condition:
+            return EVERYWHERE if members[name] else NOWHERE
+
+        said = f'group "{name}"'
+        return Condition(unknown, lambda box, extent: (True, True), unknown, said, groups=(name,), _known=known)
+
+    @staticmethod
     def negation(a: Condition) -> Condition:
         """not a."""
 
@@ -262,7 +282,13 @@ class Condition:
         def told(levels: Sequence[Any], extent: float) -> Any:
             return _not(a._told(levels, extent))
 
-        return Condition(test, bound, told, borders=a.borders, regions=a.regions)
+        def known(members: Mapping[str, bool]) -> Condition:
+            return Condition.negation(a.given_of(members))
+
+        known_of = known if a.groups else None
+        return Condition(
+            test, bound, told, borders=a.borders, regions=a.regions, groups=a.groups, _known=known_of
+        )  # fmt: skip
 
     @staticmethod
     def junction(operator: str, a: Condition, b: Condition) -> Condition:
@@ -282,7 +308,26 @@ class Condition:
             left, right = a._told(levels[:first], extent), b._told(levels[first:], extent)
             return left & right if both else left | right
 
-        return Condition(test, bound, told, borders=(*a.borders, *b.borders), regions=(*a.regions, *b.regions))
+        def known(members: Mapping[str, bool]) -> Condition:
+            return Condition.junction(operator, a.given_of(members), b.given_of(members))
+
+        groups = (*a.groups, *(g for g in b.groups if g not in a.groups))
+        return Condition(
+            test, bound, told, borders=(*a.borders, *b.borders), regions=(*a.regions, *b.regions),
+            groups=groups, _known=known if groups else None,
+        )  # fmt: skip
+
+
+class MembersUnknown(Exception):
+    """A group of a mesh file was asked for at a place; its argument is the group's name."""
+
+
+def _constant(value: bool) -> Condition:
+    """The same everywhere."""
+    return Condition(lambda p, extent: value, lambda box, extent: (not value, value), lambda levels, extent: value)
+
+
+EVERYWHERE, NOWHERE = _constant(True), _constant(False)
 
 
 def _not(held: Any) -> Any:

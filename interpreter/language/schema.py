@@ -26,6 +26,9 @@ Form = Literal[
     "choice",
     "text",
     "file",
+    "files",
+    "texts",
+    "amount",
     "direction",
     "condition",
     "components",
@@ -103,6 +106,9 @@ _EXPECTED = {
     "flag": "yes or no",
     "text": "a text in double quotes",
     "file": "a file name in double quotes",
+    "files": "a file name in double quotes, or a list of them",
+    "texts": "a text in double quotes, or a list of them",
+    "amount": "a quantity such as `1 mm` or `2 %`",
     "direction": "a direction such as `-z` or `(0, 0, -1)`",
     "condition": "a condition on the coordinates, such as `x <= 0 mm`",
     "components": "components such as `x` or `(x, y)`",
@@ -226,7 +232,9 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "flag"}
     if spec in ("file", "file or folder"):
         return {"form": "file", "folder": spec == "file or folder"}
-    if spec in ("direction", "condition", "components", "target", "targets", "variants"):
+    if spec.split(" in ")[0] == "amount":
+        return {"form": "amount", "interval": Interval.read(spec)}
+    if spec in ("direction", "condition", "components", "target", "targets", "variants", "files", "texts"):
         return {"form": spec}
     if base is str and not spec:
         return {"form": "text"}

@@ -218,6 +218,15 @@ def _unreadable(whole: str, part: str = "") -> UnitError:
     return UnitError(f"`{whole}` is not a unit", "units look like `kPa`, `kg/m^3` or `N*m`, without spaces")
 
 
+_BRACKETS = re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$")
+
+
+def named_in(column: str) -> Measure | None:
+    """The unit that the name of a column ends in, as in `Load (N)` or `t [ms]`; None where it is none."""
+    found = _BRACKETS.search(column)
+    return parse(inner) if found and _known(inner := found[1].strip()) else None
+
+
 def _known(text: str) -> bool:
     try:
         parse(text)

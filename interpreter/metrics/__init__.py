@@ -13,6 +13,7 @@ from __future__ import annotations
 from typing import Any
 
 from softmark.interpreter.metrics.course_norm import CourseNorm
+from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.displacement import Displacement
 from softmark.interpreter.metrics.energy_norm import EnergyNorm
 from softmark.interpreter.metrics.force import Force
@@ -39,6 +40,7 @@ METRICS: dict[str, type[Any]] = {
     "max_error": MaxError,
     "mean_error": MeanError,
     "course_norm": CourseNorm,
+    "curve_error": CurveError,
     "strain_energy_norm": StrainEnergyNorm,
     "surface_distance": SurfaceDistance,
     "hausdorff": Hausdorff,

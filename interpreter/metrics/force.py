@@ -30,7 +30,7 @@ class Force(OfForces):
 
     of: Annotated[str, "support", "the support"]
     along: Annotated[tuple[float, float, float], "direction", "the direction, `+z` for a pull upwards"]
-    against: Annotated[str | None, "model", "the model that is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "N"
 
     @property

@@ -3,32 +3,41 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.metrics.curve_error import CurveError
+from softmark.interpreter.metrics.curves import Course
 from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
 from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.problem.case import body_of
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.plain import clean
-from softmark.interpreter.results.report import MetricResult, ProbeResult
+from softmark.interpreter.results.report import MetricResult, ProbeResult, SeenCurve
+from softmark.interpreter.results.thinning import picked
+from softmark.interpreter.vocabulary.analyses import Dynamic
 
 Floats = NDArray[np.float64]
 SAMPLES = 5000  # of a metric that a report keeps
+DRAWN = 400  # points of a curve that it keeps
 
 
 def metrics_of(
-    scene: Scene, view: View, views: Mapping[str, View]
+    scene: Scene, view: View, views: Mapping[str, View], before: Sequence[Mapping[str, View]] = ()
 ) -> tuple[dict[str, MetricResult], dict[str, Floats]]:
-    """The metrics of one model or reference, and their errors at the points of their probes (n,), m."""
+    """The metrics of one model or reference, and their errors at the points of their probes (n,), m.
+
+    `before` are the views in the states before, in their order.
+    """
     found, errors = {}, {}
     for metric in scene.of_kind("metric").values():
         if _concerns(scene, metric, view):
-            result, at_points = _metric(scene, metric, view, views)
+            result, at_points = _metric(scene, metric, view, views, before)
             found[metric.name] = result
             if at_points is not None:
                 errors[metric.name] = at_points
@@ -50,18 +59,21 @@ def _concerns(scene: Scene, metric: Declared, view: View) -> bool:
 
 
 def _metric(
-    scene: Scene, metric: Declared, view: View, views: Mapping[str, View]
+    scene: Scene, metric: Declared, view: View, views: Mapping[str, View], before: Sequence[Mapping[str, View]]
 ) -> tuple[MetricResult, Floats | None]:
     thing = metric.thing
     published = published_of(scene, metric.name, view.name)
     try:
-        measured = measured_by(thing, seen_of(thing, view, views))
+        seen = seen_of(thing, view, views)
+        if isinstance(thing, CurveError):
+            seen = replace(seen, curve=course_of(scene, thing, [*(known[view.name] for known in before), view]))
+        measured = measured_by(thing, seen)
     except Undefined as undefined:
         return MetricResult(None, thing.unit, str(undefined), published=published), None
     if not math.isfinite(measured.value):
         return MetricResult(None, thing.unit, "the value is not a finite number", published=published), None
     against = views.get(thing.measured_from or "")
-    uncertainty = against.uncertainty if against and thing.uncertain else 0.0
+    uncertainty = measured.uncertainty or (against.uncertainty if against and thing.uncertain else 0.0)
     samples = () if measured.samples is None else _some(measured.samples[np.isfinite(measured.samples)])
     result = MetricResult(
         measured.value,
@@ -70,6 +82,7 @@ def _metric(
         samples=samples,
         uncertainty=uncertainty if uncertainty and math.isfinite(uncertainty) else None,
         published=published,
+        curve=None if measured.curve is None else _drawn(measured.curve),
     )
     at_points = measured.at_points
     return result, at_points if at_points is None or np.all(np.isfinite(at_points)) else None
@@ -78,6 +91,35 @@ def _metric(
 def _some(samples: Floats) -> tuple[float, ...]:
     """At most SAMPLES values, every so many of them."""
     return tuple(samples[:: -(-len(samples) // SAMPLES) or 1].tolist())
+
+
+def _drawn(course: Course) -> SeenCurve:
+    """A course as a report keeps it: some of its points, each end among them."""
+    chosen = picked(len(course.x), DRAWN)
+    return SeenCurve(course.x[chosen], course.y[chosen], course.units)
+
+
+def course_of(scene: Scene, thing: CurveError, views: Sequence[View]) -> Course:
+    """The curve of the metric that another is about: over time, or at rest from state to state. Raises Undefined.
+
+    `views` are those of one model in every state, in their order.
+    """
+    of = scene.declared[thing.of].thing
+    if isinstance(views[-1].case.analysis, Dynamic):
+        own = seen_of(of, views[-1], {})
+        if own.times is None or own.course is None or of.direction is None:
+            raise Undefined("it has no history")
+        return Course(own.times, own.course[:, -1] @ np.array(of.direction), ("s", key_of(of.unit)))
+    if thing.over is None:
+        raise Undefined("it is at rest, and says not along what the curve goes")
+    over = scene.declared[thing.over].thing
+    x, y = (np.array([measured_by(one, seen_of(one, view, {})).value for view in views]) for one in (over, of))
+    return Course(x, y, (key_of(over.unit), key_of(of.unit)))
+
+
+def key_of(unit: str) -> str:
+    """A unit as the keys of details end in it: `Nm` for `N*m`."""
+    return unit.replace("*", "").replace("^", "")
 
 
 def measured_by(thing: Metric, seen: Seen) -> Measurement:
@@ -136,6 +178,8 @@ def _known(against: str, reference: View | None, probe: str | None, own: ProbeRe
         seen.times if seen else None,
         seen.course if seen else None,
         reference.at_rest,
+        reference.curve,
+        reference.stress,
     )
 
 

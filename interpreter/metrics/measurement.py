@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from softmark.interpreter.metrics.curves import Course, Curve
     from softmark.interpreter.problem.case import Case
     from softmark.interpreter.results.history import History
     from softmark.interpreter.results.reactions import AtRest
@@ -36,6 +37,8 @@ class Known:
     times: Floats | None = None  # (t,) s, and
     course: Floats | None = None  # (t, n, 3) m at the points of the probe, of a model with a history
     at_rest: AtRest | None = None  # of a model
+    curve: Curve | None = None  # that was measured
+    stress: Callable[[], Stresses] | None = None  # of a model on a mesh; it raises NoStress
 
 
 @dataclass(frozen=True)
@@ -62,16 +65,20 @@ class Seen:
     stress: Callable[[], Stresses] | None = None  # of a model on a mesh; it raises NoStress
     at_rest: AtRest | None = None  # of a model: what supports carry, and energies
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined
+    curve: Course | None = None  # of another metric, where it is asked for
 
 
 @dataclass(frozen=True)
 class Measurement:
     """A value in the metric's unit, with further numbers (`details`, SI), and the `samples` that it sums up.
 
-    `at_points` (n,) is the error at each point of the probe in m, for pictures.
+    `at_points` (n,) is the error at each point of the probe in m, for pictures; `curve` what was compared with a curve.
+    `uncertainty` is that of the reference in the metric's own unit, where it is not one number for all.
     """
 
     value: float
     details: Mapping[str, Any] = field(default_factory=dict)
     samples: Floats | None = None
     at_points: Floats | None = None
+    uncertainty: float | None = None
+    curve: Course | None = None

@@ -23,9 +23,9 @@ class Moment(OfForces):
     """Moment of a support on the body at rest, about an axis through a point: a torque, or what a clamp resists.
 
     Forces act where their points came to lie; in a model of small strain where they were. Without `about` the point is
-    the middle of what is held (by area where it is a face), there where it came to lie: `at` of the reaction in the
-    report. Found again and balanced as forces are. Against another model it is the difference relative to the size of
-    that model's moment.
+    the middle of what is held, there where it came to lie: of its volume, or where no cell is held whole, of its area
+    on the surface; of a beam, of the length of its axis. It is `at` of the reaction in the report. Found again and
+    balanced as forces are. Against another model it is the difference relative to the size of that model's moment.
 
     Beside its value a report has size_Nm, that of the moment whatever its direction.
     """
@@ -33,7 +33,7 @@ class Moment(OfForces):
     of: Annotated[str, "support", "the support"]
     along: Annotated[Vector3, "direction", "the axis, right-handed"]
     about: Annotated[Vector3 | None, "m", "a point of the axis; without it the middle of what is held"] = None
-    against: Annotated[str | None, "model", "the model that is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "N*m"
 
     @property

@@ -22,6 +22,8 @@ class Strain(OfTensors):
     displacements. `xy` and its like are tensor components, half the change of an angle. The gradient is recovered as
     stress is, with the same orders (see `stress`), and what is said there of edges and corners holds as well.
 
+    Against another model it is |difference| at the points relative to the norm of that model's strain, as of `stress`.
+
     Beside its value a report has largest_1, least_1, at_m, points, norm_Pa, cells_apart_Pa and usual_stress_Pa, as
     `stress` does, and cells_apart_1, the share by which strains of the cells differ there.
     """
@@ -33,8 +35,8 @@ class Strain(OfTensors):
     ] = "principal_1"
     measure_: Annotated[Literal["green", "biot", "logarithmic"], "which tensor"] = "green"
     over: Annotated[Over, "which of the values at the points"] = "largest"
-    unit: ClassVar[str] = "1"
-    uncertain: ClassVar[bool] = False
+    against: Annotated[str | None, "model", "the model that is taken as right"] = None
+    natural: ClassVar[str] = "1"
 
     def values(self, tensors: Tensors) -> Floats:
         """(n,)."""

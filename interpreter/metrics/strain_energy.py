@@ -26,7 +26,7 @@ class StrainEnergy(OfForces):
     """
 
     body: Annotated[str, "body", "the body"]
-    against: Annotated[str | None, "model", "the model that is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "J"
 
     @property

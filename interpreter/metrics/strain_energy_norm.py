@@ -105,9 +105,10 @@ def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
     mu = np.array([material.shear_modulus for material in materials])
     lam = np.array([material.lame_lambda for material in materials])
     if case.parts:
+        from softmark.interpreter.problem.members import of_places
         from softmark.interpreter.problem.regions import number
 
-        mu, lam = mu[at := number(case, X)], lam[at]
+        mu, lam = mu[at := number(case, X, of_places(case, X))], lam[at]
     if not np.isfinite(lam).all():
         raise Undefined("in an incompressible material any change of volume has infinite energy")
     trace = np.trace(E, axis1=1, axis2=2)

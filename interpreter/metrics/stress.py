@@ -32,11 +32,15 @@ class Stress(OfTensors):
     forces on points, elasticity has no largest stress: every refinement finds a larger one. A warning says where the
     cells around the place do not agree (W387), and a stated error has no number where refinement finds no limit.
 
+    Against another model it is |difference| at the points, the `largest` or the `mean`, relative to the norm of that
+    model's tensor, the largest or the mean over the same points: so a component that is zero can be compared too.
+
     Beside its value a report has largest_Pa and least_Pa over the points, where the greatest magnitude lies (at_m), the
     number of points, norm_Pa of the tensor at that place, cells_apart_Pa, by how much stresses of the cells around it
     differ from what is recovered in the mean square, usual_stress_Pa, the root mean square of stress in the body, and
     cells_apart_1, the share by which they differ in what the number is made of: of von Mises' stress and of shear the
     deviator, which a pressure would hide.
+    Of one against another model it has difference_Pa, size_Pa, which that is relative to, at_m and points.
     """
 
     probe: Annotated[str, "probe", "where it is looked at"]
@@ -48,8 +52,8 @@ class Stress(OfTensors):
     ] = "von_mises"
     measure_: Annotated[Literal["cauchy", "nominal"], "per deformed area, or per area at rest"] = "cauchy"
     over: Annotated[Over, "which of the values at the points"] = "largest"
-    unit: ClassVar[str] = "Pa"
-    uncertain: ClassVar[bool] = False
+    against: Annotated[str | None, "model", "the model that is taken as right"] = None
+    natural: ClassVar[str] = "Pa"
 
     @property
     def made_of(self) -> Part:

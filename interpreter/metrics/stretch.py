@@ -21,6 +21,9 @@ class Stretch(OfTensors):
     J = det F. Where a model measures small strains, 1 + strain, and 1 + its trace. Recovered as stress is (see
     `stress`). The `largest` is the greatest of the values.
 
+    Against another model it is |difference| at the points relative to the norm of that model's strain U - 1, as of
+    `stress`: two that lengthen by 1 % and 2 % differ by half.
+
     Beside its value a report has largest_1, least_1, at_m, points, norm_Pa, cells_apart_Pa and usual_stress_Pa, as
     `stress` does, and cells_apart_1, the share by which strains of the cells differ there.
     """
@@ -30,8 +33,8 @@ class Stretch(OfTensors):
         Literal["principal_1", "principal_2", "principal_3", "x", "y", "z", "volume"], "of which length, or of volumes"
     ] = "principal_1"
     over: Annotated[Over, "which of the values at the points"] = "largest"
-    unit: ClassVar[str] = "1"
-    uncertain: ClassVar[bool] = False
+    against: Annotated[str | None, "model", "the model that is taken as right"] = None
+    natural: ClassVar[str] = "1"
 
     def values(self, tensors: Tensors) -> Floats:
         """(n,)."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Callable
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from softmark.interpreter.metrics.measurement import Measurement
 from softmark.interpreter.metrics.metric import Metric
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.metrics.measurement import Floats, Seen
     from softmark.solvers.stresses.field import Part, Stresses
     from softmark.solvers.stresses.measures import Tensors
+
+    Told = Callable[[], Stresses] | None  # of who is seen; it raises NoStress
 else:
     from softmark.solvers.base.deferred import np
 
@@ -23,10 +26,19 @@ Over = Literal["largest", "mean"]
 
 
 class OfTensors(Metric):
-    """One that is made of stresses or strains of a model, at the points of its probe."""
+    """One that is made of stresses or strains of a model, at the points of its probe.
+
+    Against another model it is how far the two are apart, point by point, relative to that model's tensors there.
+    """
 
     probe: str
     over: Over
+    natural: ClassVar[str]  # the unit of its value
+
+    @property
+    def unit(self) -> str:
+        """Of its value: a plain number where it is an error."""
+        return self.natural if self.measured_from is None else "1"
 
     @property
     def made_of(self) -> Part:
@@ -41,16 +53,38 @@ class OfTensors(Metric):
         """What the numbers are of (n, 3, 3), in the metric's unit."""
         raise NotImplementedError(f"{type(self).__name__} has no tensors")
 
-    def apart(self, one: Stresses, other: Stresses, X: Floats) -> float:
+    def apart(self, one: Stresses, other: Stresses, X: Floats, right: Stresses) -> float:
         """How far two fields are apart at points X (n, 3), in the metric's unit: by all of the tensor.
 
         One component may agree by chance. The norm of the difference bounds that of every component and principal value
-        (Weyl 1912), and that of von Mises' stress with sqrt(3/2).
+        (Weyl 1912), and that of von Mises' stress with sqrt(3/2). How far each is from what is `right` changes by no
+        more than that (triangle inequality). Raises Undefined.
         """
         difference = self.tensors(one.at(X)) - self.tensors(other.at(X))
+        if self.measured_from is not None:
+            return WORST * self._norm(difference) / self.scale(right, X)
         if self.over == "mean":
             difference = difference.mean(axis=0, keepdims=True)
         return WORST * float(np.linalg.norm(difference, axis=(1, 2)).max())
+
+    def scale(self, right: Stresses, X: Floats) -> float:
+        """What an error is relative to, in its natural unit; 1 of what is none. Raises Undefined."""
+        if self.measured_from is None:
+            return 1.0
+        if (size := self._norm(self.tensors(right.at(X)))) == 0.0:
+            raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
+        return size
+
+    def extent(self, own: Stresses, right: Stresses, X: Floats) -> float:
+        """What an error of the displacements is multiplied by, in the metric's unit. Raises Undefined.
+
+        What tensors are there or, where these are none, in the body.
+        """
+        return max(self._norm(self.tensors(own.at(X))), self.usual(own)) / self.scale(right, X)
+
+    def _norm(self, tensors: Floats) -> float:
+        norms = np.linalg.norm(tensors, axis=(1, 2))
+        return float(norms.mean() if self.over == "mean" else norms.max())
 
     def usual(self, field: Stresses) -> float:
         """What tensors of the body come to in the mean square, in the metric's unit."""
@@ -58,26 +92,53 @@ class OfTensors(Metric):
 
     def measure(self, seen: Seen) -> Measurement:
         """The value, where it is, and how far the cells there are from agreeing. Raises Undefined."""
-        field = field_of(seen)
+        field = field_of(seen.stress)
         tensors = field.at(seen.X)
-        values = self.values(tensors)
-        if not np.all(np.isfinite(values)):
-            raise Undefined("the state is so deformed that it has no number in every point")
-        place = int(np.abs(values).argmax())
-        value = float(values[place]) if self.over == "largest" else self._mean(values, seen)
-        suffix = "Pa" if self.unit == "Pa" else "1"
+        values = self._finite(tensors)
+        if self.measured_from is not None:
+            return self._compared(values, seen)
+        place, value = self._summed(values, seen)
         at = seen.X[place : place + 1]
         details = {
-            f"largest_{suffix}": float(values.max()),
-            f"least_{suffix}": float(values.min()),
-            "at_m": [float(x) for x in at[0]],
+            f"largest_{self._suffix}": float(values.max()),
+            f"least_{self._suffix}": float(values.min()),
+            "at_m": at[0].tolist(),
             "points": len(values),
             "norm_Pa": float(np.linalg.norm(tensors.cauchy[place])),
             "cells_apart_Pa": float(field.unresolved(at)[0]),
             "cells_apart_1": float(field.disagreement(at, self.made_of)[0]),
             "usual_stress_Pa": field.usual[0],
+            "where_materials_meet": field.shared(seen.X),
         }
         return Measurement(value, details, samples=values if len(values) > 1 else None)
+
+    def _compared(self, values: Floats, seen: Seen) -> Measurement:
+        """How far values (n,) are from those of the model that is taken as right, at the same points."""
+        try:
+            right = field_of(None if seen.known is None else seen.known.stress)
+            theirs = self._finite(right.at(seen.X))
+        except Undefined as undefined:
+            raise Undefined(f"`{self.measured_from}` has nothing to compare with: {undefined}") from undefined
+        far, size = np.abs(values - theirs), self.scale(right, seen.X)
+        place, value = self._summed(far, seen)
+        details = {f"difference_{self._suffix}": value, f"size_{self._suffix}": size}
+        details |= {"at_m": seen.X[place].tolist(), "points": len(far)}
+        return Measurement(value / size, details, samples=far / size if len(far) > 1 else None)
+
+    @property
+    def _suffix(self) -> str:
+        return "Pa" if self.natural == "Pa" else "1"
+
+    def _finite(self, tensors: Tensors) -> Floats:
+        values = self.values(tensors)
+        if not np.all(np.isfinite(values)):
+            raise Undefined("the state is so deformed that it has no number in every point")
+        return values
+
+    def _summed(self, values: Floats, seen: Seen) -> tuple[int, float]:
+        """The point of the greatest magnitude, and the value there or the mean."""
+        place = int(np.abs(values).argmax())
+        return place, float(values[place]) if self.over == "largest" else self._mean(values, seen)
 
     def _mean(self, values: Floats, seen: Seen) -> float:
         """Over the volume, the area or the length that points stand for; of points without these, each alike."""
@@ -101,16 +162,16 @@ def _along(X: Floats) -> Floats:
     return w
 
 
-def field_of(seen: Seen) -> Stresses:
-    """The stresses of what is seen. Raises Undefined where it has none."""
-    if seen.stress is None:
+def field_of(told: Told) -> Stresses:
+    """The stresses of who is seen. Raises Undefined where it has none."""
+    if told is None:
         raise Undefined(
             "only finite elements have a stress at every point, and this is known by its displacements alone"
         )
     from softmark.solvers.stresses.sampled import NoStress
 
     try:
-        field: Stresses = seen.stress()
+        field: Stresses = told()
         field.sampled()
     except NoStress as refused:
         raise Undefined(str(refused)) from refused

@@ -21,13 +21,14 @@ else:
 class LoadWork(OfForces):
     """Work of a load at full size along the displacements that the body comes to: f . u, the potential that it loses.
 
-    Of a load that is put on slowly a linear solid stores half. A pressure that follows the surface has none that the
-    state alone would tell, and no value; in a model of small strain it does not follow. Gravity acts on every body, and
-    each model tells that of its own. Against another model it is the difference relative to that model's.
+    Of a load that is put on slowly a linear solid stores half. A pressure that follows the surface, or a moment that
+    stays in space, has none that the state alone would tell, and no value; in a model of small strain it has. Gravity
+    acts on every body, and each model tells that of its own. Against another model it is the difference relative to
+    that model's.
     """
 
     of: Annotated[str, "load", "the load"]
-    against: Annotated[str | None, "model", "the model that is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "J"
 
     @property
@@ -38,5 +39,5 @@ class LoadWork(OfForces):
     def amount(self, rest: AtRest) -> Floats:
         """f . u in J. Raises Undefined of a load that follows."""
         if (found := rest.work[self.of]) is None:
-            raise Undefined(f"the work of `{self.of}`, which follows the surface, depends on the way")
+            raise Undefined(f"the work of `{self.of}` depends on the way: it has no energy")
         return np.array(found)

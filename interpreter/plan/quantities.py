@@ -26,7 +26,7 @@ Value = float | str
 # factors downward and upward of what a field has: what a slip of units, a slider or a bad guess may come to
 SPANS: dict[str, tuple[float, float]] = {
     "young": (1e-6, 1e6), "density": (1e-3, 1e3), "step": (1e-3, 1e3), "size": (1 / 16, 32.0),
-    "tolerance": (1e-12, 1e12), "quality": (1e-6, 1e6),
+    "tolerance": (1e-12, 1e12), "quality": (1e-6, 1e6), "angle": (1e-3, 10.0),
 }  # fmt: skip
 SPAN = (1e-3, 1e3)  # of every other: loads, dampings, parameters without a range
 DOUBLINGS = 64  # most that a whole number is multiplied by
@@ -36,6 +36,7 @@ POISSONS = (0.0, -0.5, -0.9)  # by the way down
 # fields that are walked where a study does not say what: (kind of declaration, field)
 USUAL = (
     ("material", "young"), ("material", "poisson"), ("material", "density"), ("load", "magnitude"), ("load", "vector"),
+    ("load", "moment"), ("support", "angle"),
     ("model", "size"), ("model", "segments"), ("model", "precision"), ("model", "quality"), ("analysis", "tolerance"),
     ("analysis", "step"), ("analysis", "damping_mass"), ("analysis", "damping_stiffness"),
 )  # fmt: skip

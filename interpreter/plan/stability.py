@@ -9,6 +9,7 @@ from softmark.grammar.suggest import nearest
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.language.sweeps import SweepTarget
+from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.metric import OfDisplacements
 from softmark.interpreter.plan.quantities import Unwalkable, WalkedQuantity, quantity_of, usual
 from softmark.interpreter.plan.walks import Until
@@ -101,7 +102,7 @@ def doubts(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
 
 def no_judge(scene: Scene, at: Location | None, name: str) -> Diagnostic:
     """A scene in which nothing can tell right from wrong."""
-    references = scene.of_kind("reference")
+    references = {n: r for n, r in scene.of_kind("reference").items() if r.constructor.name != "curve"}
     against = next(iter(references), "theory")
     help = f"declare one: `metric eta = energy_norm(PROBE, against = {against})`"
     help += "" if references else ", and a reference such as `reference theory = simo_reissner(BODY)`"
@@ -122,6 +123,8 @@ def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
         why = "it is in " + thing.unit if thing.unit != "1" else "it is measured from nothing"
         if thing.unit == "1" and against is not None:
             why = f"how uncertain `{against}` is, is known of its displacements and not in the terms of this metric"
+        if isinstance(thing, CurveError):
+            why = f"`{against}` was measured of this body as it is, and says nothing of others"
         help = f"metrics that can: {', '.join(usable)}" if usable else no_judge(scene, None, study.name).help
         what = "cannot tell" if thing.unit == "1" and against is not None else "is no relative error, so it cannot tell"
         message = f"`{name}` {what} right from wrong: {why}"

@@ -41,6 +41,7 @@ class Case:
     analysis: Static | Dynamic
     other_material: Any = None  # that a model takes instead of the body's
     parts: tuple[Declared, ...] = ()  # regions with a material of their own
+    groups: tuple[Declared, ...] = ()  # regions that are named parts of a mesh file
     wide: bool = False  # supports hold whatever cells and facets they select a part of, on meshes that do not end there
     leaning: tuple[int, int] = (
         0,
@@ -114,6 +115,7 @@ def _made(scene: Scene, body: str) -> Case:
         loads=scene.acting("load", body),
         analysis=analyses[0].thing if analyses else Static(),
         parts=tuple(regions),
+        groups=tuple(r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.group is not None),
     )
 
 

@@ -2,8 +2,8 @@
 
 The same is asked for parts of other materials. A border of a condition is met where it is a surface on which a
 coordinate of the shape is constant (planes across the edges of a box; planes across the axis of a cylinder, circles
-around it), or a plane along the axis of a cylinder. Only parts of a border at which the selection changes within the
-body count. Numbers alone, no arrays.
+around it; spheres around the centre of a sphere), or a plane along the axis of a cylinder. Only parts of a border at
+which the selection changes within the body count. Numbers alone, no arrays.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ Place = Mapping[str, float]  # a point in a shape's own coordinates
 RAYS = (0.137, 0.382, 0.618, 0.871)  # of the other coordinates' spans: where a border is looked for
 STEPS = 9  # values of each other coordinate at which a selection is looked at, beside those of cuts
 ASIDE = 1e-6  # of a span: how far to each side of a border
+ANGLES = ("turn", "tilt")  # coordinates on which no mesh is cut
 NARROW = 1e-4  # of a span: an interval that may hold one crossing is halved to that, and then bisected
 MOST = 32  # intervals that may hold a crossing: with more, the border is no such surface; and cuts of one condition
 
@@ -34,10 +35,13 @@ MOST = 32  # intervals that may hold a crossing: with more, the border is no suc
 def cuts_of(case: Case, shape: Shape | None = None) -> Cuts:
     """The cuts that the supports and parts of a case ask of meshes of its shape; none of a mesh from a file."""
     shape = shape or case.shape
-    found: list[Cut] = []
-    for asking in (*case.supports, *case.parts) if shape.spans else ():
-        found += _Asking(shape, asking.thing.where).cuts()
-    return tuple(dict.fromkeys(found))
+    asking = (*case.supports, *case.parts)
+    return tuple(dict.fromkeys(cut for own in asking for cut in cuts_for(own.thing.where, shape)))
+
+
+def cuts_for(where: Condition, shape: Shape) -> Cuts:
+    """The cuts that a condition asks of meshes of a shape; none of a mesh from a file, which is as it is."""
+    return tuple(_Asking(shape, where).cuts()) if shape.spans and not where.groups else ()
 
 
 @dataclass(frozen=True)
@@ -64,7 +68,7 @@ class _Asking:
     def _places(self, border: Border) -> Iterator[tuple[str, float]]:
         """The coordinate that is constant on a border, and its values there (m), inside the body."""
         for axis, (low, high) in self.shape.spans.items():
-            if axis == "turn":
+            if axis in ANGLES:
                 continue
             met = [self._crossings(border, axis, share) for share in RAYS]
             if met[0] and all(_alike(met[0], other, SAME * (high - low)) for other in met[1:]):

@@ -9,12 +9,17 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault
-from softmark.interpreter.vocabulary.loads import PerMass
+from softmark.interpreter.vocabulary.loads import AtPoint, PerMass
 from softmark.interpreter.vocabulary.supports import Symmetric
 
 if TYPE_CHECKING:
-    from softmark.solvers.energies.energy import Floats
+    import numpy as np
+
+    from softmark.solvers.energies.energy import Floats, Ints
+    from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.mesh.shape import Bounds
+else:
+    from softmark.solvers.base.deferred import np
 
 IN_PLANE = 1e-6  # of the body's extent: how far from a plane of symmetry its points may lie
 
@@ -49,6 +54,25 @@ def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
                       f"a wall in place of the plane is `fixed(..., components = {way})`")  # fmt: skip
 
 
+def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Diagnostic | None:
+    """What is to be said of a force at a point of a plane of symmetry: across it there is none, along it a half."""
+    normal, action = support.thing.normal, load.thing.action
+    if normal is None or bounds is None or not isinstance(action, AtPoint):
+        return None
+    axis, place = normal
+    if abs(action.at[axis] - place) > IN_PLANE * max(b - a for a, b in zip(*bounds, strict=True)):
+        return None
+    if action.force[axis]:
+        return diagnostic("E582", load.at("vector"),
+                          f"`{load.name}` pulls across the plane of symmetry `{support.name}` that it acts in",
+                          f"along {'xyz'[axis]}; the mirror image is pulled the other way",
+                          "in a plane of symmetry forces lie in the plane")  # fmt: skip
+    return diagnostic("W335", load.at("at"),
+                      f"`{load.name}` acts in the plane of symmetry `{support.name}`, which the mirror image shares",
+                      "half of it is the other half's",
+                      "give half of the force that acts on the whole body, if it is not that already")  # fmt: skip
+
+
 def _near(points: Floats) -> float:
     """How far from a plane of symmetry points of a body with these (m, 3) may lie to count as in it, m."""
     return IN_PLANE * float((points.max(axis=0) - points.min(axis=0)).max())
@@ -70,13 +94,30 @@ def must_not_load_plane(case: Case, load: Declared, X: Floats, points: Floats) -
                                    "select the outer surface alone, without the plane"))  # fmt: skip
 
 
-def must_lie_in_plane(case: Case, support: Declared, X: Floats, points: Floats) -> None:
-    """Points X (n, 3) that a support of symmetry selects lie in its plane, and all points (m, 3) on one side of it.
+def must_not_turn_half(case: Case, load: Declared, X: Floats, points: Floats) -> None:
+    """No facet with nodes X (f, k, 3) that a moment acts on meets a plane of symmetry of a body with points (m, 3).
 
-    In m. Raises Fault.
+    The half of a face that goes on beyond the plane has a force, and no moment about its own middle. Raises Fault.
+    """
+    for support in case.supports:
+        if not isinstance(support.thing, Symmetric) or support.thing.normal is None:
+            continue
+        axis, place = support.thing.normal
+        if bool((abs(X[..., axis] - place) <= _near(points)).any()):
+            raise Fault(diagnostic("E582", load.at("where"),
+                                   f"`{load.name}` turns a face that the plane of symmetry `{support.name}` halves",
+                                   "half of a face has another moment",
+                                   "model the whole body, or turn a face that ends before the plane"))  # fmt: skip
+
+
+def must_lie_in_plane(case: Case, support: Declared, mesh: Mesh, nodes: Ints) -> None:
+    """Nodes (n,) that a support of symmetry selects lie in its plane, all of the mesh on one side, and facets in it.
+
+    Raises Fault.
     """
     if not isinstance(support.thing, Symmetric) or support.thing.normal is None:
         return
+    points, X = mesh.points, mesh.points[nodes]
     axis, place = support.thing.normal
     near, beyond = _near(points), points[:, axis] - place
     both = float(beyond.min()) < -near and float(beyond.max()) > near
@@ -87,3 +128,10 @@ def must_lie_in_plane(case: Case, support: Declared, X: Floats, points: Floats) 
                                f"from {units.show(float(X.min()), units.LENGTH)} to "
                                f"{units.show(float(X.max()), units.LENGTH)}",
                                "the body must end at the plane, and lie on one side of it"))  # fmt: skip
+    held = np.zeros(len(points), dtype=np.bool_)
+    held[nodes] = True
+    if not held[mesh.facets].all(axis=1).any():
+        raise Fault(diagnostic("E582", support.at("where"),
+                               f"`{case.body.name}` has no face in the plane of symmetry `{support.name}`",
+                               "it touches the plane in a point or a line",
+                               "a mirror image joins the body by a face: model the half, or use `fixed`"))  # fmt: skip

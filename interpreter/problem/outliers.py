@@ -50,8 +50,9 @@ def distances(case: Case, X: Floats) -> tuple[Floats, float]:
         known = located(shape, case.body.at("shape"))
         mesh = read(known.path, known.unit, known.coincident)
         return locate(mesh, X).outside, mesh.extent
-    assert shape.bounds is not None  # but of a file
-    low, high = (np.array(end) for end in shape.bounds)
+    bounds = located(shape, case.body.at("shape")).bounds
+    assert bounds is not None  # but of a file of cells
+    low, high = (np.array(end) for end in bounds)
     extent = float(np.linalg.norm(high - low))
     return (_of_swept(shape, X) if isinstance(shape, Swept) else _of_box(low, high, X)), extent
 

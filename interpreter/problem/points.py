@@ -14,6 +14,7 @@ from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault, fault
+from softmark.interpreter.problem.conforming import cuts_for
 from softmark.interpreter.problem.data import located
 from softmark.interpreter.problem.outliers import kept
 from softmark.interpreter.problem.prism_surface import skin_of
@@ -28,7 +29,9 @@ from softmark.solvers.elements.tet10 import Tet10
 from softmark.solvers.mesh import shape as geometry
 
 if TYPE_CHECKING:
+    from softmark.interpreter.problem.members import Members
     from softmark.references.measured import Measured
+    from softmark.solvers.mesh.mesh import Mesh
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -58,7 +61,7 @@ class ProbePoints:
 def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> ProbePoints:
     """The points of a probe; `tracked` gives those of a measurement by its name. Raises Fault."""
     own = probe.thing.cells is not None
-    if not own and not case.shape.prebuilt:
+    if not own and not case.shape.file:
         return _place(probe, case, tracked)
     from softmark.solvers.mesh.files.reading import UnreadableMesh
 
@@ -76,7 +79,7 @@ def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Pro
         case Surface():
             return _surface(probe, case)
         case Volume(size=size):
-            return _volume(located(case.shape, case.body.at("shape")), size or COARSER * _size(case.shape))
+            return _volume(probe, case, located(case.shape, case.body.at("shape")), size or COARSER * _size(case.shape))
         case Nodes(mesh=mesh):
             return _of_body(probe, case, located(mesh, probe.at("mesh")).points())
         case Markers(of=of):
@@ -107,10 +110,23 @@ def _surface(probe: Declared, case: Case) -> ProbePoints:
         return ProbePoints(X, triangles)
     from softmark.interpreter.problem.parts.faces import clipped
 
-    points, part, share = clipped(probe.thing.where, X, triangles)
+    where, members = probe.thing.where, None
+    if where.groups:
+        members = _on_surface(case, shape, where)
+    points, part, share = clipped(where, X, triangles, members)
     if not len(points):
         raise _nothing(probe)
     return ProbePoints(points, part, notes=_missed(probe, share))
+
+
+def _on_surface(case: Case, shape: geometry.Shape, where: Condition) -> Members:
+    """Which triangles of the surface of a file are of a named group. Raises Fault."""
+    from softmark.interpreter.problem import members
+
+    mesh = shape.named()
+    members.check((r for r in case.groups if r.thing.name in where.groups), mesh)
+    facets, each = members.of_facets(mesh), len(mesh.element.facet.triangles)
+    return lambda name: np.repeat(facets(name), each)
 
 
 def _missed(probe: Declared, share: float) -> tuple[Diagnostic, ...]:
@@ -135,6 +151,10 @@ def _part(probe: Declared, X: Floats) -> Floats:
 
 def _chosen(probe: Declared, X: Floats) -> NDArray[np.bool_]:
     """Which points a probe's condition selects. Raises Fault if none."""
+    if probe.thing.where.groups:
+        from softmark.interpreter.problem.members import unplaced
+
+        raise unplaced(probe)
     extent = float(np.linalg.norm(np.ptp(X, axis=0)))
     held = np.broadcast_to(probe.thing.where.holds(*X.T, extent), len(X))
     if not held.any():
@@ -152,13 +172,43 @@ def _nothing(probe: Declared) -> Fault:
     )
 
 
-def _volume(shape: geometry.Shape, size: float) -> ProbePoints:
+def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> ProbePoints:
     """Four points in every tetrahedron, by which integrals of squares of linear fields are exact: at its centroid alone
-    the strains of linear elements are better than anywhere else, and their error seems less than it is."""
-    mesh = shape.mesh(Tet4.name, size)
+    the strains of linear elements are better than anywhere else, and their error seems less than it is. Tetrahedra that
+    a border of the condition passes are cut there. Raises Fault if nothing is selected."""
+    where, named = probe.thing.where, case.groups and shape.prebuilt
+    cuts = () if where is None else cuts_for(where, shape)
+    mesh = shape.named(Tet4.name) if named else shape.mesh(Tet4.name, size, cuts)
     xi, weights = Tet10.quadrature()
-    X = Tet4.shape(xi) @ mesh.points[mesh.cells]  # (m, 4, 3)
-    return ProbePoints(X.reshape(-1, 3), weights=np.outer(mesh.volumes, weights / weights.sum()).ravel())
+    corners, volumes = mesh.points[mesh.cells], mesh.volumes
+    if where is not None:
+        corners, volumes = _selected(probe, case, mesh)
+    X = Tet4.shape(xi) @ corners  # (m, 4, 3)
+    return ProbePoints(X.reshape(-1, 3), weights=np.outer(volumes, weights / weights.sum()).ravel())
+
+
+def _selected(probe: Declared, case: Case, mesh: Mesh) -> tuple[Floats, Floats]:
+    """Tetrahedra (t, 4, 3), m, of what a probe selects of a mesh, and their volumes (t,), m^3. Raises Fault."""
+    from softmark.interpreter.problem import members
+    from softmark.interpreter.problem.parts.pieces import within
+    from softmark.solvers.mesh.clip import Pieces
+
+    where, whole = probe.thing.where, Pieces(mesh.points[mesh.cells], np.arange(len(mesh.cells)))
+    members.check((r for r in case.groups if r.thing.name in where.groups), mesh)
+    found = [
+        within(own, whole.chosen(np.flatnonzero(_mask(which, len(mesh.cells)))), mesh.extent)
+        for own, which in members.apart(where, members.of_cells(mesh))
+    ]
+    corners, sizes = (np.concatenate([getattr(part, name) for part in found]) for name in ("corners", "sizes"))
+    if not sizes.sum() > 0.0:
+        raise _nothing(probe)
+    return corners, sizes
+
+
+def _mask(which: Any, count: int) -> NDArray[np.bool_]:
+    found = np.zeros(count, dtype=np.bool_)
+    found[which] = True
+    return found
 
 
 def drawn(case: Case) -> ProbePoints:
@@ -190,7 +240,10 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
         return None
     from softmark.interpreter.problem.parts.faces import clipped
 
-    points, triangles, _ = clipped(reduce(partial(Condition.junction, "or"), wheres), place.X, place.triangles)
+    where, members = reduce(partial(Condition.junction, "or"), wheres), None
+    if where.groups:
+        members = _on_surface(case, located(case.shape, case.body.at("shape")), where)
+    points, triangles, _ = clipped(where, place.X, place.triangles, members)
     return (points, triangles) if len(triangles) else None
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import combinations
 from typing import Any
 
@@ -30,15 +30,22 @@ def remaining(case: Case) -> tuple[Condition, ...]:
     return tuple(found)
 
 
-def number(case: Case, X: Any) -> Any:
-    """Which of the case's materials each point X (n, 3), m, is of (n,): 0 that of the body."""
+def number(case: Case, X: Any, members: Callable[[str], Any]) -> Any:
+    """Which of the case's materials each point X (n, 3), m, is of (n,): 0 that of the body.
+
+    `members` tells which of them are of a named group.
+    """
     import numpy as np
+
+    from softmark.interpreter.problem.members import apart
 
     found = np.zeros(len(X), dtype=np.int64)
     bounds = case.shape.bounds or (X.min(axis=0), X.max(axis=0))
-    x, y, z = X.T
     for i, where in enumerate(remaining(case), start=1):
-        found[np.broadcast_to(where.holds(x, y, z, math.dist(*bounds)), len(X))] = i
+        for own, which in apart(where, members):
+            x, y, z = X[which].T
+            held = np.broadcast_to(own.holds(x, y, z, math.dist(*bounds)), len(x))
+            found[which] = np.where(held, i, found[which])
     return found
 
 
@@ -53,7 +60,8 @@ def unordered(case: Case) -> list[tuple[Declared, Declared]]:
 def overlap(a: Declared, b: Declared, label: str) -> Fault:
     """A Fault of two parts that overlap."""
     return fault(
-        "E592", b.at("where"), f"`{a.name}` and `{b.name}` overlap and are of different materials", label,
+        "E592", b.at("where" if b.thing.group is None else "name"),
+        f"`{a.name}` and `{b.name}` overlap and are of different materials", label,
         f"say which lies over the other: `over = [{a.name}]` in `{b.name}`, or select without the other: "
         f"`where = ... and not {a.name}`",
     )  # fmt: skip

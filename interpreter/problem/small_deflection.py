@@ -5,14 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.vocabulary.loads import AtPoint, PerArea
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, Turning
 from softmark.solvers.mesh.shape import Prism
 
 
 def bending_angle(case: Case) -> float | None:
     """Slope (rad) at the free end of a straight beam by small-deflection theory, or None where it is none.
 
-    w L^3 / (6 EI) under a distributed and P L^2 / (2 EI) under an end force; Timoshenko (1955).
+    w L^3 / (6 EI) under a distributed, P L^2 / (2 EI) under an end force, M L / EI under an end moment
+    (Timoshenko 1955).
     """
     shape = case.shape
     if not isinstance(shape, Prism) or case.parts:
@@ -21,10 +22,11 @@ def bending_angle(case: Case) -> float | None:
     per_length = case.material.density * shape.section.area
     along = shape.axis
     distributed = _across([per_length * g for g in case.gravity], along)
+    turned = _across([sum(m[i] for m in map(_moment, case.loads)) for i in range(3)], along)
     ends = [_force(d.thing.action, shape) for d in case.loads]
     end = _across([sum(f[i] for f in ends) for i in range(3)], along)
     length: float = shape.length
-    return (distributed * length**3 / 6 + end * length**2 / 2) / EI
+    return (distributed * length**3 / 6 + end * length**2 / 2 + turned * length) / EI
 
 
 def _force(action: Any, shape: Prism) -> tuple[float, ...]:
@@ -33,6 +35,11 @@ def _force(action: Any, shape: Prism) -> tuple[float, ...]:
     if isinstance(action, PerArea):  # as if on the end face; an estimate
         return tuple(t * shape.section.area for t in action.traction)
     return (0.0, 0.0, 0.0)
+
+
+def _moment(load: Any) -> tuple[float, ...]:
+    action = load.thing.action
+    return action.moment if isinstance(action, Turning) else (0.0, 0.0, 0.0)
 
 
 def _across(vector: list[float], axis: tuple[float, ...]) -> float:

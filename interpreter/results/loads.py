@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from softmark.interpreter.results.plain import Plain
 from softmark.records import dataclass
 
@@ -12,10 +14,13 @@ Vector = tuple[float, float, float]
 class Resultant(Plain):
     """Force in N and moment about the origin in N m of one load at full size, undeformed, and the area in m^2.
 
-    `exact_force` is that on the body itself, None where the body is a mesh of a file. `share` is what was taken of what
-    was asked. Of the area, `remainder` may belong to the selection or not, and `leaning` is selected because a facet
-    stands for a curved surface that no file holds (see `deviation`).
+    `exact_force` is that on the body itself, None where the body is a mesh of a file, `exact_moment` of a load that
+    says where all of it acts; what acts along a line has its `length`, m. `share` is what was taken of what was asked.
+    Of the area, `remainder` may belong to the selection or not, and `leaning` is selected because a facet stands for a
+    curved surface that no file holds (see `deviation`).
     """
+
+    SELDOM: ClassVar[tuple[str, ...]] = ("exact_moment", "length")
 
     force: Vector
     moment: Vector
@@ -24,6 +29,8 @@ class Resultant(Plain):
     share: float = 1.0
     remainder: float = 0.0
     leaning: float = 0.0
+    exact_moment: Vector | None = None
+    length: float | None = None
 
     @property
     def missing(self) -> float:

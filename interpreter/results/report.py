@@ -79,11 +79,31 @@ class ProbeResult:
 
 
 @dataclass(frozen=True)
+class CarriedNumber:
+    """A number of the stress or strain of a model that metrics of the scene ask for, at the points of its surface.
+
+    `values` (n,) in `unit`, of the last moment; None with the `reason` where the model has none. `size` is what tensors
+    of the body come to, `apart` the share of the points around which cells do not agree (W387), `limitless` what of the
+    surface has no limit (W388).
+    """
+
+    words: str  # `stress xx, cauchy`
+    unit: str
+    metrics: tuple[str, ...]
+    values: NDArray[np.float64] | None = None
+    reason: str | None = None
+    size: float = 0.0
+    apart: float = 0.0
+    limitless: str | None = None
+
+
+@dataclass(frozen=True)
 class SeenSurface:
     """The surface of a body as a model or a reference sees it: what the report draws.
 
     `position` (n, 3) in m, after deformation; `triangles` (k, 3), outward. `frames` (t, n, 3) and `times` (t,) where
-    there is a history, or several states. `error` (n,) is the distance to what is `measured_from`, in m.
+    there is a history, or several states. `error` (n,) is the distance to what is `measured_from`, in m; `carried` what
+    else is known there, of models of a scene that asks for stress.
     """
 
     position: NDArray[np.float64]
@@ -92,7 +112,23 @@ class SeenSurface:
     frames: NDArray[np.float64] | None = None
     error: NDArray[np.float64] | None = None
     measured_from: str | None = None
+    carried: tuple[CarriedNumber, ...] = ()
     labels: tuple[str, ...] = ()  # of frames that are states and no moments; `times` then counts them
+
+
+@dataclass(frozen=True)
+class SeenCurve:
+    """A curve that the report draws: y (n,) at x (n,), SI, in these units; of a reference with its uncertainty (n,)."""
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    units: tuple[str, str]
+    uncertainty: NDArray[np.float64] | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """As lists."""
+        own = {"x": self.x.tolist(), "y": self.y.tolist(), "units": list(self.units)}
+        return own if self.uncertainty is None else {**own, "uncertainty": self.uncertainty.tolist()}
 
 
 @dataclass(frozen=True)
@@ -111,6 +147,7 @@ class MetricResult:
     samples: tuple[float, ...] = ()
     uncertainty: float | None = None
     published: float | None = None
+    curve: SeenCurve | None = None
     states: tuple[float | None, ...] = ()  # its values in all states of the analysis; `value` is that of the last
 
     @property
@@ -127,6 +164,7 @@ class MetricResult:
             own |= {"uncertainty": self.uncertainty, "meaningful": self.meaningful}
         if self.published is not None:
             own["published"] = self.published
+        own |= {} if self.curve is None else {"curve": self.curve.to_json()}
         if self.states:
             own["states"] = list(self.states)
         return {**own, **self.details}
@@ -219,6 +257,7 @@ class ReferenceResult:
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
     shape: SeenSurface | None = None
     facts: Mapping[str, Any] = field(default_factory=dict)  # where measured data came from, how it was registered
+    drawn: SeenCurve | None = None  # one that was measured
     states: tuple[float, ...] = ()  # of an analysis with several: their values, and
     each: tuple[ReferenceResult, ...] = ()  # what came of it in each; the rest is that of the last
 
@@ -237,6 +276,7 @@ class ReferenceResult:
             "facts": dict(self.facts),
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": {n: m.to_json() for n, m in self.metrics.items()},
+            **({} if self.drawn is None else {"curve": self.drawn.to_json()}),
             **_in_each(self.states, self.each),
         }
 

@@ -68,6 +68,11 @@ class Work:
         self.warnings.extend((*found, *here))
         self.options.warn([replace(d, notes=(*d.notes, where)) if where and d in here else d for d in new])
 
+    @property
+    def earlier(self) -> list[Work]:
+        """The same in the states before, in their order."""
+        return [] if self.before is None else [*self.before.earlier, self.before]
+
     def _said(self, found: Diagnostic) -> bool:
         before = self.before
         return before is not None and (found in before.warnings or before._said(found))

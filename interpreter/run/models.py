@@ -20,7 +20,7 @@ from softmark.interpreter.models.answers.stressed import stressed
 from softmark.interpreter.models.prepare import prepared_model
 from softmark.interpreter.models.shared.pieces import facts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
-from softmark.interpreter.problem.case import Fault
+from softmark.interpreter.problem.case import Case, Fault
 from softmark.interpreter.problem.parts.resultants import doubts, resultants
 from softmark.interpreter.problem.points import seen_finite
 from softmark.interpreter.problem.view import View
@@ -28,6 +28,7 @@ from softmark.interpreter.results.report import ModelResult, Timing
 from softmark.interpreter.results.states import ANSWERED, percent
 from softmark.interpreter.run import probes
 from softmark.interpreter.run.answers import Work
+from softmark.solvers.mesh.filled import Filled
 
 if TYPE_CHECKING:
     from softmark.solvers.statics.equilibrium import Iteration
@@ -61,7 +62,8 @@ def solve(work: Work, name: str) -> None:
     solution, wall, cpu = _begun(work, name, prepared)
     solution = stressed(work.scene, declared, case, watched(work.scene, declared, case, prepared, solution))
     history = solution.history
-    solution = replace(solution, facts=solution.facts | facts(case, prepared.mesh))
+    known = facts(case, prepared.mesh) | _filled(case, prepared)
+    solution = replace(solution, facts=solution.facts | known)
     clock = {
         "setup_s": Timing((setup,)),
         "solve_s": Timing(tuple(wall)) if wall else None,
@@ -128,6 +130,15 @@ def _at_rest_again(found: Solution, before: Moved) -> bool:
     return now <= NEAR_REST * then
 
 
+def _filled(case: Case, prepared: Prepared) -> dict[str, Any]:
+    """How the mesh of a filled surface stands to it; nothing of another body, and nothing is imported for it."""
+    if not isinstance(case.shape, Filled):
+        return {}
+    from softmark.interpreter.models.shared import filled
+
+    return filled.facts(prepared.mesh)
+
+
 def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
     """The solution, and wall and CPU seconds of each repetition; kernels are ready before the clock starts."""
     wall: list[float] = []
@@ -178,6 +189,7 @@ def state(work: Work) -> None:
         if name in asked or work.options.free:
             work.options.say("state", f"the error of {name}{work.where}")
             declared, prepared, view = work.scene.declared[name], work.prepared[name][0], work.views[name]
-            known = work.measured, work.warnings
-            said = stated(work.scene, declared, view, prepared, result, *known, name in asked)
+            known = work.measured, work.warnings, work.views
+            before = [(w.views[name], w.models[name].stated) for w in work.earlier]
+            said = stated(work.scene, declared, view, prepared, result, *known, name in asked, before)
             work.models[name] = replace(result, stated=said)

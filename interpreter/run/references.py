@@ -8,16 +8,23 @@ from typing import Any
 
 import numpy as np
 
+from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared, SceneError
+from softmark.interpreter.metrics.curves import Curve
 from softmark.interpreter.models.prepare import from_a_model, measurement
-from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.points import above, facts_of, scanned, seen_finite
+from softmark.interpreter.problem.theories import at_rest_of, solved
 from softmark.interpreter.problem.view import View
-from softmark.interpreter.results.report import ProbeResult, ReferenceResult, SeenSurface, clean
+from softmark.interpreter.results.reactions import AtRest
+from softmark.interpreter.results.report import ProbeResult, ReferenceResult, SeenCurve, SeenSurface, clean
+from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.run import probes
 from softmark.interpreter.run.answers import Work
+from softmark.references.curve import MeasuredCurve
 from softmark.references.measured import MeasuredSurface
+
+DRAWN = 400  # points of a measured curve that a report keeps
 
 
 def read(work: Work) -> None:
@@ -71,11 +78,10 @@ def _reference(work: Work, declared: Declared) -> None:
         if declared.thing.how == "refined":
             _keep_refined(work, declared)
             return
-        line = work.options.recall(
-            work.scene, declared, lambda: declared.thing.solve(cantilever_of(declared, work.case(declared)))
-        )
-        error = float(line.estimated_error)
-        _keep_reference(work, declared, lambda X: above(line.displacement(X), error), error)
+        case = work.case(declared)
+        found = work.options.recall(work.scene, declared, lambda: solved(declared, case))
+        error, rest = float(found.estimated_error), at_rest_of(declared, case, found)
+        _keep_reference(work, declared, lambda X: above(found.displacement(X), error), error, rest=rest)
     except Fault as refused:
         raise SceneError([refused.diagnostic]) from refused
     except Exception as failure:
@@ -102,6 +108,7 @@ def _keep_reference(
     displacement: Callable[[Any], Any],
     error: float,
     facts: Mapping[str, Any] | None = None,
+    rest: AtRest | None = None,
 ) -> None:
     """A reference that has a field of displacements."""
     cls, case = type(declared.thing), work.case(declared)
@@ -111,15 +118,33 @@ def _keep_reference(
         return
     weights = probes.weights(work, case.body.name)
     work.views[declared.name] = View(
-        declared.name, case.body.name, case, None, displacement, seen, weights, uncertainty=error
+        declared.name, case.body.name, case, None, displacement, seen, weights, uncertainty=error, at_rest=rest
     )
     work.references[declared.name] = ReferenceResult(
         declared.name, "converged", None, cls.kind, cls.source, error, seen, facts=clean(facts or {})
     )
 
 
+def _keep_curve(work: Work, declared: Declared, data: MeasuredCurve) -> None:
+    """A curve: it has no displacements of points."""
+    cls, case, thing = type(declared.thing), work.case(declared), declared.thing
+    work.views[declared.name] = View(declared.name, case.body.name, case, curve=Curve(data.x, data.y, data.u))
+    chosen = picked(len(data.x), DRAWN)
+    named = tuple(units.si(amount.dimension) for amount in (thing.x_unit, thing.y_unit))
+    drawn = SeenCurve(data.x[chosen], data.y[chosen], (named[0], named[1]), data.u[chosen])
+    facts = {
+        "uncertainty": data.resolution, "unit": named[1], "repeats": data.repeats, "spread": data.spread,
+        "rows": len(data.x), "from": data.x[0], "to": data.x[-1], "lost": data.lost, "notes": list(data.notes),
+    }  # fmt: skip
+    found = ("converged", None, cls.kind, data.source or cls.source)  # its error is no length, but in its facts
+    work.references[declared.name] = ReferenceResult(declared.name, *found, facts=clean(facts), drawn=drawn)
+
+
 def _keep_measured(work: Work, declared: Declared, data: Any) -> None:
     """A measured surface, or the displacements of tracked points."""
+    if isinstance(data, MeasuredCurve):
+        _keep_curve(work, declared, data)
+        return
     cls, case = type(declared.thing), work.case(declared)
     surface: Any = data if isinstance(data, MeasuredSurface) else None
     if declared.thing.registered == "icp":

@@ -10,6 +10,7 @@ import numpy as np
 
 from softmark.interpreter.evidence.expectations import judge
 from softmark.interpreter.evidence.force_check import loose
+from softmark.interpreter.evidence.stress_notes import asks
 from softmark.interpreter.metrics.measure import metrics_of
 from softmark.interpreter.problem.points import drawn, surface_of
 from softmark.interpreter.problem.view import View
@@ -45,8 +46,10 @@ def _measure(work: Work, partial: bool) -> None:
         for name, result in kept.items():
             if partial and result.metrics:
                 continue
-            metrics, errors = metrics_of(work.scene, work.views[name], work.views)
+            metrics, errors = metrics_of(work.scene, work.views[name], work.views, [w.views for w in work.earlier])
             shape = _shape(work, name, errors) if work.options.draw and not partial else None
+            if shape is not None and kept is work.models and asks(work.scene):
+                shape = _coloured(work, name, shape)
             kept[name] = replace(result, metrics=metrics, shape=shape or result.shape)
 
 
@@ -69,6 +72,14 @@ def _shape(work: Work, name: str, errors: dict[str, np.ndarray]) -> SeenSurface 
         return surface_of(view, place, u, None, None)
     error = np.linalg.norm(u - _drawn(work, known), axis=1)
     return surface_of(view, place, u, error, known.name)
+
+
+def _coloured(work: Work, name: str, shape: SeenSurface) -> SeenSurface:
+    """The surface of a model with what the scene asks of its stress."""
+    from softmark.interpreter.run.carried import carried
+
+    view = work.views[name]
+    return replace(shape, carried=carried(work, view, work.surfaces[view.body].X))
 
 
 def _drawn(work: Work, view: View) -> np.ndarray:

@@ -9,13 +9,13 @@ from typing import Any
 
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.bodies import PlaneStrain, PlaneStress, Solid
-from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, State
-from softmark.interpreter.vocabulary.loads import Gravity, PointForce, Pressure, Traction
+from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, State, Table
+from softmark.interpreter.vocabulary.loads import Gravity, LineLoad, PointForce, Pressure, Torque, Traction
 from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published import Column
-from softmark.interpreter.vocabulary.regions import BodyPart
+from softmark.interpreter.vocabulary.regions import BodyGroup, BodyPart
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Stability, Sweep
-from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows, Symmetric
+from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows, Symmetric, Turned
 
 BODIES: dict[str, type[Any]] = {
     "solid": Solid,
@@ -25,11 +25,13 @@ BODIES: dict[str, type[Any]] = {
 
 REGIONS: dict[str, type[Any]] = {
     "part": BodyPart,
+    "group": BodyGroup,
 }
 
 SUPPORTS: dict[str, type[Any]] = {
     "fixed": Fixed,
     "displaced": Displaced,
+    "turned": Turned,
     "follows": Follows,
     "symmetric": Symmetric,
 }
@@ -39,6 +41,8 @@ LOADS: dict[str, type[Any]] = {
     "traction": Traction,
     "pressure": Pressure,
     "point_force": PointForce,
+    "torque": Torque,
+    "line_load": LineLoad,
 }
 
 ANALYSES: dict[str, type[Any]] = {
@@ -51,6 +55,7 @@ COURSES: dict[str, type[Any]] = {
     "smooth": Smooth,
     "pulse": Pulse,
     "sine": Sine,
+    "table": Table,
     "state": State,
 }
 

@@ -1,14 +1,17 @@
 """Courses: how a load or an imposed motion grows and falls, in the time of a dynamic analysis or from state to state.
 
-A static analysis without states applies loads in full. To add one: a class with `at(t)`, the exact `mean(begin, end)`
-over a time and `narrowest`, a line in COURSES.
+A static analysis without states applies loads in full. To add one: a class with `at(t)` and the exact `mean(begin,
+end)` over a time, a line in COURSES, and whether steps show it in front/course_steps.py.
 """
 
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable
+from functools import lru_cache
 from itertools import pairwise
+from pathlib import Path
 from typing import Annotated
 
 from softmark.records import dataclass
@@ -96,6 +99,71 @@ class Sine:
     def mean(self, begin: float, end: float) -> float:
         """The mean share from `begin` to `end`, s."""
         return self.at(0.5 * (begin + end)) * _swing(math.pi * self.frequency * (end - begin))
+
+
+@dataclass(frozen=True)
+class Table:
+    """Follows a table of values, along straight lines between its rows.
+
+    The table is a CSV file whose header names the columns; lines before it are titles. A value is the share of the load
+    or of the motion: `whole` is the number that stands for all of it, such as 100 for percent, or the largest angle.
+    Times grow from row to row, and go from the start of the analysis to its end: nothing is made up beyond them.
+    """
+
+    path: Annotated[str, "file", "the table, relative to the scene, or a data set such as `data:...`"]
+    at_: Annotated[str, "the name of the column of times"]
+    value: Annotated[str, "the name of the column of values"]
+    time_unit: Annotated[float, "s in (0, inf)", "what one unit of the column of times is, such as `1 ms`"] = 1.0
+    whole: Annotated[float, "1 in (0, inf)", "which value stands for the whole of what it drives"] = 1.0
+
+    def at(self, t: float) -> float:
+        """The share at time t, s."""
+        times, shares, _ = self.rows
+        i = min(max(bisect_right(times, t), 1), len(times) - 1)
+        share = (t - times[i - 1]) / (times[i] - times[i - 1])
+        return shares[i - 1] + min(max(share, 0.0), 1.0) * (shares[i] - shares[i - 1])
+
+    def mean(self, begin: float, end: float) -> float:
+        """The mean share from `begin` to `end`, s."""
+        return (self._until(end) - self._until(begin)) / (end - begin)
+
+    def _until(self, t: float) -> float:
+        """The integral from the first row to time t, s; before and after the rows their ends hold."""
+        times, shares, areas = self.rows
+        i = min(max(bisect_right(times, t), 1), len(times))
+        return areas[i - 1] + 0.5 * (t - times[i - 1]) * (shares[i - 1] + self.at(t))
+
+    @property
+    def rows(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+        """Times in s, shares, and the integral up to each. Raises Unreadable."""
+        file = Path(self.path)
+        changed = file.stat().st_mtime_ns if file.is_file() else 0
+        return _read(self.path, changed, self.at_, self.value, self.time_unit, self.whole)
+
+
+@lru_cache(maxsize=32)
+def _read(
+    path: str, changed: int, at: str, value: str, unit: float, whole: float
+) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+    """The rows of a table, read once for as long as it does not change. Raises Unreadable."""
+    from softmark.references.data import find
+    from softmark.references.measured import Unreadable
+    from softmark.references.tables import columns
+
+    table = columns(find(path), (at, value))
+    times = tuple(unit * t for t in table.numbers[at])
+    shares = tuple(v / whole for v in table.numbers[value])
+    if len(times) < 2:
+        raise Unreadable(table.name, "a course needs two rows", "give the value at the start and at the end")
+    wrong = next((i for i, (a, b) in enumerate(pairwise(times), 1) if not b > a), None)
+    if wrong is not None:
+        raise Unreadable(table.name, f"line {table.lines[wrong]}, column `{at}`: time does not go on,"
+                         f" {table.numbers[at][wrong - 1]:.6g} to {table.numbers[at][wrong]:.6g}",
+                         "times grow from row to row; a jump takes two rows that are close")  # fmt: skip
+    areas = [0.0]
+    for (t, p), (later, q) in pairwise(zip(times, shares, strict=True)):
+        areas.append(areas[-1] + 0.5 * (later - t) * (p + q))
+    return times, shares, tuple(areas)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ known to nobody: it is refused by every model whose `loads` do not name it, unti
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Annotated, Any, Self
 
@@ -47,6 +48,28 @@ class AtPoint:
 
     at: Vector3  # m
     force: Vector3  # N
+
+
+@dataclass(frozen=True)
+class Turning:
+    """A moment on a part of the surface, without a force, that keeps its size and direction."""
+
+    where: Any  # a condition
+    moment: Vector3  # N m
+
+
+@dataclass(frozen=True)
+class PerLength:
+    """A dead force per undeformed length along a straight line."""
+
+    begin: Vector3  # m
+    end: Vector3  # m
+    force: Vector3  # N/m
+
+    @property
+    def length(self) -> float:
+        """Of the line, m."""
+        return math.dist(self.begin, self.end)
 
 
 class Load:
@@ -149,7 +172,7 @@ class PointForce(Load):
     """A force at one material point, which keeps its direction.
 
     In a solid the displacement right under a point force grows without bound as the mesh is refined: look at it from a
-    distance.
+    distance. On a beam a point beside the axis is one of its section, which carries it along: an eccentric force.
     """
 
     strength = "vector"
@@ -163,3 +186,55 @@ class PointForce(Load):
     def action(self) -> AtPoint:
         """How it acts."""
         return AtPoint(self.at, self.vector)
+
+
+@dataclass(frozen=True)
+class Torque(Load):
+    """A moment on a part of the surface, without a force, that keeps its size and its direction in space.
+
+    On a solid it is a traction around the middle of the part, t = c x (x - middle) per undeformed area, x where the
+    part is now; c is such that its moment is exactly the one that is given, however the part turns and deforms, and
+    its force nothing. A model of small strain takes the undeformed part. On a beam it is the moment on a whole end
+    section, which Simo-Reissner theory has as its boundary condition. Such a moment has no energy under turns about
+    several axes, so that the tangent is not symmetric (Argyris, Dunne and Scharpf 1978). The report says what it comes
+    to, with the area.
+    """
+
+    strength = "moment"
+
+    body: Annotated[str, "body", "the body that is loaded"]
+    where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
+    moment: Annotated[Vector3, "N*m", "the moment, right-handed"]
+    course: Annotated[Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"] = (
+        None
+    )
+
+    @property
+    def action(self) -> Turning:
+        """How it acts."""
+        return Turning(self.where, self.moment)
+
+
+@dataclass(frozen=True)
+class LineLoad(Load):
+    """A force per undeformed length along a straight line, which keeps its direction (a dead load).
+
+    On a beam the line is its axis or a part of it, integrated exactly. Solids refuse it: displacements under a line of
+    force grow without bound as a mesh is refined, so that there is no answer to come near to; a traction on a strip has
+    one.
+    """
+
+    strength = "vector"
+
+    body: Annotated[str, "body", "the body that is loaded"]
+    from_: Annotated[Vector3, "m", "where the line begins, by coordinates before deformation"]
+    to: Annotated[Vector3, "m", "where it ends"]
+    vector: Annotated[Vector3, "N/m", "force per undeformed length"]
+    course: Annotated[Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"] = (
+        None
+    )
+
+    @property
+    def action(self) -> PerLength:
+        """How it acts."""
+        return PerLength(self.from_, self.to, self.vector)

@@ -99,14 +99,16 @@ class Nodes(Probe):
 
 @dataclass(frozen=True)
 class Volume(Probe):
-    """Points throughout a body, each with the part of the volume that it stands for.
+    """Points throughout a body, or a part of it, each with the part of the volume that it stands for.
 
     Four in every cell of a tetrahedral mesh of about `size` (Hammer, Marlowe and Stroud 1956): what integrals over the
-    body are made of, exact for polynomials of degree two in each cell.
+    body are made of, exact for polynomials of degree two in each cell. Cells that a border of `where` passes are cut
+    there: along planes exactly, along curved borders by straight pieces, which miss as little as a mesh of this size.
     """
 
     body: Annotated[str, "body", "the body that is looked at"]
     size: Annotated[float | None, "m in (0, inf)", "edge length of the cells; a 25th of the extent"] = None
+    where: Annotated[Any | None, "condition", "which part, by coordinates before deformation; all without it"] = None
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,10 @@ takes the name of a region in its place.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Annotated, Any
 
+from softmark.interpreter.language.conditions import Condition
 from softmark.records import dataclass
 
 
@@ -18,6 +20,11 @@ class Region:
     where: Any
     material: Any
     over: tuple[str, ...]
+
+    @property
+    def group(self) -> str | None:
+        """The named part of a mesh file that it is."""
+        return None
 
 
 @dataclass(frozen=True)
@@ -35,3 +42,37 @@ class BodyPart(Region):
     where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
     material: Annotated[Any | None, "material", "what it is made of; the material of the body without"] = None
     over: Annotated[tuple[str, ...], "regions", "regions whose material it displaces, as in `over = [wall]`"] = ()
+
+
+@dataclass(frozen=True)
+class BodyGroup(Region):
+    """A named part of the body's mesh file: cells, or faces of its surface.
+
+    Names are those of physical groups (Gmsh 2 and 4.1; by number where they have no name), of ELSET, NSET and SURFACE
+    (Abaqus, CalculiX), and `ARRAY=VALUE` of whole numbers on cells (VTU, VTK, Medit), or `ARRAY` where these are ones
+    and zeros. A set of nodes stands for the faces all of whose corners it has. Where a name has cells and faces, the
+    faces are `NAME:faces`. No geometry is involved: a group of faces is its facets, one of cells its cells, and a load
+    on a group of cells acts on those of their faces that are the body's surface. The region stands wherever a condition
+    does, with others too: `where = tip and z > 0 mm`. Only cells have a material.
+    """
+
+    body: Annotated[str, "body", "the body that it is a part of; its mesh is a file"]
+    name: Annotated[str, "the group, as the file has it"]
+    material: Annotated[Any | None, "material", "what it is made of; the material of the body without"] = None
+    over: Annotated[tuple[str, ...], "regions", "regions whose material it displaces, as in `over = [wall]`"] = ()
+
+    @property
+    def group(self) -> str:
+        """The named part of a mesh file that it is."""
+        return self.name
+
+    @property
+    def where(self) -> Condition:
+        """Which of its cells, facets and nodes."""
+        return _member(self.name)
+
+
+@cache
+def _member(name: str) -> Condition:
+    """One condition for each name, by which selections are remembered."""
+    return Condition.group(name)

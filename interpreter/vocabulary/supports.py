@@ -7,10 +7,19 @@ it is refused by every model whose `supports` do not name it, until its formulas
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Self
+import math
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from softmark.interpreter.vocabulary.loads import at_state, scaled
 from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+else:
+    from softmark.solvers.base.deferred import np
 
 Vector3 = tuple[float, float, float]
 
@@ -28,8 +37,22 @@ class Support:
 
     @property
     def displacement(self) -> Vector3:
-        """That it imposes at full load, m."""
+        """That it imposes at full load on all that it moves alike, m."""
         return (0.0, 0.0, 0.0)
+
+    @property
+    def rotation(self) -> Vector3:
+        """By how much it turns what it moves at full load: along the axis, in rad, of any size."""
+        return (0.0, 0.0, 0.0)
+
+    @property
+    def turns(self) -> bool:
+        """Whether what it imposes is not in proportion to the load: points move on circles."""
+        return any(self.rotation)
+
+    def moved(self, X: Floats, share: float = 1.0) -> Floats:
+        """What it imposes on points X (n, 3) at a share of the load (n, 3), m."""
+        return np.tile(share * np.array(self.displacement), (len(X), 1))
 
     def part(self, share: float) -> Self:
         """The same at a part of its full size."""
@@ -78,8 +101,8 @@ class Symmetric(Holding):
     plane is held. The plane is normal to x, y or z, and the body lies on one side of it. A beam model holds the two
     rotations as well that a section in the plane cannot make. Loads and supports must be symmetric too: gravity across
     the plane is refused, and so is a traction on the plane itself, which is a face of the half alone. Forces, energies
-    and mass are those of the part; of a force at a point of the plane give half. The answer is symmetric as well: what
-    buckles or vibrates to one side alone is not found.
+    and mass are those of the part; of a force at a point of the plane give half (`W335`). The answer is symmetric as
+    well: what buckles or vibrates to one side alone is not found.
     """
 
     body: Annotated[str, "body", "the body that is held"]
@@ -128,6 +151,47 @@ class Displaced(Holding):
         """The same at a part of its full size."""
         moved: Self = scaled(self, "by", share)
         return moved
+
+
+@dataclass(frozen=True)
+class Turned(Holding):
+    """Turns the selected part of a body about an axis, right-handed, by any angle: half a turn, or three.
+
+    Every point of it moves on its circle about the axis, exactly and not to first order. A static analysis goes there
+    in steps of at most 15 degrees from rest, loads growing with them, so that a turn of 360 degrees is not none. With
+    all components held the part keeps its distances; with `components = (y, z)` what turns about x may slide along it.
+    `moment(NAME, along = +x)` is the torque that it takes, `force(NAME, along = +x)` the pull along the axis. A beam
+    turns whole sections. Steps of loads leave no room for `path = arc_length`, caps, reduced models and disturbed
+    starts. Small strain takes a large turn for a growth of the body.
+    """
+
+    moves = True
+
+    body: Annotated[str, "body", "the body that is turned"]
+    where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
+    axis: Annotated[Vector3, "direction", "the axis of the turn, right-handed"]
+    angle: Annotated[float, "rad", "by how much, at full load: `180 deg`"]
+    through: Annotated[Vector3, "m", "a point of the axis"] = (0.0, 0.0, 0.0)
+    components: Annotated[tuple[int, ...], "components", "directions in which it is imposed"] = (0, 1, 2)
+    course: Annotated[Any | None, "course", "how it turns in a dynamic analysis; at once without"] = None
+
+    @property
+    def rotation(self) -> Vector3:
+        """By how much it turns what it moves at full load, along the axis, rad."""
+        x, y, z = (self.angle * c for c in self.axis)
+        return x, y, z
+
+    def moved(self, X: Floats, share: float = 1.0) -> Floats:
+        """Of points X (n, 3) on their circles (n, 3), m: sin a  n x r + (1 - cos a) n x (n x r) (Rodrigues)."""
+        n, angle = np.array(self.axis), share * self.angle
+        across = np.cross(n, X - np.array(self.through))
+        found: Floats = math.sin(angle) * across + 2.0 * math.sin(0.5 * angle) ** 2 * np.cross(n, across)
+        return found
+
+    def part(self, share: float) -> Self:
+        """The same at a part of its full size."""
+        turned: Self = scaled(self, "angle", share)
+        return turned
 
 
 @dataclass(frozen=True)

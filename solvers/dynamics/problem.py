@@ -21,6 +21,14 @@ if TYPE_CHECKING:
     from softmark.solvers.dynamics.turning import Turning
 
 CONSTANT = Constant()
+BEGUN = 1e-6  # share of a way over which its direction is measured
+
+
+class Way(Protocol):
+    """How what is imposed comes to its full size, where that is not in proportion: turns about an axis."""
+
+    def at(self, share: float) -> Floats:
+        """What is imposed (c,), increments from rest, m, at a share of the whole."""
 
 
 class StepLinearSolver(Protocol):
@@ -80,6 +88,8 @@ class Dynamics:
     real-time codes do; the trajectory says which steps were and what residual was left. With cap = 1 and without
     `lagged` a step is the linearly implicit one (Baraff and Witkin 1998).
 
+    With a `way` supports are at rest + way.at(support_course(t)) instead.
+
     `sound` says whether a state may be accepted. A step that fails is halved, down to `shortest` times the step.
     """
 
@@ -101,6 +111,21 @@ class Dynamics:
     cap: int | None = None
     sound: Callable[[Floats], bool] = field(default=lambda x: True)
     turning: Turning | None = None
+    way: Way | None = None
+
+    @property
+    def moves(self) -> bool:
+        """Whether supports move."""
+        return self.way is not None or bool(np.any(self.target))
+
+    @property
+    def direction(self) -> Floats:
+        """Which way supports begin to move (c,), per share of their course."""
+        return self.target if self.way is None else (self.way.at(BEGUN) - self.way.at(-BEGUN)) / (2.0 * BEGUN)
+
+    def imposed(self, share: float) -> Floats:
+        """What supports impose (c,), increments from rest, at a share of their full motion."""
+        return share * self.target if self.way is None else self.way.at(share)
 
     def __post_init__(self) -> None:
         """Raises ValueError where the parts do not fit together."""

@@ -169,11 +169,11 @@ def _push(forces: Forces, problem: Dynamics, points: Floats) -> Floats:
         f = np.zeros(forces.dofs)
         load.add_gradient(problem.rest, f)
         pushes.append(-f)
-    if np.any(problem.target):
+    if np.any(begun := problem.direction):
         moved = problem.rest.astype(np.float64)
-        size = float(np.abs(problem.target).max())
+        size = float(np.abs(begun).max())
         eps = 1e-6 * float(np.ptp(points)) / size
-        moved[forces.fixed] += eps * problem.target
+        moved[forces.fixed] += eps * begun
         pushes.append(-(forces.within(moved) - forces.within(problem.rest)))
     total = np.zeros(len(forces.free))
     for number, f in enumerate(pushes):

@@ -40,7 +40,7 @@ class System:
     def __init__(self, problem: Dynamics, step: float) -> None:
         self.problem, self.step = problem, step
         self.forces = Forces(problem)
-        self.damping = Damping(self.forces, problem.damping, problem.target)
+        self.damping = Damping(self.forces, problem.damping, problem.direction)
         self.linear: StepLinearSolver = problem.linear or _linear(self.forces)
         self.newton = StageNewton(self)
         self.lagged = self._lagged() if problem.lagged and not problem.integrator.explicit else None
@@ -79,20 +79,22 @@ class System:
 
     @cached_property
     def _moving(self) -> bool:
-        return bool(np.any(self.problem.target))
+        return self.problem.moves
 
     def supported(self, x: Floats, time: float) -> Floats:
         """x with the supports where they are at a time."""
         if self._moving:
-            fixed, course = self.forces.fixed, self.problem.support_course.at(time)
+            fixed = self.forces.fixed
             x = x.copy()
-            x[fixed] = self.problem.rest[fixed] + course * self.problem.target
+            x[fixed] = self.problem.rest[fixed] + self._imposed(time)
         return x
 
     def support_velocity(self, time: float) -> Floats | float:
         """Velocity (c,) of the supports, m/s."""
         if not self._moving:
             return 0.0
+        if self.problem.way is not None:
+            return (self._imposed(time + self.step) - self._imposed(time - self.step)) / (2.0 * self.step)
         course, h = self.problem.support_course.at, self.step
         return (course(time + h) - course(time - h)) / (2.0 * h) * self.problem.target
 
@@ -100,8 +102,15 @@ class System:
         """Acceleration (c,) of the supports, m/s^2; a kink of their course is spread over a step."""
         if not self._moving:
             return 0.0
+        if self.problem.way is not None:
+            at, h = self._imposed, self.step
+            return (at(time + h) - 2.0 * at(time) + at(time - h)) / h**2
         course, h = self.problem.support_course.at, self.step
         return (course(time + h) - 2.0 * course(time) + course(time - h)) / h**2 * self.problem.target
+
+    def _imposed(self, time: float) -> Floats:
+        """What supports impose (c,) at a time."""
+        return self.problem.imposed(self.problem.support_course.at(time))
 
     # ------------------------------------------------------------------ accelerations
 

@@ -6,6 +6,8 @@ the middle circles of its faces; points of the shells lie straight between its s
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from softmark.records import dataclass
@@ -25,21 +27,23 @@ class Blocks:
     colour: Ints
 
 
-def ball(side: int, shells: int) -> Blocks:
+def ball(side: int, shells: int, beyond: Sequence[float] = ()) -> Blocks:
     """A cube of `side` cells (an even number) along each edge, and shells around it up to the unit sphere.
 
-    With these numbers tetrahedra keep a mean-ratio quality above 0.5 from coarse to fine.
+    With these numbers tetrahedra keep a mean-ratio quality above 0.5 from coarse to fine. More shells lie `beyond`, up
+    to spheres of these radii above 1.
     """
     cube, sphere = _cube(side)
     inner = CORNER * ((1.0 - BULGE) * cube.points / np.sqrt(3.0) + BULGE * sphere)
     share = np.arange(1, shells + 1) / shells
-    return _wrapped(Blocks(inner, cube.cells, cube.colour), sphere, share, hollow=False)
+    return _wrapped(Blocks(inner, cube.cells, cube.colour), sphere, share, hollow=False, beyond=beyond)
 
 
-def shell(side: int, shells: int, inner: float) -> Blocks:
-    """Shells of cells between two spheres of radii `inner` and 1."""
+def shell(side: int, radii: Sequence[float]) -> Blocks:
+    """Shells of cells between spheres of some radii, outward, the last 1."""
     cube, sphere = _cube(side)
-    share = np.arange(1, shells + 1) / shells
+    inner = radii[0]
+    share = (np.array(radii[1:]) - inner) / (1.0 - inner)
     return _wrapped(Blocks(inner * sphere, cube.cells, cube.colour), sphere, share, hollow=True)
 
 
@@ -58,16 +62,20 @@ def _cube(side: int) -> tuple[Blocks, Floats]:
     return Blocks(points, cells, np.indices(n.shape).sum(axis=0).ravel() % 2), points * np.stack(roots, axis=1)
 
 
-def _wrapped(core: Blocks, sphere: Floats, share: Floats, hollow: bool) -> Blocks:
-    """A core with shells around it, at shares of the way from its surface to the sphere; or these shells alone."""
+def _wrapped(core: Blocks, sphere: Floats, share: Floats, hollow: bool, beyond: Sequence[float] = ()) -> Blocks:
+    """A core with shells around it, at shares of the way from its surface to the sphere; or these shells alone.
+
+    And beyond, at radii above 1.
+    """
     quads = Mesh(core.points, core.cells, "hex8").facets
     rim, own = np.unique(quads, return_inverse=True)
     own = own.reshape(quads.shape)
     outer = sphere[rim] / np.linalg.norm(sphere[rim], axis=1)[:, None]
     points, cells, colour, below = [core.points], [core.cells], [core.colour], rim
-    for k, t in enumerate(share.tolist(), 1):
+    layers = [core.points[rim] + t * (outer - core.points[rim]) for t in share.tolist()]
+    for k, layer in enumerate([*layers, *(r * outer for r in beyond)], 1):
         here = len(core.points) + (k - 1) * len(rim) + np.arange(len(rim))
-        points.append(core.points[rim] + t * (outer - core.points[rim]))
+        points.append(layer)
         cells.append(np.concatenate([below[own], here[own]], axis=1))
         colour.append((core.colour[rim] + k) % 2)
         below = here

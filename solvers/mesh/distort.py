@@ -63,7 +63,7 @@ def distorted(mesh: Mesh, quality: float) -> Mesh:
 
 def moved(mesh: Mesh, ways: Floats, amplitude: float) -> Mesh:
     """Nodes moved by an amplitude times their ways (n, 3), m."""
-    return Mesh(mesh.points + amplitude * ways, mesh.cells, mesh.kind, mesh.skin)
+    return Mesh(mesh.points + amplitude * ways, mesh.cells, mesh.kind, mesh.skin, mesh.groups)
 
 
 def _ways(mesh: Mesh) -> Floats:

@@ -12,7 +12,10 @@ from softmark.records import dataclass
 from softmark.solvers.elements import element_of
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from softmark.solvers.elements.element import Element
+    from softmark.solvers.mesh.group import Group
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -23,13 +26,15 @@ class Mesh:
     """`points` (n, 3) in m and `cells` (m, a) of one kind of element, positively oriented. Arrays are never written to.
 
     Nodes of a cell are in the order of VTK and meshio. `skin` (f, k) are the boundary facets of a mesh whose cells do
-    not match across their faces, where cells alone cannot tell what is boundary.
+    not match across their faces, where cells alone cannot tell what is boundary. `groups` are parts that a file names,
+    where somebody asked for them (groups.py).
     """
 
     points: Floats  # (n, 3)
     cells: Ints  # (m, a)
     kind: str = "tet4"  # a key of ELEMENTS
     skin: Ints | None = None
+    groups: Mapping[str, Group] | None = None
 
     @property
     def element(self) -> type[Element]:

@@ -6,7 +6,8 @@ them, on the curved facets of ten-node cells, and on the sides of a shape where 
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
@@ -16,6 +17,9 @@ from softmark.solvers.elements import element_of
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 from softmark.solvers.mesh.shape import Shape, Side
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.group import Group
 
 WHOLE = 64  # shape functions at the places of new nodes are whole multiples of 1 / WHOLE, or of half of it, and so on
 QUARTERS = 4  # steps along an edge, at which new nodes lie
@@ -53,7 +57,16 @@ def finer(mesh: Mesh, shape: Shape | None = None) -> Finer:
     points = P @ mesh.points
     for side in () if shape is None else shape.sides:
         _onto(mesh, _on_facet(mesh.element, places), side, points, (labels, keys, _whole(N)))
-    return Finer(Mesh(points, cells, element.name), P)
+    return Finer(Mesh(points, cells, element.name, groups=_groups(mesh, element, places[children])), P)
+
+
+def _groups(mesh: Mesh, element: type[Element], corners: Floats) -> Mapping[str, Group] | None:
+    """Named parts, of cells made of children with local nodes `corners` (c, a, 3)."""
+    if not mesh.groups:
+        return None
+    from softmark.solvers.mesh.groups import refined
+
+    return refined(mesh, element, corners)
 
 
 def _whole(N: Floats) -> int:

@@ -234,6 +234,10 @@ class Shape:
         """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
         raise NotImplementedError(f"{type(self).__name__} has no mesh")
 
+    def named(self, kind: str | None = None) -> Mesh:
+        """The mesh of a file with its groups, as an element, or without one as the file has its cells."""
+        raise NotImplementedError(f"{type(self).__name__} reads no file")
+
     def surface(self, size: float) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of its surface, outward, with edges of about `size` (m)."""
         from softmark.solvers.mesh.mesh import surface

@@ -15,6 +15,7 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.arc import Arc
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rectangle
+from softmark.solvers.mesh.filled import Filled
 from softmark.solvers.mesh.flat import Quadrilateral, QuarterRing
 from softmark.solvers.mesh.sections import Disc, Rectangle
 from softmark.solvers.mesh.shape import (
@@ -28,7 +29,7 @@ from softmark.solvers.mesh.shape import (
     placed,
     transverse,
 )
-from softmark.solvers.mesh.sides import Around
+from softmark.solvers.mesh.sides import Around, cylinders
 from softmark.solvers.mesh.spheres import Ellipsoid, Sphere, SphericalShell
 from softmark.solvers.mesh.tube import Tube
 
@@ -76,7 +77,7 @@ class Cylinder(RoundPrism):
         from softmark.solvers.mesh.structured import disc, rounded, solid
 
         mesh = solid(disc(self.radius, size, cuts=cuts), self.length, size, kind, cuts)
-        return rounded(placed(mesh, self.axis, self.origin), self.sides)
+        return rounded(placed(mesh, self.axis, self.origin), self.sides, cylinders(self, cuts))
 
     @property
     def sides(self) -> tuple[Around, ...]:
@@ -213,6 +214,13 @@ class MeshFile(Shape):
 
         return converted(read(self.path, self.unit, self.coincident), kind, self.split)
 
+    def named(self, kind: str | None = None) -> Mesh:
+        """The same with the groups of the file; without an element as the file has its cells. Raises as `mesh`."""
+        from softmark.solvers.mesh.files.reading import converted, read
+
+        whole = read(self.path, self.unit, self.coincident, named=True)
+        return whole if kind is None else converted(whole, kind, self.split)
+
     def surface(self, size: float = 0.0) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of its boundary, or of a file of triangles. Raises UnreadableMesh."""
         from softmark.solvers.mesh.files.reading import read_surface
@@ -237,4 +245,5 @@ SHAPES: dict[str, type[Shape]] = {
     "quadrilateral": Quadrilateral,
     "quarter_ring": QuarterRing,
     "mesh": MeshFile,
+    "filled": Filled,
 }

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.shape import Side, Vector3, dot, transverse
+from softmark.solvers.mesh.cuts import Cut
+from softmark.solvers.mesh.shape import RoundPrism, Side, Vector3, dot, transverse
 
 if TYPE_CHECKING:
     import numpy as np
@@ -44,6 +45,11 @@ class Around(Side):
         out = (u**2 + v**2) ** -0.5 * self.radius
         frame = zip(self.origin, self.axis, *transverse(self.axis), strict=True)
         return tuple(o + s * a + u * out * b + v * out * c for o, a, b, c in frame)
+
+
+def cylinders(prism: RoundPrism, cuts: tuple[Cut, ...]) -> tuple[Around, ...]:
+    """The cylinders around the axis of a prism that cuts of its radius are."""
+    return tuple(Around(prism.axis, prism.origin, prism.length, cut.at) for cut in cuts if cut.axis == "radius")
 
 
 @dataclass(frozen=True)

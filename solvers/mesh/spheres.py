@@ -9,9 +9,9 @@ import math
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.cuts import Cut
-from softmark.solvers.mesh.divisions import divisions
-from softmark.solvers.mesh.shape import Bounds, Shape, Vector3
+from softmark.solvers.mesh.cuts import Cut, along, lines
+from softmark.solvers.mesh.divisions import circles, divisions
+from softmark.solvers.mesh.shape import Bounds, Shape, Span, Vector3
 from softmark.solvers.mesh.sides import Ellipsoidal
 from softmark.solvers.mesh.tube import INSIDE_OUT
 
@@ -66,28 +66,66 @@ class Round(Shape):
         off = [(p - o) / a for p, o, a in zip(point, self.origin, self.outer, strict=True)]
         return self.hollow - 1e-9 <= math.hypot(*off) <= 1.0 + 1e-9 and all(c >= -1e-9 for c in off[: self.kept])
 
+    @property
+    def spans(self) -> dict[str, Span]:
+        """Its own coordinates: distance from the centre along the longest axis, m, angles around z and from it."""
+        largest, turn = max(self.outer), {0: (0.0, 2.0), 1: (-0.5, 0.5)}.get(self.kept, (0.0, 0.5))
+        tilt = 0.5 if self.kept == 3 else 1.0
+        return {
+            "radius": (self.hollow * largest, largest),
+            "turn": (turn[0] * math.pi, turn[1] * math.pi),
+            "tilt": (0.0, tilt * math.pi),
+        }
+
+    def place(self, radius: float, turn: float, tilt: float) -> Vector3:
+        """The point of its own coordinates, m."""
+        way = (math.sin(tilt) * math.cos(turn), math.sin(tilt) * math.sin(turn), math.cos(tilt))
+        share = radius / max(self.outer)
+        x, y, z = (o + share * a * w for o, a, w in zip(self.origin, self.outer, way, strict=True))
+        return x, y, z
+
+    def _radii(self, size: float, cuts: tuple[Cut, ...]) -> tuple[float, ...]:
+        """Radii (m) of the spheres that shells end on, outward, on those of cuts: from the hollow, or the core, on."""
+        largest = max(self.outer)
+        if not self.hollow:
+            return tuple(circles(largest, size, cuts))
+        count = divisions((1.0 - self.hollow) * largest, size)
+        low = self.hollow * largest
+        even = [low + (largest - low) * k / count for k in range(count + 1)]
+        return tuple(lines(low, largest, count, along(cuts, "radius")) or even)
+
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
         """Cells of a mesh of a size (m) along a quarter of its largest circle, and across its shells."""
-        largest = max(self.outer)
-        shells = divisions(0.4 * largest if not self.hollow else (1.0 - self.hollow) * largest, size)
-        return 2 * divisions(math.pi * largest / 4, size), shells
+        core, *beyond = self._radii(size, cuts)
+        inner = 0 if self.hollow else divisions(0.4 * core, size)
+        return 2 * divisions(math.pi * max(self.outer) / 4, size), inner + len(beyond)
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of an element with edges of about `size` (m). Raises UnknownElement."""
+        """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
         from softmark.solvers.mesh.balls import ball, filled, shell
         from softmark.solvers.mesh.structured import rounded
 
-        side, shells = self.counts(size)
-        blocks = shell(side, shells, self.hollow) if self.hollow else ball(side, shells)
-        return rounded(filled(blocks, kind, self.outer, self.origin, self.kept), self.sides)
+        (side, shells), largest = self.counts(size, cuts), max(self.outer)
+        core, *beyond = radii = self._radii(size, cuts)
+        if self.hollow:
+            blocks, scale = shell(side, [r / largest for r in radii]), 1.0
+        else:
+            blocks, scale = ball(side, shells - len(beyond), [r / core for r in beyond]), core / largest
+        stretch = tuple(scale * a for a in self.outer)
+        return rounded(filled(blocks, kind, stretch, self.origin, self.kept), self.sides, self.within(cuts))
+
+    def within(self, cuts: tuple[Cut, ...]) -> tuple[Ellipsoidal, ...]:
+        """The ellipsoids around its centre that cuts of its radius are."""
+        return tuple(self._like(cut.at / max(self.outer)) for cut in along(cuts, "radius"))
+
+    def _like(self, share: float) -> Ellipsoidal:
+        x, y, z = self.outer
+        return Ellipsoidal((share * x, share * y, share * z), self.origin)
 
     @property
     def sides(self) -> tuple[Ellipsoidal, ...]:
         """Its outer surface, and that of its hollow."""
-        x, y, z = self.outer
-        return tuple(
-            Ellipsoidal((s * x, s * y, s * z), self.origin) for s in ((1.0, self.hollow) if self.hollow else (1.0,))
-        )
+        return tuple(self._like(share) for share in ((1.0, self.hollow) if self.hollow else (1.0,)))
 
 
 @dataclass(frozen=True)

@@ -134,7 +134,7 @@ def with_nodes(mesh: Mesh, element: type[Element]) -> Mesh:
         count += len(groups)
     whole = np.concatenate(cells, axis=1).astype(np.int64)
     outer = None if mesh.skin is None else np.concatenate(skin, axis=1)
-    return Mesh(np.concatenate(points), whole, element.name, outer)
+    return Mesh(np.concatenate(points), whole, element.name, outer, mesh.groups)
 
 
 def _of_skin(skin: Ints, element: type[Element], groups: Ints) -> Ints:

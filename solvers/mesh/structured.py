@@ -166,15 +166,17 @@ def solid(section: PlaneMesh, length: float, size: float, kind: str, cuts: tuple
     return meshed(*extrude(section, length, size, cuts), element)
 
 
-def rounded(mesh: Mesh, sides: Iterable[Side]) -> Mesh:
-    """What lies between corners on curved sides of a shape moved out onto them.
+def rounded(mesh: Mesh, sides: Iterable[Side], within: Iterable[Side] = ()) -> Mesh:
+    """What lies between corners on curved sides of a shape, or on such surfaces within it, moved out onto them.
 
     Facets with all corners on a side are of the side; only these are curved.
     """
     corners = mesh.element.facet.corners
     points = mesh.points.copy()
-    for side in sides:
-        facets = mesh.facets[side.of(mesh.points[mesh.facets[:, :corners]])]
-        middles = np.unique(facets[:, corners:])
+    inner = list(within) if mesh.element.nodes > mesh.element.corners else []
+    every = mesh.cells[:, np.array(mesh.element.facets)].reshape(-1, mesh.element.facet.nodes) if inner else mesh.facets
+    for side, facets in [*((side, mesh.facets) for side in sides), *((side, every) for side in inner)]:
+        own = facets[side.of(mesh.points[facets[:, :corners]])]
+        middles = np.unique(own[:, corners:])
         points[middles] = np.stack(side.onto(tuple(mesh.points[middles].T)), axis=1)
     return Mesh(points, mesh.cells, mesh.kind)

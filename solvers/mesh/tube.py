@@ -10,7 +10,7 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import divisions
 from softmark.solvers.mesh.shape import Circular, Plane, RoundPrism, Vector3, placed
-from softmark.solvers.mesh.sides import Around
+from softmark.solvers.mesh.sides import Around, cylinders
 
 if TYPE_CHECKING:
     import numpy as np
@@ -117,7 +117,8 @@ class Tube(RoundPrism):
         from softmark.solvers.mesh.structured import ring, rounded, solid
 
         section = ring(self.inner, self.radius, around(self.radius, size), size, cuts)
-        return rounded(placed(solid(section, self.length, size, kind, cuts), self.axis, self.origin), self.sides)
+        mesh = placed(solid(section, self.length, size, kind, cuts), self.axis, self.origin)
+        return rounded(mesh, self.sides, cylinders(self, cuts))
 
     @property
     def sides(self) -> tuple[Around, ...]:

@@ -30,7 +30,7 @@ from softmark.solvers.statics.arc_length import PathFollower
 from softmark.solvers.statics.newton import MEMORY, RIGID, TINY, Newton
 from softmark.solvers.statics.problem import Criterion, Equilibrium, Iteration, NotConverged, Statics, Watch
 from softmark.solvers.statics.stability import critical_load, direct, loose_motion, rounding_error, softness
-from softmark.solvers.statics.steps import raised
+from softmark.solvers.statics.steps import raised, strayed
 
 __all__ = [
     "MEMORY", "RIGID", "TINY", "Criterion", "Equilibrium", "Iteration", "Linear", "NotConverged", "Statics", "Watch",
@@ -74,9 +74,10 @@ def _explained(problem: Statics, history: list[Iteration], failure: NotConverged
 
 def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """The equilibrium at full load: boldly, then carefully."""
-    ways = [_started] if problem.start is not None else []
+    ways = [_started] if problem.start is not None and problem.longest == 1.0 else []
     unstable = None
-    for way in [*ways, _free, _stepped] if problem.bold else ways:
+    whole = [] if problem.longest < 1.0 else [_free]  # of a turn either would find another, by whole turns off
+    for way in [*ways, *whole, _stepped] if problem.bold else ways:
         try:
             return way(problem, history, systems)
         except NotConverged as failure:  # what it tried is in the history; the careful way starts again from rest
@@ -190,18 +191,21 @@ def _capped(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
 
 def _careful(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     newton = Newton(problem, history, systems, "careful")
-    x, load, step, steps = problem.rest, 0.0, 1.0, 0
+    x, load, step, steps = problem.rest, 0.0, problem.longest, 0
     while load < 1.0:
         target = min(1.0, load + step)
         try:
-            there = newton.descend(newton.impose(x, target - load, target), target)
+            begun = newton.impose(x, target - load, target)
+            there = newton.descend(begun, target)
+            if problem.way is not None and problem.bold and strayed(x, begun, there):
+                raise NotConverged("the turn is lost: the body springs back to another state", tuple(history))
             if not problem.sound(there):
                 raise NotConverged("the equilibrium has inverted cells", tuple(history))
             x, load, steps = there, target, steps + 1
-            step *= 2.0
+            step = min(2.0 * step, problem.longest)
         except NotConverged as failure:
             step = 0.5 * (target - load)
-            if step < 1e-3:
+            if step < 1e-3 * problem.longest:
                 reached = f"the load could be raised to {100 * load:.4g} % only: {failure.reason}"
                 raise NotConverged(
                     f"{reached}{_why(problem, history, x, load)}", tuple(history), systems.facts
@@ -214,7 +218,7 @@ def _careful(problem: Statics, history: list[Iteration], systems: Systems) -> Eq
 
 def _why(problem: Statics, history: list[Iteration], x: Floats, load: float) -> str:
     """What it looks like where a load cannot be raised: a limit point, paths that meet, or nothing known."""
-    known = softness(problem, history, x, load) if load > 0.0 else None
+    known = softness(problem, history, x, load) if load > 0.0 and problem.way is None else None
     if known is None or (known[0] > SOFT and not known[1]):
         return ""
     soft, negative = known

@@ -62,20 +62,20 @@ class Newton:
         return g, size / scale if scale > 0 else size
 
     def impose(self, x: Floats, fraction: float, load: float = 1.0) -> Floats:
-        """Move the supports by a fraction of their target, and the body with them as its tangent says."""
-        if not np.any(self.problem.target):
+        """Move the supports by the last fraction of their way to a load, and the body as its tangent says."""
+        if not self.problem.moves:
             return x
-        return self._moved(x, self._following(x, fraction, load, projected=True), 1.0)
+        return self._moved(x, self._following(x, self.problem.imposed(load - fraction, load), load, True), 1.0)
 
     def carry(self, x: Floats, fraction: float, load: float) -> Floats:
-        """The same from an equilibrium at that load, by its own tangent and with the pressures that it promises.
+        """The same from an equilibrium at a load and on, by its own tangent and with the pressures that it promises.
 
         Raises NotConverged where that leaves the domain of the law.
         """
         self._promised = None
-        if not np.any(self.problem.target):
+        if not self.problem.moves:
             return x
-        d = self._following(x, fraction, load, projected=False)
+        d = self._following(x, self.problem.imposed(load, load + fraction), load, False)
         y = self._moved(x, d, 1.0)
         if not np.isfinite(self.strain(y)):
             raise NotConverged("the supports' motion leaves the domain of the law", tuple(self.history))
@@ -83,10 +83,10 @@ class Newton:
             self._promised = self.mixing.promised(self.assembly, x, d)
         return y
 
-    def _following(self, x: Floats, fraction: float, load: float, projected: bool) -> Floats:
-        """How the body follows a fraction of the supports' motion (dofs,)."""
+    def _following(self, x: Floats, moved: Floats, load: float, projected: bool) -> Floats:
+        """How the body follows what supports move by (c,): (dofs,)."""
         problem, d = self.problem, np.zeros(self.space.dofs)
-        d[problem.fixed] = fraction * problem.target
+        d[problem.fixed] = moved
         eps = 1e-6 / max(1.0, float(np.abs(d).max()) * 1e3)
         exact, here = problem.exact or self.assembly, np.asarray(x, dtype=np.float64)
         g = exact.gradient(here, load)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import field
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 
@@ -88,11 +88,23 @@ class Equilibrium:
         return self.criterion != "cap"
 
 
+class Way(Protocol):
+    """How what is imposed comes to its full size, where that is not in proportion to the load: turns about an axis."""
+
+    @property
+    def longest(self) -> float:
+        """The largest step of the load that does not lose the way: of a turn, from where it may go the other way."""
+
+    def at(self, share: float) -> Floats:
+        """What is imposed (c,), increments from rest, m or rad, at a share of the load."""
+
+
 @dataclass(frozen=True)
 class Statics:
     """A static problem: `rest` moves by `space` until `assembly` balances, with `target` imposed on `fixed`.
 
-    `path` says how: by raising the load, or along the path of equilibria by its length (`arc_length`).
+    `path` says how: by raising the load, or along the path of equilibria by its length (`arc_length`). Without a `way`
+    the target is imposed in proportion to the load; with one, loads grow in steps from rest, no longer than it says.
     `twin` is the assembly of the corotational law with the same moduli, or None; `sound` says whether a state
     is admissible (no inverted cell), and `near` whether an equilibrium of the twin is one to start from. `bold` tries
     whole steps first; rods, whose space already follows their rotation, need no such start. `convex` says that the
@@ -135,3 +147,21 @@ class Statics:
     cap: int | None = None
     exact: Assembly | None = None
     rounded: float = 1e-3
+    way: Way | None = None
+
+    @property
+    def moves(self) -> bool:
+        """Whether anything is imposed that is not zero, at full load or before."""
+        return self.way is not None or bool(np.any(self.target))
+
+    @property
+    def longest(self) -> float:
+        """The largest step of the load."""
+        return 1.0 if self.way is None else min(1.0, self.way.longest)
+
+    def imposed(self, begin: float, end: float) -> Floats:
+        """What supports move on (c,) from one share of the load to another."""
+        if self.way is None:
+            found: Floats = (end - begin) * self.target
+            return found
+        return self.way.at(end) - self.way.at(begin)

@@ -7,6 +7,8 @@ way ends on is judged as any other answer is; where it is unstable, what is foun
 
 from __future__ import annotations
 
+import numpy as np
+
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.newton import Newton
 from softmark.solvers.statics.problem import NotConverged
@@ -17,19 +19,20 @@ EACH, EASY = 10, 6  # whole steps at one load at most, and down to which the nex
 
 def raised(newton: Newton) -> tuple[Floats, int]:
     """The equilibrium of full load along the path from rest, and how many loads led there. Raises NotConverged."""
-    x, load, step, count = newton.problem.rest, 0.0, FIRST, 0
+    longest = newton.problem.longest
+    x, load, step, count = newton.problem.rest, 0.0, min(FIRST, longest), 0
     while load < 1.0:
         target = min(1.0, load + step)
         before = len(newton.history)
         y = _next(newton, x, load, target)
         if y is None:
             step = 0.5 * (target - load)
-            if step < LEAST:
+            if step < LEAST * longest:
                 raise NotConverged(f"steps of load end at {100 * load:.4g} %", tuple(newton.history))
             continue
         x, load, count = y, target, count + 1
         if len(newton.history) - before <= EASY:
-            step *= 2.0
+            step = min(2.0 * step, longest)
     return x, count
 
 
@@ -40,4 +43,11 @@ def _next(newton: Newton, x: Floats, load: float, target: float) -> Floats | Non
         there, done, _ = newton.steps(start, EACH, target)
     except NotConverged:
         return None
+    if newton.problem.way is not None and strayed(x, start, there):
+        return None
     return there if done and newton.problem.sound(there) else None
+
+
+def strayed(x: Floats, start: Floats, there: Floats) -> bool:
+    """Whether Newton's steps led farther than the step of a turn itself: off, to another state, as by a whole turn."""
+    return bool(np.linalg.norm(there - start) > np.linalg.norm(start - x))

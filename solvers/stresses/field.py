@@ -48,11 +48,23 @@ class Stresses:
 
     def at(self, X: Floats) -> Tensors:
         """At points X (n, 3) of the undeformed body."""
-        return self._tensors(self._recovered.at(X))
+        return self._tensors(self.values(X))
 
     def at_nodes(self) -> Tensors:
         """At every node of the mesh."""
-        return self._tensors(self._recovered.everywhere())
+        return self._tensors(self.values_at_nodes())
+
+    def values(self, X: Floats) -> Floats:
+        """Cauchy stress by SYMMETRIC, Pa, and the nine components of du/dX, at points X (n, 3): (n, 15)."""
+        return self._recovered.at(X)
+
+    def values_at_nodes(self) -> Floats:
+        """The same at every node (nodes, 15); no numbers where it has no cells."""
+        return self._recovered.everywhere()
+
+    def shared(self, X: Floats) -> int:
+        """How many of the points X (n, 3) have more than one stress."""
+        return 0
 
     def _tensors(self, values: Floats) -> Tensors:
         return Tensors(values[:, :6], values[:, 6:15], self.state.strain == "small")

@@ -179,6 +179,22 @@ def test_new_scene_checks_and_runs(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def test_new_scenes_come_with_what_they_read(tmp_path: Path) -> None:
+    """In a folder, none of whose files is replaced; on the terminal the scene alone, and a word about the rest."""
+    done = dsl("new", "pull", "--out", "mine", cwd=tmp_path)
+    assert done.returncode == 0
+    assert sorted(f.name for f in (tmp_path / "mine").iterdir()) == ["pull.csv", "pull.scene"]
+    assert dsl("check", "mine/pull.scene", cwd=tmp_path).returncode == 0
+    again = dsl("new", "pull", "--out", "mine", cwd=tmp_path)
+    assert again.returncode == 2
+    assert "is there already" in again.stderr
+    printed = dsl("new", "pull", cwd=tmp_path)
+    assert "`dsl new pull --out DIR` writes both" in printed.stderr
+    assert printed.stdout == (tmp_path / "mine" / "pull.scene").read_text()
+    names = [line.split()[0] for line in dsl("new", "--list", cwd=tmp_path).stdout.splitlines()]
+    assert {"beam", "pull", "press", "inclusion", "actuator", "organ"} <= set(names)
+
+
 def test_fmt_writes_only_what_it_can_keep(tmp_path: Path) -> None:
     name = written(tmp_path, "# a comment\nparam   L=3 mm # its length\n")
     assert dsl("fmt", "--check", name, cwd=tmp_path).returncode == 1

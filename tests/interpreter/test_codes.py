@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from softmark.grammar.diagnostic import Source
 from softmark.grammar.print import CannotFormat
 from softmark.interpreter.cli.codes import Page, pages
 from softmark.interpreter.cli.main import main
+from softmark.solvers.mesh.shapes import Box
 
 PACKAGE = Path(softmark.__file__).parents[2]
 PARTS = Path(__file__).parents[1] / "errors" / "parts"
@@ -53,6 +55,7 @@ def without_data(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_examples(page: Page, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     if page.code == "E405":
         monkeypatch.setattr("softmark.grammar.print.format_source", _refuse)
+    _mesher(page.code, monkeypatch)
     status, found = codes_of(page.example("wrong"), capsys)
     assert page.code in found
     errors = {code for code in found if code.startswith("E")}
@@ -61,6 +64,19 @@ def test_examples(page: Page, capsys: pytest.CaptureFixture[str], monkeypatch: p
     assert (status != 0) == bool(errors)
     status, found = codes_of(page.example("right"), capsys)
     assert (status, found) == (0, [])
+
+
+def _mesher(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A mesher that is not there, that is ended by the system, and that fills nine tenths of the cube of ten."""
+    where = "softmark.solvers.mesh.filling"
+    monkeypatch.setattr(f"{where}._folder", lambda: None)
+    monkeypatch.setattr(f"{where}.MESHER", "no-such-mesher" if code == "E575" else "numpy")
+    if code == "E576":
+        ended = subprocess.CompletedProcess([], -11, "", "")
+        monkeypatch.setattr("subprocess.run", lambda *arguments, **options: ended)
+    elif code == "W349":
+        cube = Box((0.009, 0.009, 0.009)).mesh("tet4", 0.003)
+        monkeypatch.setattr(f"{where}._filled", lambda *arguments: (cube.points, cube.cells, 1.0))
 
 
 def _refuse(source: Source) -> str:

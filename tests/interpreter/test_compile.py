@@ -103,12 +103,12 @@ def field_names() -> list[str]:
     kinds = CATALOGUE
     found = (CATALOGUE.constructor(kind, name) for kind in kinds for name in kinds[kind])
     names = {field.name for c in found if c is not None for field in c.fields}
-    return sorted(names - {"x", "z"})  # of frames: which direction of a file is the scene's x
+    return sorted(names - {"x", "y", "z"})  # of frames, which direction of a file is the scene's x, and axes of curves
 
 
 @pytest.mark.parametrize("name", field_names())
 def test_every_field_name_can_name_something(name: str) -> None:
-    """None of them is a function, a constant or a reserved word; coordinates name fields of frames alone."""
+    """None of them is a function, a constant or a reserved word; coordinates name fields of frames and axes alone."""
     scene = valid(f"param {name} = 3 mm\nparam twice = 2 * {name}\n" + BEAM)
     assert value(scene, "twice") == pytest.approx(6e-3, rel=1e-15)
 

@@ -56,7 +56,7 @@ def test_a_field_that_is_another_quantity_is_not_called_the_same(field: str, sai
     assert said in refused.value.diagnostics[0].help
 
 
-@pytest.mark.parametrize("shape", sorted(set(SHAPES) - {"mesh"}))  # of which there is no file
+@pytest.mark.parametrize("shape", sorted(set(SHAPES) - {"mesh", "filled"}))  # of which there is no file
 def test_the_example_of_a_shape_is_one_that_a_body_has(shape: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", shape]) == 0
     example = capsys.readouterr().out.partition(f"Example: shape NAME = {shape}")[2].splitlines()[0]

@@ -124,7 +124,8 @@ def test_roller_lets_a_beam_section_turn() -> None:
     [
         ("support s = fixed(bar, where = z <= -10 mm and x <= 20 mm)\n" + ROD, "E501"),
         ("load p = pressure(bar, where = z >= a / 2, magnitude = 1 kPa)\n" + ROD, "E501"),
-        ("load p = point_force(bar, at = (200, 0, 10) mm, vector = (0, 0, 1) N)\n" + ROD, "E501"),
+        ("load p = line_load(bar, from = (0, 0, 0) mm, to = (200, 0, 10) mm, vector = (0, 0, 1) N/m)\n" + ROD, "E501"),
+        ("load p = torque(bar, where = z >= a / 2, moment = (0, 0, 1) N*m)\n" + ROD, "E501"),
     ],
 )
 def test_a_beam_refuses_what_it_cannot_represent(rest: str, code: str) -> None:

@@ -200,3 +200,25 @@ metric up = force(post, along = +z)
     assert rod.status == "converged", rod.message
     assert rod.metrics["up"].value == pytest.approx(0.4, rel=1e-9)
     assert abs(rod.metrics["root"].value) == pytest.approx(0.08, rel=1e-3)  # the tip comes back by 1e-5 of its length
+
+
+def test_a_moment_is_about_the_middle_of_what_is_held_in_every_model() -> None:
+    """Of a block that is held from 0 to 25 mm the middle is at 12.5 mm, and of a beam whose nodes lie unevenly.
+
+    Stiff, so that nothing moves: to 1e-6 of the length. Faces alone: `x <= 0 mm` holds no cell.
+    """
+    text = (
+        BEAM.replace("60 kPa", "60 GPa").replace("x <= 0 mm", "x <= 25 mm")
+        + """
+model hexes = fem(hex8, strain = corotational, size = 10 mm)
+model tets  = fem(tet10, strain = small, size = 10 mm)
+model rod   = beam6dof(segments = 7)
+metric root = moment(wall, along = -y)
+"""
+    )
+    report = softmark.loads(text).run()
+    found = {name: reactions(report, name)["wall"]["at"] for name in report.models}
+    for name, at in found.items():
+        assert at == pytest.approx([0.0125, 0.0, 0.0], abs=1e-7), name
+    moments = [model.metrics["root"].value for model in report.models.values()]
+    assert moments == pytest.approx([WEIGHT * (0.05 - 0.0125)] * 3, rel=1e-5)

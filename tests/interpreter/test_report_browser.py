@@ -5,18 +5,14 @@ Chromium is needed; where it is not on the PATH these tests are skipped, with th
 
 from __future__ import annotations
 
-import html
-import json
-import re
-import shutil
 import struct
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from browser import TIMED, browse, needs_chromium, noted
 
 import softmark
 from softmark.interpreter.report.run.html import render
@@ -40,13 +36,6 @@ def odd(usual: Report, case: str) -> Report:
     return replace(usual, models=models, scene={**usual.scene, "title": attack, "text": f"# {attack}"})
 
 
-CHROMIUM = shutil.which("chromium")
-needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not on the PATH")
-FLAGS = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars",
-    "--enable-logging=stderr", "--v=0", "--virtual-time-budget=2000",
-)  # fmt: skip
 # walks with the keys to the second point of the last curve, hides the first curve, and reports
 PROBE = """<script>
 const box = document.querySelector(".drawing");
@@ -61,14 +50,6 @@ const wide = document.documentElement.scrollWidth > document.documentElement.cli
 const said = [tip.hidden, [...tip.children].map((c) => c.textContent).join("|"), before, after, wide];
 document.documentElement.dataset.said = JSON.stringify(said);
 </script></body>"""
-
-
-def browse(page: Path, profile: Path, *flags: str) -> subprocess.CompletedProcess[str]:
-    """Chromium on a page, with nothing on its console."""
-    command_line = [str(CHROMIUM), *FLAGS, f"--user-data-dir={profile}", *flags, page.as_uri()]
-    done = subprocess.run(command_line, capture_output=True, text=True, timeout=120, check=True)
-    assert "CONSOLE" not in done.stderr, done.stderr
-    return done
 
 
 @needs_chromium
@@ -91,13 +72,6 @@ def test_in_chromium(silicone: Report, tmp_path: Path, width: int) -> None:
     assert wide is False  # the page itself never scrolls sideways
 
 
-def noted(dom: str) -> Any:
-    """What the probe of the page noted."""
-    found = re.search(r'data-said="([^"]*)"', dom)
-    assert found is not None, "the script of the page did not run"
-    return json.loads(html.unescape(found[1]))
-
-
 @needs_chromium
 @pytest.mark.parametrize("case", ["hostile", "nothing"])
 def test_odd_reports_in_chromium(silicone: Report, case: str, tmp_path: Path) -> None:
@@ -111,10 +85,6 @@ def test_odd_reports_in_chromium(silicone: Report, case: str, tmp_path: Path) ->
 
 # ------------------------------------------------------------------ shapes
 
-# a loaded computer gives pictures later than the browser's virtual time ends: let them come by that time
-TIMED = """<body><script>
-window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 16);
-</script>"""
 # turns by the keys, zooms, overlays, moves time, and looks at the pixels of the canvas that is left
 TURNED = """<script>
 const figure = document.querySelector("figure.shapes"), stage = figure.querySelector(".stage");

@@ -302,3 +302,25 @@ def test_other_supports_are_conforming_too() -> None:
         case: Case = case_of(scene_of(source), "bar")
         mesh = prepared(source).mesh
         assert all(grip(s.thing.where, mesh).held == 1.0 for s in case.supports)
+
+
+def test_a_node_a_little_beyond_the_border_is_not_held() -> None:
+    """By a thousandth of a cell, which is 1e-9 of its volume: such a node was held, and the check said no.
+
+    One that lies on the border of a selection without its border is held, as before.
+    """
+    mesh = Box((0.02, 0.01, 0.01)).mesh("tet4", 0.005)
+    aside = mesh.points.copy()
+    there = np.flatnonzero(np.abs(aside - [0.01, 0.005, 0.005]).max(axis=1) < 1e-9)
+    assert len(there) == 1
+    moved = replace(mesh, points=aside + (np.arange(len(aside)) == there[0])[:, None] * np.array([2e-6, 0.0, 0.0]))
+    scene = softmark.loads(
+        "material gel = linear_elastic(young = 1 kPa, poisson = 0.3, density = 1 kg/m^3)\n"
+        "body b = solid(box(size = (20, 10, 10) mm), gel)\n"
+        "support closed = fixed(b, where = x <= 10 mm)\nsupport open = fixed(b, where = x < 10 mm)\n"
+    ).scene
+    closed, open_ = (scene.declared[name].thing.where for name in ("closed", "open"))
+    assert grip(closed, mesh).nodes[there[0]]
+    assert grip(open_, mesh).nodes[there[0]]
+    assert not grip(closed, moved).nodes[there[0]]
+    assert not grip(open_, moved).nodes[there[0]]

@@ -7,16 +7,18 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.pressured import with_pressures
+from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.loads import DeadForces
 from softmark.solvers.energies.pressures import DisplacementEnergy, MeanDilatation, MixedSolid
 from softmark.solvers.linear.systems import Linear
 from softmark.solvers.materials import MATERIALS, Isotropic, law_for, mixed_for
 from softmark.solvers.mesh.interpolation import integration
-from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.mesh import Mesh, jacobians
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.equilibrium import Statics, equilibrium
 from softmark.solvers.stresses.field import Stresses
+from softmark.solvers.stresses.layers import Layers
 from softmark.solvers.stresses.measures import Tensors, component_of, full
 from softmark.solvers.stresses.sampled import State, superconvergent
 from tests.solvers import test_orders_solids as orders
@@ -230,3 +232,110 @@ def test_stress_of_another_code() -> None:
     _, own, _ = State(mesh, material(), "small", u).sampled(superconvergent(mesh.element))
     expected = six(np.moveaxis(np.asarray(sigma)[..., 0], -1, 0))
     np.testing.assert_allclose(own[:, 0], expected, atol=1e-10 * np.abs(expected).max())
+
+
+# ------------------------------------------------------------------ several materials
+
+LAYERS = ((1.0, 0.1), (4.0, 0.4))  # moduli of Young in Pa, and Poisson's ratios
+
+
+def jumping(X: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements (n, 3) that are zero at x = 1/2, and stress (n, 3, 3) whose xx, xy and xz are continuous there.
+
+    (x - 1/2) (p / (lam + 2 mu), q / mu, r / mu): yy, zz and all strains jump.
+    """
+    E, nu = LAYERS[side]
+    mu, lam = E / (2 * (1 + nu)), E * nu / ((1 + nu) * (1 - 2 * nu))
+    x, y, z = X.T
+    s, size = x - 0.5, np.array([1 / (lam + 2 * mu), 1 / mu, 1 / mu])
+    v = np.stack([np.sin(2 * y + x), np.cos(2 * z) * (1 + x), np.exp(y * z)], axis=1)
+    H = np.zeros((len(X), 3, 3))
+    H[:, :, 0] = v + s[:, None] * np.stack([np.cos(2 * y + x), np.cos(2 * z), 0 * x], axis=1)
+    H[:, :, 1] = s[:, None] * np.stack([2 * np.cos(2 * y + x), 0 * x, z * np.exp(y * z)], axis=1)
+    H[:, :, 2] = s[:, None] * np.stack([0 * x, -2 * np.sin(2 * z) * (1 + x), y * np.exp(y * z)], axis=1)
+    H *= size[None, :, None]
+    eps = 0.5 * (H + H.swapaxes(1, 2))
+    return s[:, None] * v * size, 2 * mu * eps + lam * np.trace(eps, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+
+
+def body_force(X: np.ndarray, side: int) -> np.ndarray:
+    """-div sigma (n, 3), by central differences."""
+    h = 1e-5
+    slopes = [(jumping(X + h * e, side)[1] - jumping(X - h * e, side)[1])[:, :, j] for j, e in enumerate(np.eye(3))]
+    found: np.ndarray = -np.sum(slopes, axis=0) / (2 * h)
+    return found
+
+
+def layered(kind: str, n: int) -> tuple[Mesh, np.ndarray, Layers]:
+    """A cube of two materials that meet at x = 1/2, solved with their displacements on its surface."""
+    mesh = Box((1.0, 1.0, 1.0)).mesh(kind, 1.0 / n)
+    owners = (mesh.points[mesh.cells].mean(axis=1)[:, 0] > 0.5).astype(np.int64)
+    fixed = np.flatnonzero(np.repeat(np.isin(np.arange(len(mesh.points)), mesh.facets), 3))
+    outer, parts = mesh.points[:, 0] > 0.5, integration(mesh)
+    u = np.where(outer[:, None], jumping(mesh.points, 1)[0], jumping(mesh.points, 0)[0])
+    xi, weights = mesh.element.mass_quadrature()
+    N, w = mesh.element.shape(xi), jacobians(mesh, xi) * weights
+    X = np.einsum("qa,mai->mqi", N, mesh.points[mesh.cells])
+    f = np.stack([body_force(X[m], int(side)) for m, side in enumerate(owners)])
+    nodal = np.zeros_like(mesh.points)
+    np.add.at(nodal, mesh.cells, np.einsum("mq,qa,mqi->mai", w, N, f))
+    materials = tuple(MATERIALS["linear_elastic"](E, nu, 1.0) for E, nu in LAYERS)
+    energies = [
+        Elastic(mesh.cells[own], parts.dNdX[own], parts.w[own], law_for(materials[side], "small"))
+        for side, own in ((side, np.flatnonzero(owners == side)) for side in (0, 1))
+    ]
+    dofs = mesh.points.size
+    assembly = Assembly(dofs, fixed, energies, [DeadForces(nodal.ravel())])
+    task = Statics(assembly, VectorSpace(dofs), np.zeros(dofs), fixed, u.ravel()[fixed], convex=True)
+    x = equilibrium(task).x.reshape(-1, 3)
+    return mesh, owners, Layers.of(State(mesh, materials[0], "small", x), materials, owners)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "edges"), [("tet4", (8, 12)), ("hex8", (8, 12)), ("tet10", (4, 6)), ("hex20", (4, 6))]
+)
+def test_order_of_stress_recovered_in_each_of_two_materials(kind: str, edges: tuple[int, int]) -> None:
+    """At least 1.5 of linear elements and 2.5 of quadratic ones, as in one material; across both it is none at all."""
+    rows = []
+    for n in edges:
+        mesh, owners, found = layered(kind, n)
+        xi, weights = mesh.element.mass_quadrature()
+        w = jacobians(mesh, xi) * weights
+        X = np.einsum("qa,mai->mqi", mesh.element.shape(xi), mesh.points[mesh.cells])
+        exact = np.stack([six(jumping(X[m], int(side))[1]) for m, side in enumerate(owners)]).reshape(-1, 6)
+        whole = Stresses(found.state)  # as if all were of one material, which it is not
+        errors = [np.sqrt(w.ravel() @ ((s.at(X.reshape(-1, 3)).six - exact) ** 2).sum(axis=1)) for s in (found, whole)]
+        rows.append(errors)
+        assert errors[0] < 0.5 * errors[1]
+    order = np.log(rows[0][0] / rows[1][0]) / np.log(edges[1] / edges[0])
+    assert order >= (1.5 if kind in ("tet4", "hex8") else 2.5), (order, rows)
+
+
+def test_each_side_of_a_border_has_its_own_stress() -> None:
+    """A laminate stretched alike: E eps in each material to rounding, up to the border, and beyond it at once."""
+    mesh = Box((1.0, 1.0, 1.0)).mesh("hex8", 0.25)
+    owners = (mesh.points[mesh.cells].mean(axis=1)[:, 1] > 0.5).astype(np.int64)
+    materials = tuple(MATERIALS["linear_elastic"](E, 0.0, 1.0) for E in (2.0, 10.0))
+    found = Layers.of(State(mesh, materials[0], "small", mesh.points * [0.1, 0.0, 0.0]), materials, owners)
+    X = np.array([[0.3, 0.5 - 1e-6, 0.4], [0.3, 0.5 + 1e-6, 0.4], [0.3, 0.5, 0.4]])
+    np.testing.assert_allclose(found.at(X).cauchy[:, 0, 0], [0.2, 1.0, 1.0], rtol=1e-12)  # on it that of the stiffer
+    assert found.shared(X) == 1
+    np.testing.assert_allclose(found.unresolved(X), 0.0, atol=1e-12)
+    nodes = found.at_nodes().cauchy[:, 0, 0]
+    np.testing.assert_allclose(nodes, np.where(mesh.points[:, 1] < 0.49, 0.2, 1.0), rtol=1e-12)
+    np.testing.assert_allclose(found.usual[:2], [np.sqrt(0.5 * (0.2**2 + 1.0)), 0.1], rtol=1e-9)
+
+
+def test_cells_whose_nodes_are_all_on_borders_have_a_stress_of_their_own() -> None:
+    """A core one cell thick: every node of it is one of the skins too, and no point within it is."""
+    mesh = Box((1.0, 1.0, 1.0)).mesh("hex8", 1.0 / 3.0)
+    middle = mesh.points[mesh.cells].mean(axis=1)[:, 1]
+    lines = np.unique(np.round(mesh.points[:, 1], 9))
+    owners = ((middle > lines[1]) & (middle < lines[2])).astype(np.int64)
+    materials = tuple(MATERIALS["linear_elastic"](E, 0.0, 1.0) for E in (2.0, 10.0))
+    found = Layers.of(State(mesh, materials[0], "small", mesh.points * [0.1, 0.0, 0.0]), materials, owners)
+    y = np.array([0.5 * lines[1], lines[1], 0.5 * (lines[1] + lines[2]), lines[2], 0.99])
+    X = np.stack([np.full(5, 0.3), y, np.full(5, 0.4)])
+    np.testing.assert_allclose(found.at(X.T.copy()).cauchy[:, 0, 0], [0.2, 1.0, 1.0, 1.0, 0.2], rtol=1e-12)
+    assert found.shared(X.T.copy()) == 2

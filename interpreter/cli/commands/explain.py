@@ -245,7 +245,8 @@ _FITTING = {  # of fields whose value must go with that of another, or that take
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
 }  # fmt: skip
 _SAMPLES = {
-    "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "direction": "-z", "condition": "x <= 0 mm",
+    "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "files": '"file.csv"',
+    "texts": '"force"', "amount": "1 mm", "direction": "-z", "condition": "x <= 0 mm",
     "components": "(x, y)", "names": "[NAME_OF_MODEL, NAME_OF_MODEL]", "list": "[10, 5, 2.5] mm",
     "target": "NAME_OF_PARAMETER", "targets": "[NAME_OF_PARAMETER]",
     "variants": "[10, 5, 2.5] mm",

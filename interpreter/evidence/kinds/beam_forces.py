@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,11 +19,12 @@ from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.beam.words import Beam6Dof, station
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage, whole
-from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.rods import CheckedRod, frames
 from softmark.solvers.checks.solids import Floats, ForceBalance
+from softmark.solvers.mesh.shape import Prism
 
 
 @dataclass(frozen=True)
@@ -34,10 +37,14 @@ class BeamLine:
 
     @property
     def axes(self) -> Floats:
-        """e1, e2, e3 at rest (3, 3), as rows."""
-        from softmark.solvers.mesh.shape import transverse
+        """e1, e2, e3 at rest where the axis starts (3, 3), as rows."""
+        return np.array(self.case.prism.frame(0.0))
 
-        return np.array([self.case.prism.axis, *transverse(self.case.prism.axis)])
+    @cached_property
+    def at_rest(self) -> tuple[Floats, Floats]:
+        """The nodes at rest (n, 3), m, and there e1, e2 and e3 as rows (n, 3, 3)."""
+        shape, s = self.case.prism, self.s.tolist()
+        return np.array([shape.centre(at) for at in s]), np.array([shape.frame(at) for at in s])
 
     @property
     def stiffness(self) -> Floats:
@@ -51,16 +58,20 @@ class BeamLine:
         """The deformed rod, from displacements of points on and beside its axis, and how far beside."""
         shape = self.case.prism
         arm = max(max(abs(u), abs(v)) for u, v in shape.section.samples())
-        X = np.array(shape.root) + self.s[:, None] * self.axes[0]
-        beside = X[:, None] + arm * self.axes[1:]
+        X, axes = self.at_rest
+        beside = X[:, None] + arm * axes[:, 1:]
         x = X + displacement(X)
         tips = (beside + displacement(beside.reshape(-1, 3)).reshape(beside.shape)) - x[:, None]
         rigid = (() if self.model.axial else (0,)) + (() if self.model.shear else (1, 2))
-        return CheckedRod(x, frames(tips, arm * self.axes[1:]), np.diff(self.s), self.stiffness, rigid), arm
+        R, l, natural = frames(tips, np.full(2, arm)), np.diff(self.s), None
+        if not isinstance(shape, Prism):
+            l, natural = np.linalg.norm(np.diff(X, axis=0), axis=1), (X, axes.transpose(0, 2, 1))
+        return CheckedRod(x, R, l, self.stiffness, rigid, natural), arm
 
-    def loads(self) -> Floats:
-        """Forces at the nodes (n, 3), N. Raises Unchecked."""
-        shape, f, l = self.case.prism, np.zeros((len(self.s), 3)), np.diff(self.s)
+    def loads(self, rod: CheckedRod) -> Floats:
+        """Forces and moments at the nodes of the deformed rod (n, 6), N and N m in space. Raises Unchecked."""
+        shape, both, l = self.case.prism, np.zeros((len(self.s), 6)), np.diff(self.s)
+        f, m = both[:, :3], both[:, 3:]
         for load in self.case.loads:
             match load.thing.action:
                 case PerMass(acceleration=g):
@@ -70,13 +81,34 @@ class BeamLine:
                 case PerArea(where=where, traction=traction):
                     end = 0 if coverage(where, shape, 0.0) == "all" else -1
                     f[end] += shape.section.area * np.array(traction)
+                case Turning(where=where, moment=moment):
+                    m[0 if coverage(where, shape, 0.0) == "all" else -1] += np.array(moment)
+                case PerLength(begin=begin, end=end, force=q):
+                    f += self._line(np.array(begin), np.array(end))[:, None] * np.array(q)
+                case AtPoint(at=at, force=force) if station(self.case, at) is None:
+                    X, axes = self.at_rest
+                    off = np.array(at) - X
+                    node = int(np.abs(self.s - shape.own(at)[0]).argmin())
+                    f[node] += np.array(force)
+                    m[node] += np.cross(rod.R[node] @ (axes[node] @ off[node]), np.array(force))
                 case AtPoint(at=at, force=force):
                     s = station(self.case, at) or 0.0
                     for node in range(len(self.s)):
                         f[node] += np.interp(s, self.s, np.eye(len(self.s))[node]) * np.array(force)
                 case _:
                     raise Unchecked(f"there is no other formula for `{load.name}`")
-        return f
+        return both
+
+    def _line(self, begin: Floats, end: Floats) -> Floats:
+        """What each node takes of a line on the axis (n,), m: hat functions by Simpson's rule between kinks."""
+        low, high = sorted(float((p - np.array(self.case.prism.root)) @ self.axes[0]) for p in (begin, end))
+        found = np.zeros(len(self.s))
+        places = np.unique(np.clip(np.concatenate([[low, high], self.s]), low, high))
+        for a, b in itertools.pairwise(places.tolist()):
+            for s, weight in ((a, 1.0), (0.5 * (a + b), 4.0), (b, 1.0)):
+                hats = np.array([np.interp(s, self.s, row) for row in np.eye(len(self.s))])
+                found += weight * (b - a) / 6.0 * hats
+        return found
 
     def held(self) -> NDArray[np.bool_]:
         """Forces and moments that supports carry (n, 6); of a partly held section, all moments."""
@@ -150,7 +182,7 @@ def _looked_at(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
     rod, arm = rod_of(found)
     inside, by = rod.forces()
     outside, fixed = np.zeros_like(inside), beam.held()
-    outside[:, :3] = beam.loads()
+    outside[:] = beam.loads(rod) * _per_length(found)
     scale = _per_length(found)
     inside, by = inside * scale, by * scale[:, None, None]
     if rod.rigid:

@@ -16,6 +16,7 @@ from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.members import apart, of_cells, of_facets, of_nodes
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.pressures import Pressed, split_of
@@ -171,12 +172,17 @@ def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:
     found = np.zeros(points.shape, dtype=np.bool_)
     extent = float(np.sqrt((np.ptp(points, axis=0) ** 2).sum()))
     for support in case.supports:
-        where = np.array(np.broadcast_to(support.thing.where.holds(*points.T, extent), len(points)))
-        for nodes in (mesh.cells, mesh.mesh.facets):
+        where = np.zeros(len(points), dtype=np.bool_)
+        for condition, which in apart(support.thing.where, of_nodes(mesh.mesh)):
+            x, y, z = points[which].T
+            where[which] = np.broadcast_to(condition.holds(x, y, z, extent), len(x))
+        for nodes, members in ((mesh.cells, of_cells(mesh.mesh)), (mesh.mesh.facets, of_facets(mesh.mesh))):
             corners = points[nodes]
             X = corners + INWARD * (corners.mean(axis=1, keepdims=True) - corners)
-            inside = np.broadcast_to(support.thing.where.holds(*np.moveaxis(X, 2, 0), extent), nodes.shape)
-            where[nodes[inside.all(axis=1)]] = True
+            for condition, which in apart(support.thing.where, members):
+                x, y, z = np.moveaxis(X[which], 2, 0)
+                inside = np.broadcast_to(condition.holds(x, y, z, extent), x.shape)
+                where[nodes[which][inside.all(axis=1)]] = True
         for c in support.thing.components:
             found[:, c] |= where
     return found

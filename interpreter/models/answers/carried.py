@@ -139,8 +139,16 @@ def holders(case: Case, mesh: Mesh | None, thing: Any) -> list[Holder]:
         return [_of_mesh(case, support, mesh) for support in case.supports]
     from softmark.interpreter.models.beam.holding import held_by
 
-    found = held_by(case, thing.stations(case))
-    return [Holder(name, mask, mask[:, :3].any(axis=1).astype(float)) for name, mask in found.items()]
+    stations = np.array(thing.stations(case))
+    found = held_by(case, stations.tolist())
+    return [Holder(name, mask, _along(stations, np.asarray(mask[:, :3].any(axis=1)))) for name, mask in found.items()]
+
+
+def _along(stations: Floats, nodes: Bools) -> Floats:
+    """What each held node of a beam stands for (n,): of the length between held ones, or where there is none, one."""
+    half = 0.5 * np.diff(stations) * (nodes[:-1] & nodes[1:])
+    found: Floats = np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half])
+    return found if found.any() else nodes.astype(float)
 
 
 def _of_mesh(case: Case, support: Declared, mesh: Mesh) -> Holder:
@@ -153,7 +161,12 @@ def _of_mesh(case: Case, support: Declared, mesh: Mesh) -> Holder:
 
 
 def _weights(mesh: Mesh, nodes: Bools) -> Floats:
-    """What each held node stands for (n,): of the area of facets that are held, or where there are none, one."""
+    """What each held node stands for (n,): of the volume of cells that are held, or of the area of facets, or one."""
+    cells = nodes[mesh.cells].all(axis=1)
+    if cells.any():
+        own = np.repeat(mesh.volumes[cells] / mesh.cells.shape[1], mesh.cells.shape[1])
+        volumes: Floats = np.bincount(mesh.cells[cells].ravel(), own, minlength=len(mesh.points)).astype(np.float64)
+        return volumes
     facets = mesh.facets[nodes[mesh.facets].all(axis=1)]
     if not len(facets):
         return nodes.astype(float)

@@ -37,15 +37,17 @@ def stress_of(model: Model, case: Case, mesh: Moved) -> Callable[[], Stresses]:
         from softmark.solvers.stresses.field import Stresses
         from softmark.solvers.stresses.sampled import NoStress, State
 
-        if case.parts:  # what is recovered is continuous, and stress is not where they meet
-            raise NoStress(
-                "stress and strain at points are told of bodies of one material only, and this has parts of another"
-            )
         how = model.stress_law
         if isinstance(how, str):
             raise NoStress(how)
         strain, way = how
         u = mesh.displacement.astype(float)  # of single precision too
-        return Stresses(State(mesh.mesh, case.material, strain, u, way, mesh.pressures, bool(case.planar)))
+        state = State(mesh.mesh, case.material, strain, u, way, mesh.pressures, bool(case.planar))
+        if not case.parts:
+            return Stresses(state)
+        from softmark.interpreter.models.shared.regions import owners
+        from softmark.solvers.stresses.layers import Layers
+
+        return Layers.of(state, case.materials, owners(case, mesh.mesh).cells)
 
     return made

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING
@@ -12,19 +12,20 @@ import numpy as np
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.vibrations import about, none
 from softmark.interpreter.models.beam import holding
-from softmark.interpreter.models.beam.carrying import on_rod
-from softmark.interpreter.models.beam.words import Beam6Dof, station
+from softmark.interpreter.models.beam.carrying import acting, on_rod
+from softmark.interpreter.models.beam.words import Beam6Dof, beside, station
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_rod
 from softmark.interpreter.models.shared.prepared import Meshless, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.energy import Floats
+from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod import RodElastic, RodLoad
+from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_section import RodSection, RodStiffness
 from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, lengths, rod_at_rest
 from softmark.solvers.linear import factorisations
@@ -45,9 +46,9 @@ class PreparedBeam(Meshless):
     problem: Statics
     size: dict[str, int]
     disturbance: Disturbance | None = None
-    applied: tuple[tuple[Declared, RodLoad], ...] = ()  # every load by itself
+    applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
     inertia: tuple[float, ...] = (0.0,) * 4  # of a metre: its mass, kg/m, and of turning about e1, e2 and e3, kg m
-    along: Callable[[Floats], Floats] | None = None  # stations (k,) of points (k, 3), m, of an axis that is not straight
+    along: Callable[[Floats], Floats] | None = None  # stations (k,) of points (k, 3), m, on a curved axis
 
     @property
     def points(self) -> Floats:
@@ -55,8 +56,10 @@ class PreparedBeam(Meshless):
         return self.rest.reshape(-1, 7)[:, :3]
 
     def forces(self) -> list[tuple[Declared, Floats]]:
-        """Of every load by itself at these nodes (n, 3), N."""
-        return [(load, energy.forces) for load, energy in self.applied]
+        """Of every load by itself at these nodes, at rest: forces and moments in space (n, 6), N and N m."""
+        frames = rotation(self.rest.reshape(-1, 7)[:, 3:])
+        found = ((load, acting(energy, self.rest)) for load, energy in self.applied)
+        return [(load, np.hstack([f[:, :3], np.einsum("nij,nj->ni", frames, f[:, 3:])])) for load, f in found]
 
     def warm(self) -> None:
         """Nothing to compile, beams are numpy; but libraries and classes are made at their first use."""
@@ -83,7 +86,7 @@ class PreparedBeam(Meshless):
         stiff = problem.assembly.with_internal([self.elastic.tightened(found.x)])
         solved.append(stiff)
         still = np.zeros_like(problem.target)
-        again = equilibrium(replace(problem, assembly=stiff, rest=found.x, target=still, path="load"))
+        again = equilibrium(replace(problem, assembly=stiff, rest=found.x, target=still, path="load", way=None))
         known = {**found.facts, **again.facts}
         history = found.history + again.history
         return replace(again, history=history, facts=known, critical=found.critical or again.critical)
@@ -134,13 +137,12 @@ def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
     shape = case.prism
     stations = np.array(model.stations(case))
     rest, nodes = holding.at_rest(case, stations), len(stations)
-    fixed, target = holding.fixed(case, stations.tolist())
+    fixed, target, way = holding.fixed(case, stations.tolist())
     elastic = RodElastic(rest, chain(nodes), _stiffness(model, case))
     held = np.zeros((nodes, 6), dtype=bool)
     held.ravel()[fixed] = True
     applied = _loads(case, rest, stations)
-    forces = sum((energy.forces for _, energy in applied), np.zeros((nodes, 3)))
-    assembly = Assembly(6 * nodes, fixed, [elastic], [RodLoad(rest, forces)])
+    assembly = Assembly(6 * nodes, fixed, [elastic], _together(applied, rest))
     problem = Statics(
         assembly,
         RodChain(rest, held[:, :3]),
@@ -153,6 +155,7 @@ def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
         extent=shape.length,
         weights=np.tile([1.0, 1.0, 1.0, *[1.0 / shape.length] * 3], nodes),
         path=case.analysis.path,
+        way=way,
     )
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
     put, rho, section = disturbance_of(case), case.material.density, shape.section
@@ -171,9 +174,43 @@ def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
     return whole.stiffness.without(case.prism.length, shear=model.shear, axial=model.axial)
 
 
-def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, RodLoad], ...]:
-    """Every load with its forces on the axis."""
-    return tuple((load, RodLoad(rest, _forces(case, load, rest, stations))) for load in case.loads)
+def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, Energy], ...]:
+    """Every load with what it does to the nodes."""
+    return tuple((load, _load(case, load, rest, stations)) for load in case.loads)
+
+
+def _together(applied: Sequence[tuple[Declared, Energy]], rest: Floats) -> list[Energy]:
+    """All of them, forces at nodes in one."""
+    found = [energy for _, energy in applied]
+    forces = sum((e.forces for e in found if isinstance(e, RodLoad)), np.zeros((rest.size // 7, 3)))
+    return [RodLoad(rest, forces), *(e for e in found if not isinstance(e, RodLoad))]
+
+
+def _load(case: Case, load: Declared, rest: Floats, stations: Floats) -> Energy:
+    """One load: forces at nodes, or what turns the section of one."""
+    match load.thing.action:
+        case Turning(where=where, moment=moment):
+            from softmark.solvers.energies.rod_loads import RodMoments
+
+            node = 0 if coverage(where, case.prism, 0.0) == "all" else len(stations) - 1
+            return RodMoments(np.array([node]), np.array([moment]))
+        case AtPoint(at=at, force=force) if station(case, at) is None:
+            from softmark.solvers.energies.rod_loads import RodArms
+
+            node = int(np.abs(stations - (beside(case, at) or 0.0)).argmin())
+            x = rest.reshape(-1, 7)[node]
+            arm = (np.array(at) - x[:3]) @ rotation(x[None, 3:])[0]
+            return RodArms(rest, np.array([node]), arm[None], np.array([force]))
+    return RodLoad(rest, _forces(case, load, rest, stations))
+
+
+def _along(begin: float, end: float, stations: Floats) -> Floats:
+    """What each node carries of a line from one station to another (n,), m: integrals of its linear shape function."""
+    low, high = (np.clip(s, stations[:-1], stations[1:]) for s in (begin, end))
+    length, middle = high - low, 0.5 * (low + high)
+    behind = length * (middle - stations[:-1]) / np.diff(stations)
+    found: Floats = np.concatenate([length - behind, [0.0]]) + np.concatenate([[0.0], behind])
+    return found
 
 
 def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Floats:
@@ -193,6 +230,9 @@ def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Float
         case AtPoint(at=at, force=force):
             node, share = _place(station(case, at) or 0.0, stations)
             forces[node : node + 2] = np.outer([1 - share, share], force)
+        case PerLength(begin=begin, end=end, force=q):
+            ends = sorted(station(case, p) or 0.0 for p in (begin, end))
+            forces += np.outer(_along(ends[0], ends[1], stations), q)
         case unknown:  # refused when a scene is checked
             raise TypeError(f"no beam knows a load that acts as {type(unknown).__name__}")
     return forces

@@ -9,24 +9,24 @@ import numpy as np
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.carried import Carried
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.energy import Floats
-from softmark.solvers.energies.rod import RodElastic, RodLoad
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.rod import RodElastic
 from softmark.solvers.energies.rod_rotation import rotation
 
 
-def on_rod(assembly: Assembly, rest: Floats, x: Floats, loads: Sequence[tuple[Declared, RodLoad]]) -> Carried:
+def on_rod(assembly: Assembly, rest: Floats, x: Floats, loads: Sequence[tuple[Declared, Energy]]) -> Carried:
     """Of a state x (nodes * 7,); moments are about the material axes, as the solver's are."""
     nodes, start = x.reshape(-1, 7), rest.reshape(-1, 7)
     left = assembly.gradient(x, 1.0).reshape(-1, 6)
-    own = {load.name: _at_nodes(energy, x) for load, energy in loads}
+    own = {load.name: acting(energy, x) for load, energy in loads}
     energy = sum(_energy(e, x) for e in assembly.internal if isinstance(e, RodElastic))
     u = nodes[:, :3] - start[:, :3]
-    work = {load.name: -e.value(x) for load, e in loads}
+    work = {load.name: -e.value(x) if e.conservative else None for load, e in loads}
     return Carried(start[:, :3], u, nodes[:, :3], left, own, float(energy), work, rotation(nodes[:, 3:]))
 
 
-def _at_nodes(load: RodLoad, x: Floats) -> Floats:
-    """Forces and moments of a load (n, 6)."""
+def acting(load: Energy, x: Floats) -> Floats:
+    """Forces and moments about the material axes of a load in a state x (n, 6)."""
     g = np.zeros(x.size // 7 * 6)
     load.add_gradient(x, g)
     return -g.reshape(-1, 6)

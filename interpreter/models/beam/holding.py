@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.beam.rigid import AXES, point_rows
-from softmark.interpreter.models.shared.holding import Held, moved_by
+from softmark.interpreter.models.shared.holding import Held
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import whole
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod_state import rod_at_rest, rod_of
 from softmark.solvers.mesh.shape import Prism, transverse
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.turning import Turns
 
 
 def points_of(case: Case, stations: Floats) -> Floats:
@@ -33,10 +38,24 @@ def at_rest(case: Case, stations: Floats) -> Floats:
     return rod_of(points, np.array([shape.frame(s) for s in stations.tolist()]).transpose(0, 2, 1))
 
 
-def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats]:
-    """Held degrees of freedom of a rod with nodes there (c,) and their values (c,), m or rad. Raises Fault."""
+def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats, Turns | None]:
+    """Held degrees of freedom of a rod with nodes there (c,), their values (c,), m or rad, and how they come there.
+
+    Raises Fault.
+    """
+    held = _held(case, stations, 1.0)
+    found, target = held.finished()
+    way = held.turns(found, target, 6)
+    if way is not None:
+        _held(case, stations, way.early)  # on the way there supports must agree too
+    return found, target, way
+
+
+def _held(case: Case, stations: Sequence[float], share: float) -> Held:
+    """What supports hold at a share of their motions: rotations about the material axes. Raises Fault."""
     points = points_of(case, np.array(stations))
     held = Held(case, case.prism.length, points.mean(axis=0), 6 * len(points))
+    axes = np.array([case.prism.axis, *transverse(case.prism.axis)])
     for support in case.supports:
         components = support.thing.components
         turns = _held_turns(case.prism.axis, components)
@@ -44,10 +63,20 @@ def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats]:
             held.rows.append(point_rows(points[node : node + 1] - held.centre, components))
             held.rows.append(np.eye(6)[[3 + t for t in turns]] * case.prism.length)
             for c in components:
-                held.impose(6 * node + c, moved_by(support)[c], support, points[node], AXES[c])
+                moved = float(support.thing.moved(points[node : node + 1], share)[0, c])
+                held.impose(6 * node + c, moved, support, points[node], AXES[c])
             for turn in _body_axes(case.prism.axis, turns):
-                held.impose(6 * node + 3 + turn, 0.0, support, points[node], AXES[turn])
-    return held.finished()
+                angle = share * float(axes[turn] @ np.array(support.thing.rotation))
+                held.impose(
+                    6 * node + 3 + turn, angle, support, points[node], AXES[int(np.abs(axes[turn]).argmax())], True
+                )
+    return held
+
+
+def turns_free(case: Case, support: Declared) -> bool:
+    """Whether a support turns sections about an axis along which their turns are free."""
+    left = set(range(3)) - set(_held_turns(case.prism.axis, support.thing.components))
+    return any(abs(support.thing.rotation[t]) > 0.0 for t in left)
 
 
 def held_by(case: Case, stations: Sequence[float]) -> dict[str, NDArray[np.bool_]]:

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.shared.motion import PreparedMotion, course_of, integrator_of, support_course, velocity
+from softmark.interpreter.models.shared.motion import (
+    PreparedMotion,
+    course_of,
+    integrator_of,
+    must_be_followed,
+    support_course,
+    velocity,
+)
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
@@ -72,6 +79,7 @@ def moving(
 ) -> MovingBeam:  # fmt: skip
     """A beam with its mass at the nodes (6 n,), kg and kg m^2, and each load by itself; `problem` is that at rest."""
     analysis: Any = case.analysis
+    must_be_followed(case, analysis)
     chart, count = RodChart(elastic.rest), len(static.points)
     own = mass.reshape(-1, 6)
     start = np.zeros((count, 6))

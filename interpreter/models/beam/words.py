@@ -10,14 +10,16 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.beam import curved, ribbon
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.case import Fault
-from softmark.interpreter.problem.stretches import borders, coverage, coverages, inside
+from softmark.interpreter.problem.stretches import borders, coverage, coverages, inside, whole
 from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism, Swept
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
 
@@ -28,8 +30,10 @@ class Beam6Dof(Model):
 
     Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, rotations
     are not limited. Two-node elements with one integration point, second order, independent of the path.
-    Shear and axial flexibility are on unless they are switched off. Needs a cylinder, a tube, a box or an arc that
-    is slender; supports must take whole cross-sections. An arc is free of stress as it is declared, and stays at rest.
+    Shear and axial flexibility are on unless they are switched off. Needs a cylinder, a tube, a box or an arc that is
+    slender; supports must take whole cross-sections. At rest a torque on an end face is the moment on that section, of
+    fixed direction; a force at a point beside the axis acts on an arm that turns with its section, where a node is put.
+    An `arc(...)` is free of stress as it is declared; of curved beams no motion, frequencies and line loads are known.
 
     In motion, by every integrator: half the mass of a segment is at either end, with the rotary inertia of its
     sections. Rotations are found as vectors from where a step began and never summed, so that a beam may turn without
@@ -37,6 +41,7 @@ class Beam6Dof(Model):
     Source: Simo (1985); Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); Brüls and Cardona (2010).
     """
 
+    loads = (PerMass, PerArea, Follower, Turning, AtPoint, PerLength)  # of which `_unfit` says more
     recovers = True
     finely = ("segments",)
 
@@ -68,18 +73,30 @@ class Beam6Dof(Model):
     def _loads(self, declared: Declared, case: Case) -> list[Diagnostic]:
         found = []
         for load in case.loads:
-            reason = _unfit(load, case)
+            reason = _unfit(load, case) or self._between(load, case)
             if reason and isinstance(load.thing.action, self.loads):
                 found.append(
                     diagnostic(
                         "E501",
-                        load.at("at" if isinstance(load.thing.action, AtPoint) else "where"),
+                        load.at(_PLACE.get(type(load.thing.action), "where")),
                         f"`{declared.name}` cannot represent the load `{load.name}`",
                         reason,
-                        "beams take gravity, traction on an end face, forces on the axis; `fem(...)` takes all",
+                        "beams take gravity, traction and torques on an end face, forces and line loads on the axis",
                     )
                 )
         return found
+
+    def _between(self, load: Declared, case: Case) -> str:
+        """Why what turns a section cannot do that here, or nothing."""
+        action = load.thing.action
+        turns = isinstance(action, Turning) or (isinstance(action, AtPoint) and station(case, action.at) is None)
+        if turns and isinstance(case.analysis, Dynamic):
+            return "turns a section, which beams take at rest alone"
+        if not isinstance(action, AtPoint) or station(case, action.at) is not None:
+            return ""
+        place, slack = beside(case, action.at) or 0.0, 1e-6 * case.prism.length
+        near = any(abs(s - place) <= slack for s in self.stations(case))
+        return "" if near else "beside the axis where no node can be put: use more segments"
 
     def _supports(self, declared: Declared, case: Case) -> list[Diagnostic]:
         found = []
@@ -100,6 +117,8 @@ class Beam6Dof(Model):
                 if cover == {"none"}
                 else f"holds single components of {'an oblique' if straight else 'a curved'} beam"
                 if oblique
+                else "turns sections about an axis along which its components leave them free"
+                if support.thing.turns and _turns_free(case, support)
                 else ""
             )
             if reason:
@@ -115,8 +134,8 @@ class Beam6Dof(Model):
         return found
 
     def _held(self, case: Case) -> list[Diagnostic]:
-        """Supports that contradict each other, or leave the beam free to move: a single clamp does neither."""
-        if not case.supports or (len(case.supports) == 1 and len(case.supports[0].thing.components) == 3):
+        """Supports that contradict each other, or leave the beam free: clamps of different sections do neither."""
+        if not case.supports or self._apart(case):
             return []  # none is said of the body
         from softmark.interpreter.models.beam.holding import fixed
 
@@ -125,6 +144,25 @@ class Beam6Dof(Model):
         except Fault as loose:
             return [loose.diagnostic]
         return []
+
+    def turns(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+        """Errors for supports that turn: in motion it follows none."""
+        yield from super().turns(declared, case)
+        for support in case.supports:
+            if support.thing.turns and isinstance(case.analysis, Dynamic):
+                yield diagnostic("E519", support.at(), f"`{declared.name}` cannot turn `{support.name}` in motion",
+                                 "of a beam at rest alone", "use `fem(...)` for the motion")  # fmt: skip
+
+    def _apart(self, case: Case) -> bool:
+        """Whether all supports are clamps, no two of them take one section, and some section is free."""
+        if any(len(support.thing.components) < 3 for support in case.supports):
+            return False
+        if len(case.supports) == 1:
+            return True
+        stations = tuple(self.stations(case))
+        taken = [whole(support.thing.where, case.prism, stations) for support in case.supports]
+        counts = [sum(at) for at in zip(*taken, strict=True)]
+        return bool(min(counts) == 0 and max(counts) == 1)
 
     def _rings(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What is switched off is held by stiff springs: at rest they are made exact, in motion they would ring."""
@@ -158,10 +196,11 @@ class Beam6Dof(Model):
         ]
 
     def stations(self, case: Case) -> list[float]:
-        """Nodes along the axis, m from the root: equally spaced, the nearest moved to each end of a support."""
+        """Nodes along the axis, m from the root: equally spaced, the nearest moved to ends of supports and to arms."""
         found = [case.prism.length * i / self.segments for i in range(self.segments + 1)]
         inner = set(range(1, self.segments))  # that may move
-        for border in sorted({b for support in case.supports for b in borders(support.thing.where, case.prism)}):
+        places = {b for support in case.supports for b in borders(support.thing.where, case.prism)}
+        for border in sorted(places | _arms(case)):
             if inner and not any(abs(s - border) <= 1e-6 * case.prism.length for s in found):
                 nearest = min(inner, key=lambda i: abs(found[i] - border))
                 found[nearest] = border
@@ -186,6 +225,18 @@ class Beam6Dof(Model):
         return {"segments": 2}
 
 
+def _turns_free(case: Case, support: Declared) -> bool:
+    """Whether a support turns sections about an axis along which its components leave them free."""
+    if len(support.thing.components) == 3:
+        return False
+    from softmark.interpreter.models.beam.holding import turns_free
+
+    return turns_free(case, support)
+
+
+_PLACE: dict[type, str] = {AtPoint: "at", PerLength: "from"}  # the field that says where a load acts
+
+
 def _aligned(axis: tuple[float, ...]) -> bool:
     return max(abs(a) for a in axis) > 1 - 1e-12
 
@@ -196,13 +247,32 @@ def _unfit(load: Declared, case: Case) -> str:
         case PerMass():
             return ""
         case AtPoint(at=at):
-            return "" if station(case, at) is not None else "not on the axis of the beam"
-        case PerArea(where=where):
+            return "" if station(case, at) is not None or beside(case, at) is not None else "not in the beam"
+        case PerLength(begin=begin, end=end):
+            if begin == end:
+                return "a line without a length"
+            on = station(case, begin) is not None and station(case, end) is not None
+            return "" if on else "not along the axis of the beam"
+        case PerArea(where=where) | Turning(where=where):
             length = case.prism.length
             ends = [coverage(where, case.prism, s) for s in (0.0, length)]
             between = {cover for _, cover in inside(where, case.prism)}
             return "" if sorted(ends) == ["all", "none"] and between == {"none"} else "not on one whole end face"
     return "not a load of beam theory"
+
+
+def _arms(case: Case) -> set[float]:
+    """Where eccentric forces act, m from the root."""
+    points = (load.thing.action.at for load in case.loads if isinstance(load.thing.action, AtPoint))
+    places = (beside(case, at) for at in points if station(case, at) is None)
+    return {s for s in places if s is not None}
+
+
+def beside(case: Case, point: tuple[float, float, float]) -> float | None:
+    """Distance from the root along the axis of the section that a point lies in, or None beyond the ends."""
+    shape = case.prism
+    s, slack = shape.own(point)[0], 1e-9 * shape.length
+    return min(max(s, 0.0), shape.length) if -slack <= s <= shape.length + slack else None
 
 
 def station(case: Case, point: tuple[float, float, float]) -> float | None:

@@ -27,13 +27,13 @@ from softmark.interpreter.models.shared.disturbing import Disturbance, disturban
 from softmark.interpreter.models.shared.gripping import held_notes
 from softmark.interpreter.models.shared.holding import solid_supports
 from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
-from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note, with_quality
+from softmark.interpreter.models.shared.meshing import filled_notes, mesh_facts, sliver_note, with_quality
 from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.pieces import Piece, pieces
 from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, fault
-from softmark.interpreter.problem.conforming import cuts_of
+from softmark.interpreter.problem.conforming import Cuts, cuts_of
 from softmark.interpreter.problem.data import located
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
@@ -261,7 +261,7 @@ def at_rest(
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, model.strain))
     each = pieces(case, mesh, parts)
     internal, twins = formulations.of_parts(model, each, energies)
-    fixed, target = solid_supports(case, mesh, workshop.measured)
+    fixed, target, way = solid_supports(case, mesh, workshop.measured)
     applied = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
     unknowns = Unknowns.of(internal, mesh)
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
@@ -281,12 +281,14 @@ def at_rest(
         convex=model.strain == "small" and assembly.conservative,
         extent=mesh.extent,
         path=case.analysis.path,
+        way=way,
     )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
     shape = model.mesh or case.shape
     notes = (
         *volume_note(declared, case, mesh),
         *sliver_note(declared, shape, mesh),
+        *filled_notes(declared, case, mesh),
         *held_notes(declared, case, mesh),
         *notes_of_parts(declared, case, mesh),
     )
@@ -361,7 +363,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
         shape = located(model.mesh or case.shape, at)
         cuts = cuts_of(case, shape)
         try:
-            made = shape.mesh(sliced(model.element), model.size or 0.0, cuts)  # a file's has no size but its own
+            made = _made(model, case, shape, cuts)
             workshop.meshes[key] = with_quality(made, model, declared)
         except UnknownElement as error:
             raise Fault(levers.unmeshed(declared, error)) from error
@@ -374,6 +376,21 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
             ) from error
         workshop.seconds[key] = time.perf_counter() - wall, time.process_time() - cpu
     mesh: Mesh = workshop.meshes[key]
+    return mesh
+
+
+def _made(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
+    """The mesh of a shape; with the groups of its file where the case has some. Raises Fault as `mesh_of` says."""
+    if not case.groups:
+        return shape.mesh(sliced(model.element), model.size or 0.0, cuts)  # a file's has no size but its own
+    from softmark.interpreter.problem import members
+
+    mesh = (
+        shape.named(sliced(model.element))
+        if shape.prebuilt
+        else shape.mesh(sliced(model.element), model.size or 0.0, cuts)
+    )
+    members.check(case.groups, mesh)
     return mesh
 
 

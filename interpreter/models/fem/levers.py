@@ -10,7 +10,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.problem.case import elsewhere
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import Follower
+from softmark.interpreter.vocabulary.loads import Follower, Turning
 from softmark.solvers.elements import ELEMENTS, PLANE
 
 if TYPE_CHECKING:
@@ -164,10 +164,10 @@ def _of_path(model: Fem, case: Case) -> Iterator[Clash]:
 def _of_forces(model: Fem, case: Case) -> Iterator[Clash]:
     """Linear solvers for symmetric matrices, and forces that have none."""
     reused, capped = model.factorisation == "reused", model.linear in SYMMETRIC
-    follows = any(isinstance(load.thing.action, Follower) for load in case.loads) and model.strain != "small"
+    follows = any(isinstance(load.thing.action, Follower | Turning) for load in case.loads) and model.strain != "small"
     if isinstance(case.analysis, Dynamic) or not (reused or capped) or not (follows or model.rotation == "element"):
         return
-    why = "one rotation for each cell" if model.rotation == "element" else "pressure that follows the surface"
+    why = "one rotation for each cell" if model.rotation == "element" else "a load that follows the surface"
     field = "linear" if capped else "factorisation"
     word = f"{field} = {getattr(model, field)}"
     help = "use `linear = auto`, `superlu` or `pardiso`" if capped else "leave it out"

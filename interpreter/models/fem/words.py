@@ -274,14 +274,21 @@ class Fem(Model):
         )
 
     def _rotation(self, declared: Declared, case: Case) -> Diagnostic | None:
-        angle = bending_angle(case) if self.strain == "small" else None
-        if angle is None or angle < LARGE_ANGLE:
+        if self.strain != "small":
             return None
+        if (turned := max((math.hypot(*s.thing.rotation) for s in case.supports), default=0.0)) > LARGE_ANGLE:
+            return self._misread(declared, "this support makes", f"{math.degrees(turned):.0f} deg")
+        if (angle := bending_angle(case)) is None or angle < LARGE_ANGLE:
+            return None
+        far = f"about {math.degrees(angle):.0f} deg at the tip" if angle < 1.5 else "far beyond its range"
+        return self._misread(declared, "this load causes", far)
+
+    def _misread(self, declared: Declared, what: str, far: str) -> Diagnostic:
         return diagnostic(
             "W302",
             declared.at("strain"),
-            "small strains cannot follow the rotation that this load causes",
-            f"about {math.degrees(angle):.0f} deg at the tip" if angle < 1.5 else "far beyond its range",
+            f"small strains cannot follow the rotation that {what}",
+            far,
             "the body will seem to grow as it turns; use `strain = corotational` or `finite`",
         )
 

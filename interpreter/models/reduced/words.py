@@ -35,7 +35,7 @@ class Reduced(Model):
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against reducing that model."""
         found = (_not_reducible(scene, declared, case), _linear(scene, declared), _driven(declared, case))
-        return [d for d in found if d is not None]
+        return [*(d for d in found if d is not None), *self.turns(declared, case)]
 
 
 @dataclass(frozen=True)

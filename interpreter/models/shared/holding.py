@@ -17,6 +17,7 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.turning import Turns
     from softmark.solvers.mesh.mesh import Mesh
 
 
@@ -50,14 +51,25 @@ class Held:
     unknowns: int = -1  # how many degrees of freedom there are, where holding them all is refused
     values: dict[int, tuple[float, Declared]] = field(default_factory=dict)
     rows: list[Floats] = field(default_factory=lambda: [np.zeros((0, 6))])
+    places: dict[int, Floats] = field(default_factory=dict)  # the points that the degrees of freedom are of
 
-    def impose(self, dof: int, value: float, support: Declared, place: Floats, along: str) -> None:
+    def impose(self, dof: int, value: float, support: Declared, place: Floats, along: str, angle: bool = False) -> None:
         """Hold a degree of freedom of a point. Raises Fault where another support holds it to another value."""
         known, owner = self.values.setdefault(dof, (value, support))
+        self.places.setdefault(dof, place)
         if self.case.wide:  # nodes beyond the selection are the first's that asks
             return
         if abs(known - value) > SAME * max(abs(known), abs(value)):
-            raise conflict((owner, known), (support, value), place, along)
+            raise conflict((owner, known), (support, value), place, along, units.ANGLE if angle else units.LENGTH)
+
+    def turns(self, fixed: Ints, target: Floats, per_node: int) -> Turns | None:
+        """How these come there, `per_node` at each node, where some of them turn."""
+        if not any(support.thing.turns for support in self.case.supports):
+            return None
+        from softmark.interpreter.models.shared.turning import turns_of
+
+        owners = {dof: owner for dof, (_, owner) in self.values.items()}
+        return turns_of(owners, fixed.tolist(), self.places, per_node, target)
 
     def finished(self) -> tuple[Ints, Floats]:
         """The degrees of freedom in order, and their values. Raises Fault where a body at rest is free to move."""
@@ -80,27 +92,31 @@ class Held:
         )
 
 
-def moved_by(support: Declared) -> tuple[float, float, float]:
-    """The displacement that a support imposes, m."""
-    moved: tuple[float, float, float] = support.thing.displacement
-    return moved
-
-
-def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple[Ints, Floats]:
-    """Held degrees of freedom of a mesh (c,) and their displacements (c,), m. Raises Fault.
+def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple[Ints, Floats, Turns | None]:
+    """Held degrees of freedom of a mesh (c,), their displacements (c,), m, and how they come there. Raises Fault.
 
     `measured` has the tracked points that supports may follow, by the name of their reference.
     """
+    held = _solid_held(case, mesh, measured, 1.0)
+    fixed, target = held.finished()
+    way = held.turns(fixed, target, 3)
+    if way is not None:
+        _solid_held(case, mesh, measured, way.early)  # on the way there supports must agree too
+    return fixed, target, way
+
+
+def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: float) -> Held:
+    """What supports hold at a share of their motions. Raises Fault."""
     held = Held(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
     for support in case.supports:
         nodes = np.nonzero(selected(case, support, mesh))[0]
-        must_lie_in_plane(case, support, mesh.points[nodes], mesh.points)
+        must_lie_in_plane(case, support, mesh, nodes)
         held.rows.append(point_rows(mesh.points[nodes] - held.centre, support.thing.components))
-        moved = displacements(support, mesh.points[nodes], measured)
+        moved = displacements(support, mesh.points[nodes], measured, share)
         for c in support.thing.components:
             for node, value in zip(nodes.tolist(), moved[:, c].tolist(), strict=True):
                 held.impose(3 * node + c, value, support, mesh.points[node], AXES[c])
-    return held.finished()
+    return held
 
 
 def _listed(words: list[str]) -> str:
@@ -113,11 +129,12 @@ def _scaled(rows: Floats, extent: float) -> Floats:
     return scaled
 
 
-def displacements(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floats:
-    """What a support imposes on points X (n, 3) of the undeformed body (n, 3), m. Raises Fault."""
+def displacements(support: Declared, X: Floats, measured: Mapping[str, Any], share: float = 1.0) -> Floats:
+    """What a support imposes on points X (n, 3) of the undeformed body (n, 3), m, at a share. Raises Fault."""
     if support.thing.tracked is not None:
-        return _followed(support, X, measured)
-    return np.tile(moved_by(support), (len(X), 1))
+        return share * _followed(support, X, measured)
+    moved: Floats = support.thing.moved(X, share)
+    return moved
 
 
 def _followed(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floats:
@@ -159,11 +176,12 @@ def _followed(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floa
     return u
 
 
-def conflict(first: tuple[Declared, float], second: tuple[Declared, float], place: Floats, along: str) -> Fault:
-    """Two supports that move one point in one direction by different amounts, m."""
+def conflict(first: tuple[Declared, float], second: tuple[Declared, float], place: Floats, along: str,
+             unit: units.Dimension = units.LENGTH) -> Fault:  # fmt: skip
+    """Two supports that move one point in one direction, or turn it, by different amounts, m or rad."""
     (one, known), (other, value) = first, second
     at = units.show_all(place.tolist(), units.LENGTH) if np.any(place) else "(0, 0, 0) mm"
-    by = [f"{units.show(v, units.LENGTH)} along {along}" if v else f"0 along {along}" for v in (known, value)]
+    by = [f"{units.show(v, unit)} along {along}" if v else f"0 along {along}" for v in (known, value)]
     found = fault(
         "E305",
         other.at("where"),

@@ -12,14 +12,15 @@ from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.pieces import pieces
 from softmark.interpreter.problem.case import Case, fault
-from softmark.interpreter.problem.mirrors import must_not_load_plane
+from softmark.interpreter.problem.mirrors import must_not_load_plane, must_not_turn_half
 from softmark.interpreter.problem.parts.surface import Loaded, loaded
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass, Vector3
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass, Turning, Vector3
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.loads import DeadForces, FollowerPressure
+from softmark.solvers.energies.loads import DeadForces, FaceMoment, FollowerPressure
 from softmark.solvers.mesh.interpolation import Integration, locate
 from softmark.solvers.mesh.mesh import Mesh
 
+MOST_NODES = 1500  # that a moment is put on: its tangent has an entry for every pair, 0.2 GB of them
 Distribution = Literal["consistent", "lumped", "uniform"]
 
 
@@ -60,11 +61,31 @@ def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: boo
         case Follower(where=where, pressure=p):
             facets, of_parts = _surface(case, load, where, mesh).weighted
             return FollowerPressure(mesh.points, facets, p, of_parts)
+        case Turning(where=where, moment=moment):
+            turning = _turning(case, load, where, np.array(moment), mesh)
+            if not small:
+                return turning
+            dead = at_nodes(turning, mesh.points)
         case AtPoint(at=at, force=force):
             _at_point(dead, case, load, at, force, mesh)
         case unknown:  # refused when a scene is checked
             raise TypeError(f"no solid knows a load that acts as {type(unknown).__name__}")
     return DeadForces(dead.ravel())
+
+
+def _turning(case: Case, load: Declared, where: Condition, moment: Floats, mesh: Mesh) -> FaceMoment:
+    """A moment on a part of the surface. Raises Fault where it has too many nodes for a tangent that couples all."""
+    surface = _surface(case, load, where, mesh)
+    if (count := len(np.unique(np.concatenate([surface.whole, surface.nodes])))) > MOST_NODES:
+        raise fault(
+            "E520",
+            load.at("where"),
+            f"`{load.name}` acts on {count} nodes of the mesh of `{case.body.name}`, of which each feels all others",
+            f"at most {MOST_NODES}",
+            "use a coarser mesh, a smaller part of the face, or `turned(...)`, which imposes the angle instead",
+        )
+    nodes, products = surface.products()
+    return FaceMoment(mesh.points, nodes, products, moment)
 
 
 def nodal_mass(mesh: Mesh, parts: Integration, density: float, mass: Distribution) -> Floats:
@@ -95,7 +116,7 @@ def mass_matrix(mesh: Mesh, parts: Integration, density: float, mass: Distributi
 
 def _at_point(dead: Floats, case: Case, load: Declared, at: Vector3, force: Vector3, mesh: Mesh) -> None:
     place = locate(mesh, np.array([at]))
-    if case.shape.prebuilt and place.outside[0] > 0:
+    if case.shape.file and place.outside[0] > 0:
         away = units.show(float(place.outside[0]), units.LENGTH)
         raise fault(
             "E504",
@@ -123,6 +144,8 @@ def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> Loaded
         _must_be_edge(case, load, mesh.points[facets])
     if isinstance(load.thing.action, PerArea):  # of a pressure, the plane's support takes all
         must_not_load_plane(case, load, mesh.points[facets], mesh.points)
+    if isinstance(load.thing.action, Turning):
+        must_not_turn_half(case, load, mesh.points[np.concatenate([found.whole, found.nodes])], mesh.points)
     return found
 
 

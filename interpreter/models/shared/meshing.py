@@ -11,10 +11,12 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.problem.case import fault
 from softmark.solvers.mesh.distort import TooPoor, distorted, qualities, worst
+from softmark.solvers.mesh.filled import Filled
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.fem.words import Fem
+    from softmark.interpreter.problem.case import Case
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.mesh.shape import Shape
 
@@ -44,7 +46,7 @@ def mesh_facts(mesh: Mesh) -> dict[str, Any]:
 
 def sliver_note(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnostic, ...]:
     """A warning where a file holds cells that are nearly flat."""
-    if not shape.prebuilt:
+    if not shape.file:
         return ()
     found = qualities(mesh)
     count = int((found < SLIVER).sum())
@@ -63,3 +65,12 @@ def sliver_note(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnosti
             "nearly flat cells are stiff, cost digits and make explicit steps tiny: repair the mesh where they are",
         ),
     )
+
+
+def filled_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
+    """Warnings about a mesh that fills a surface."""
+    if not isinstance(case.shape, Filled):
+        return ()
+    from softmark.interpreter.models.shared import filled  # nothing of it where no surface is filled
+
+    return tuple(filled.notes(declared, case, mesh))

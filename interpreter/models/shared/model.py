@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
 from softmark.interpreter.vocabulary.supports import Holding
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class Model:
     """A model as a scene declares it, where nothing else is said."""
 
     # what a scene may put on it: `refusals` says so of all else, when the scene is checked
-    loads: tuple[type[Any], ...] = (PerMass, PerArea, Follower, AtPoint)  # how they may act
+    loads: tuple[type[Any], ...] = (PerMass, PerArea, Follower, Turning, AtPoint)  # how they may act
     supports: tuple[type[Any], ...] = (Holding,)  # what they are
     moves = True  # it takes dynamic analyses
     composite = False  # it takes bodies with parts of other materials
@@ -108,10 +108,25 @@ class Model:
                              "use `fem(...)` or `beam6dof(...)` in a dynamic analysis")  # fmt: skip
         for load in case.loads:
             if not isinstance(load.thing.action, self.loads):
+                line = isinstance(load.thing.action, PerLength)
+                label = "a line of force has no limit in a solid" if line else "not a load that it takes"
+                help = (
+                    "use a traction on a strip, whose width is part of what is asked; beams take lines"
+                    if line
+                    else MOST
+                )
                 yield diagnostic("E501", load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
-                                 "not a load that it takes", MOST)  # fmt: skip
+                                 label, help)  # fmt: skip
         for support in case.supports:
             if not isinstance(support.thing, self.supports):
                 yield diagnostic("E501", support.at(),
                                  f"`{declared.name}` cannot represent the support `{support.name}`",
                                  "not a support that it takes", MOST)  # fmt: skip
+        yield from self.turns(declared, case)
+
+    def turns(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+        """Errors for supports that turn, where it cannot follow them."""
+        if any(support.thing.turns for support in case.supports):
+            from softmark.interpreter.models.shared import turning
+
+            yield from turning.refusals(self, declared, case)

@@ -15,7 +15,8 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.meshing import mesh_facts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Status
-from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.case import Case, Fault
+from softmark.interpreter.problem.tables import table_fault
 from softmark.interpreter.results.history import History
 from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -318,6 +319,7 @@ def in_motion(
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
         raise TypeError("the analysis is static")
+    must_be_followed(case, analysis)
     integrator = integrator_of(analysis)
     dofs = mesh.points.size
     problem = Dynamics(
@@ -336,6 +338,7 @@ def in_motion(
         sound=next((e.sound for e in internal if isinstance(e, Lagging)), rest.sound),
         cap=(cap := declared.thing.capped_at),
         lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
+        way=rest.way,
     )
     return PreparedMotion(static, declared, analysis, problem, mesh)
 
@@ -346,6 +349,13 @@ def velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
     centre = weights @ points / weights.sum()
     v: Floats = np.array(analysis.velocity) + np.cross(np.array(analysis.spin), points - centre)
     return v.ravel()
+
+
+def must_be_followed(case: Case, analysis: Dynamic) -> None:
+    """Refuse tables that cannot be read, or do not go over the analysis. Raises Fault."""
+    for moved in (*case.loads, *case.supports):
+        if (wrong := table_fault(moved, analysis.duration)) is not None:
+            raise Fault(wrong)
 
 
 def course_of(load: Declared) -> Course:

@@ -37,4 +37,4 @@ class OnMesh:
 
     def outside(self, X: Floats) -> float:
         """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
-        return float(locate(self.mesh, X).outside.max(initial=0.0)) if self.shape.prebuilt else 0.0
+        return float(locate(self.mesh, X).outside.max(initial=0.0)) if self.shape.file else 0.0

@@ -53,7 +53,7 @@ def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
                 "W319",
                 at,
                 f"whether the equilibrium of `{declared.name}` is stable could not be established",
-                "the load follows the surface",
+                "a load has no energy",
                 "there may be another state; vary the load and compare",
             ),
         )

@@ -21,7 +21,7 @@ from softmark.interpreter.models.shared.disturbing import Disturbance, disturban
 from softmark.interpreter.models.shared.gripping import held_notes
 from softmark.interpreter.models.shared.holding import solid_supports
 from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
-from softmark.interpreter.models.shared.meshing import mesh_facts, sliver_note
+from softmark.interpreter.models.shared.meshing import filled_notes, mesh_facts, sliver_note
 from softmark.interpreter.models.shared.motion import PreparedMotion, in_motion
 from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
@@ -191,6 +191,7 @@ def prepare(model: MassSpring, declared: Declared, case: Case, workshop: Worksho
     notes = (
         *volume_note(declared, case, mesh),
         *sliver_note(declared, model.mesh or case.shape, mesh),
+        *filled_notes(declared, case, mesh),
         *held_notes(declared, case, mesh),
     )
     shape = model.mesh or case.shape
@@ -221,7 +222,7 @@ def springs_of(model: MassSpring, case: Case, mesh: Mesh, net: Network) -> Sprin
 
 def statics_of(case: Case, mesh: Mesh, parts: Integration, springs: Springs, measured: Mapping[str, Any]) -> Statics:
     """The static problem: loads and supports are those of a solid on the same mesh. Raises Fault."""
-    fixed, target = solid_supports(case, mesh, measured)
+    fixed, target, way = solid_supports(case, mesh, measured)
     dofs = mesh.points.size
     loads = together(single_loads(case, mesh, parts, small=False, mass="lumped"), dofs)
     return Statics(
@@ -234,6 +235,7 @@ def statics_of(case: Case, mesh: Mesh, parts: Integration, springs: Springs, mea
         case.analysis.max_iterations,
         extent=mesh.extent,
         path=case.analysis.path,
+        way=way,
     )
 
 

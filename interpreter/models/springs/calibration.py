@@ -90,7 +90,7 @@ def _checked(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Decla
     names = [metric.thing.looked_at, metric.thing.measured_from]
     if None in names:
         raise fault("E521", at, f"`{model.name}` cannot be fitted to `{metric.name}`",
-                    "compares with no reference",
+                    "compares with no reference" if names[1] is None else "looks at no probe",
                     "take a metric that is an error against a reference, such as `energy_norm(...)`")  # fmt: skip
     probe, reference = (scene.declared[str(name)] for name in names)
     if {probe.thing.body, body_of(scene, reference)} != {case.body.name}:
@@ -175,11 +175,11 @@ def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> 
 def _known(reference: Declared, data: Measured | None, part: Case, X: Floats) -> Any:
     """The reference at the points of the probe, as a metric takes it."""
     from softmark.interpreter.metrics.measurement import Known
-    from softmark.interpreter.problem.beam_theory import cantilever_of
+    from softmark.interpreter.problem.theories import solved
     from softmark.references.measured import MeasuredSurface
 
     if data is None:
-        line = reference.thing.solve(cantilever_of(reference, part))
+        line = solved(reference, part)
         return Known(reference.name, line.displacement(X), line.displacement)
     if isinstance(data, MeasuredSurface):
         return Known(reference.name, surface=data, uncertainty=data.resolution)

@@ -7,37 +7,58 @@ through all that it meets would give a probe more points there than anywhere els
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Condition
+from softmark.interpreter.problem.members import apart
 from softmark.interpreter.problem.parts.patches import Floats, Ints, Mask
-from softmark.solvers.mesh.clip import Pieces
+from softmark.solvers.mesh.clip import Pieces, joined
+
+if TYPE_CHECKING:
+    from softmark.interpreter.problem.members import Members
 
 ONE = 1e-9  # of the extent: points that are nearer are one
 
 
-def clipped(condition: Condition, X: Floats, triangles: Ints) -> tuple[Floats, Ints, float]:
+def clipped(
+    condition: Condition, X: Floats, triangles: Ints, members: Members | None = None
+) -> tuple[Floats, Ints, float]:
     """Points (n, 3) and triangles (t, 3) of the part of a surface that a condition selects, and the share that this is.
 
+    `members` tells which triangles are of a named group, where the condition has some.
     Points are in the order of the surface. Where no area is taken, the points that are selected, none where there are
     none. The share is of the area within the condition's borders, curved ones as chords of triangles that they cross.
     """
     extent = float(np.linalg.norm(np.ptp(X, axis=0)))
-    curved = [b for b, border in enumerate(condition.borders) if border.plane is None]
-    pieces = Pieces(X[triangles], np.arange(len(triangles)))
-    for b in range(len(condition.borders)):
-        pieces = pieces if b in curved else _cut(condition, b, pieces, extent)
-    taken = pieces.chosen(np.flatnonzero(_selected(condition, pieces.corners, extent, curved)))
-    for b in curved:
-        pieces = _cut(condition, b, pieces, extent)
-    whole = float(pieces.sizes[_selected(condition, pieces.corners, extent, [])].sum())
-    share = float(taken.sizes.sum()) / whole if curved and whole else 1.0
+    if condition.groups and members is not None:
+        found = [(own, triangles[which]) for own, which in apart(condition, members)]
+        parts = [_pieces(own, Pieces(X[some], np.arange(len(some))), extent) for own, some in found]
+        taken = reduce(joined, [own for own, _ in parts])
+        whole = sum(area for _, area in parts)
+        return *_joined(X, taken, ONE * extent), float(taken.sizes.sum()) / whole if whole else 1.0
+    taken, whole = _pieces(condition, Pieces(X[triangles], np.arange(len(triangles))), extent)
+    share = float(taken.sizes.sum()) / whole if whole else 1.0
     if not len(taken.of):
         x, y, z = X.T
         held = np.broadcast_to(condition.holds(x, y, z, extent), len(X))
         return X[held], np.zeros((0, 3), dtype=np.int64), share
     return *_joined(X, taken.chosen(np.argsort(taken.of, kind="stable")), ONE * extent), share
+
+
+def _pieces(condition: Condition, pieces: Pieces, extent: float) -> tuple[Pieces, float]:
+    """The pieces that are taken, and the area, m^2, within the borders; 0 where nothing is left out."""
+    curved = [b for b, border in enumerate(condition.borders) if border.plane is None]
+    for b in range(len(condition.borders)):
+        pieces = pieces if b in curved else _cut(condition, b, pieces, extent)
+    taken = pieces.chosen(np.flatnonzero(_selected(condition, pieces.corners, extent, curved)))
+    for b in curved:
+        pieces = _cut(condition, b, pieces, extent)
+    if not curved:
+        return taken, float(taken.sizes.sum())
+    return taken, float(pieces.sizes[_selected(condition, pieces.corners, extent, [])].sum())
 
 
 def _cut(condition: Condition, b: int, pieces: Pieces, extent: float) -> Pieces:

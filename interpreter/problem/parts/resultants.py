@@ -15,7 +15,7 @@ from softmark.interpreter.problem.parts.patches import Floats
 from softmark.interpreter.problem.parts.surface import Loaded
 from softmark.interpreter.problem.parts.true import selected
 from softmark.interpreter.results.loads import Resultant, Vector
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
 
 SHOWN = 1e-3  # of a load: what may be missing, or undecided, without a word
 
@@ -32,7 +32,7 @@ class Built(Protocol):
         """Undeformed points that its loads act at (n, 3), m."""
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Of every load by itself at these points (n, 3), N."""
+        """Of every load by itself at these points (n, 3), N; of a beam with moments (n, 6), N m."""
 
 
 def resultants(case: Case, prepared: Built) -> dict[str, Resultant]:
@@ -53,11 +53,16 @@ def of_selections(found: Mapping[str, Resultant]) -> dict[str, Callable[[Any], f
 
 
 def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats) -> Resultant:
-    force, moment = _vector(f.sum(axis=0)), _vector(np.cross(points, f).sum(axis=0))
+    forces, turns = f[:, :3], f[:, 3:]  # a beam's nodes take moments too
+    force, moment = _vector(forces.sum(axis=0)), _vector(np.cross(points, forces).sum(axis=0) + _total(turns))
     action = load.thing.action
-    on_surface = isinstance(action, PerArea | Follower)
+    if isinstance(action, AtPoint | PerLength):
+        return _placed(action, force, moment)
+    on_surface = isinstance(action, PerArea | Follower | Turning)
     known: Loaded | None = mesh.selections.get(action.where) if mesh is not None and on_surface else None
     exact, area = _exact(case, load)
+    if isinstance(action, Turning):
+        return _turning(action, force, moment, known, area)
     if known is None and isinstance(action, PerArea) and area:  # on the end of a beam
         taken = float(np.linalg.norm(force)) / (float(np.linalg.norm(action.traction)) or 1.0)
         return Resultant(force, moment, taken, exact, taken / area if taken else 1.0)
@@ -67,16 +72,44 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
     return Resultant(force, moment, known.area, exact, share, known.remainder, known.leaning)
 
 
+def _placed(action: AtPoint | PerLength, force: Vector, moment: Vector) -> Resultant:
+    """Of a load whose points are said: exact but for rounding, on a mesh that has them."""
+    length = action.length if isinstance(action, PerLength) else None
+    if isinstance(action, PerLength):
+        at = 0.5 * (np.array(action.begin) + np.array(action.end))
+        exact = action.length * np.array(action.force)
+    else:
+        at, exact = np.array(action.at), np.array(action.force)
+    share, turn = _ratio(force, _vector(exact)), _vector(np.cross(at, exact))
+    return Resultant(force, moment, None, _vector(exact), share, exact_moment=turn, length=length)
+
+
+def _turning(action: Turning, force: Vector, moment: Vector, known: Loaded | None, area: float | None) -> Resultant:
+    """Of a moment, which is given; of a solid the part of the area that it is put on."""
+    nothing = (0.0, 0.0, 0.0)
+    if known is None:
+        return Resultant(force, moment, area, nothing, _ratio(moment, action.moment), exact_moment=action.moment)
+    share = known.area / area if area else 1.0
+    return Resultant(force, moment, known.area, nothing if area else None, share, known.remainder, known.leaning,
+                     exact_moment=action.moment)  # fmt: skip
+
+
+def _total(turns: Floats) -> Floats:
+    """Of moments at nodes (n, 3), or none (n, 0): (3,)."""
+    found: Floats = turns.sum(axis=0) if turns.shape[1] else np.zeros(3)
+    return found
+
+
 def _exact(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
     """The force on the body itself, and the area that it acts on; None where they are not known."""
     shape = case.shape
     match load.thing.action:
-        case AtPoint(force=force):
-            return _vector(np.array(force)), None
         case PerMass(acceleration=g) if shape.volume is not None and not case.parts:
             return _vector(case.material.density * shape.volume * np.array(g)), None
         case PerArea(where=where, traction=t) if (found := selected(shape, where)) is not None:
             return _vector(found[0] * np.array(t)), found[0]
+        case Turning(where=where) if (found := selected(shape, where)) is not None:
+            return (0.0, 0.0, 0.0), found[0]
         case Follower(where=where, pressure=p) if (found := selected(shape, where)) is not None:
             return _vector(-p * found[1]), found[0]
     return None, None

@@ -22,7 +22,7 @@ def curved(shape: Round, side: Ellipsoidal, condition: Condition, extent: float)
     """
     from softmark.solvers.mesh.balls import filled, shell
 
-    mesh = filled(shell(CELLS, 1, 0.5), "hex8", side.semiaxes, side.centre, shape.kept)
+    mesh = filled(shell(CELLS, (0.5, 1.0)), "hex8", side.semiaxes, side.centre, shape.kept)
     facets = mesh.facets[side.of(mesh.points[mesh.facets])]
     patches = Patches(mesh.points[facets], extent, side.onto)
     found = part(ConditionOnPatches.of(condition, patches))

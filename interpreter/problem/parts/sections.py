@@ -11,8 +11,8 @@ import numpy as np
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.problem.parts.patches import ConditionOnPatches, Floats, Out, Patches
 from softmark.interpreter.problem.parts.taken import part
-from softmark.solvers.mesh.shape import Swept
 from softmark.solvers.mesh.sections import Disc, Rectangle
+from softmark.solvers.mesh.shape import Swept
 from softmark.solvers.mesh.tube import Annulus
 
 WEDGES = 6  # of a disc

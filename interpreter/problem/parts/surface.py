@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.language.conditions import Condition
+from softmark.interpreter.problem.members import apart, of_facets
 from softmark.interpreter.problem.parts.deviation import deviations, settled
 from softmark.interpreter.problem.parts.patches import ConditionOnPatches, Floats, Ints, Mask, Out, Patches
 from softmark.interpreter.problem.parts.taken import Part, part
@@ -64,11 +65,31 @@ class Loaded:
         forces = push(np.cross(t[0], t[1]))
         np.add.at(dead, facets, np.einsum("q,qa,fqi->fai", weights, facet.shape(xi), forces, optimize=True))
 
-    def over(self, facets: Ints) -> float:
-        """m^2, of some facets (f, k) alone."""
+    def products(self) -> tuple[Ints, Floats]:
+        """Its nodes (k,) and the integrals of N_a N_b over it (k, k), m^2."""
+        facet = FACETS[self.whole.shape[1]]
+        nodes = np.unique(np.concatenate([self.whole, self.nodes]))
+        found = np.zeros((len(nodes), len(nodes)))
+        xi, w = moments.fine(self.whole.shape[1])
+        for at in range(0, len(self.whole), SOME):
+            some = self.whole[at : at + SOME]
+            t = np.einsum("qkj,fki->jfqi", facet.gradient(xi), self.points[some])
+            dA, N = w * np.linalg.norm(np.cross(t[0], t[1]), axis=-1), facet.shape(xi)
+            _add_pairs(found, np.searchsorted(nodes, some), np.einsum("fq,qa,qb->fab", dA, N, N, optimize=True))
+        t = np.einsum("pkj,pki->jpi", facet.gradient(self.xi), self.points[self.nodes])
+        dA, N = self.w * np.linalg.norm(np.cross(t[0], t[1]), axis=-1), facet.shape(self.xi)
+        _add_pairs(found, np.searchsorted(nodes, self.nodes), np.einsum("p,pa,pb->pab", dA, N, N))
+        return nodes, found
+
+    def of_facets(self, facets: Ints) -> Loaded:
+        """What lies on some facets (f, k)."""
         keys = {tuple(row) for row in facets.tolist()}
         own, cut = (np.array([tuple(r) in keys for r in f.tolist()], dtype=bool) for f in (self.whole, self.nodes))
-        return replace(self, whole=self.whole[own], nodes=self.nodes[cut], xi=self.xi[cut], w=self.w[cut]).area
+        return replace(self, whole=self.whole[own], nodes=self.nodes[cut], xi=self.xi[cut], w=self.w[cut])
+
+    def over(self, facets: Ints) -> float:
+        """m^2, of some facets (f, k) alone."""
+        return self.of_facets(facets).area
 
     @property
     def area(self) -> float:
@@ -90,6 +111,11 @@ class Loaded:
         return np.concatenate([self.whole, faces]), np.concatenate([whole, weights])
 
 
+def _add_pairs(found: Floats, rows: Ints, blocks: Floats) -> None:
+    """Add blocks (f, k, k) over nodes (f, k)."""
+    np.add.at(found, (rows[:, :, None], rows[:, None, :]), blocks)
+
+
 def loaded(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
     """The part of a mesh's surface that a condition selects, found once.
 
@@ -98,8 +124,25 @@ def loaded(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
     """
     known: Loaded | None = mesh.selections.get(condition)
     if known is None:
-        known = mesh.selections[condition] = _found(shape, mesh, condition)
+        known = mesh.selections[condition] = (_of_groups if condition.groups else _found)(shape, mesh, condition)
     return known
+
+
+def _of_groups(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
+    """The same of named facets: what is left of the condition, on those that have their groups in common."""
+    found = [
+        _found(shape, mesh, own).of_facets(mesh.facets[which])
+        for own, which in apart(condition, of_facets(mesh))
+    ]  # fmt: skip
+    return Loaded(
+        mesh.points,
+        np.concatenate([part.whole for part in found]),
+        np.concatenate([part.nodes for part in found]),
+        np.concatenate([part.xi for part in found]),
+        np.concatenate([part.w for part in found]),
+        sum(part.remainder for part in found),
+        sum(part.leaning for part in found),
+    )
 
 
 def settled_of(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:

@@ -42,8 +42,9 @@ def part(asked: ConditionOnPatches) -> Part:
     """The part of the patches that is asked for."""
     patches = asked.patches
     f, tri = patches.triangles
-    if not len(f):
-        return Part(f, f, np.zeros((0, 2)), np.zeros(0))
+    if not len(f) or not asked.condition.borders:  # the same everywhere
+        there = bool(len(f) and asked.condition.given([], patches.extent))
+        return Part(np.arange(len(patches.corners) if there else 0), f[:0], np.zeros((0, 2)), np.zeros(0))
     crossed: Mask = np.asarray(asked.look(f, tri).crossed.any(axis=0))
     if crossed.any():
         asked = asked.steady(np.unique(f[crossed]))

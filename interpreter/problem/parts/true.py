@@ -26,6 +26,8 @@ def selected(shape: Shape, condition: Condition) -> tuple[float, Floats] | None:
 
     Found once for all models of a body.
     """
+    if condition.groups:
+        return None
     extent = shape.diagonal
     if isinstance(shape, Box):
         return _flat(_faces(shape), condition, extent)

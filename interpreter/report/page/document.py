@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from datetime import datetime
 from functools import lru_cache
@@ -11,6 +12,7 @@ from softmark.interpreter.report.page.markup import tag, text
 from softmark.interpreter.report.page.plate import toggles
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
+_WITH = re.compile(r"// with (\S+)$", re.MULTILINE)
 FOOTER = "Made by softmark. Colours after Okabe and Ito (2008). All numbers in full, in SI, are in {}."
 
 
@@ -47,15 +49,16 @@ def document(
         tag("nav", tag("ul", *items), aria_label="Sections"),
         tag("main", *(f"\n{markup}\n" for _, _, markup in sections), id="content"),
         tag("footer", tag("p", text(FOOTER.format(numbers)))),
-        tag("script", *(_part(name) for name in scripts)),
+        tag("script", *(_part(name, tuple(scripts)) for name in scripts)),
     )
     return "<!DOCTYPE html>\n" + tag("html", head, body, lang="en") + "\n"
 
 
 @lru_cache(maxsize=8)
-def _part(name: str) -> str:
-    """A file of this package."""
-    return files(__package__ or "").joinpath(name).read_text(encoding="utf-8")
+def _part(name: str, beside: tuple[str, ...] = ()) -> str:
+    """A file of this package, without lines that end in `// with OTHER` where OTHER does not go in beside it."""
+    lines = files(__package__ or "").joinpath(name).read_text(encoding="utf-8").splitlines(keepends=True)
+    return "".join(line for line in lines if (other := _WITH.search(line)) is None or other[1] in beside)
 
 
 def moment(written: str) -> str:

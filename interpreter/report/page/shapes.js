@@ -105,6 +105,8 @@ document.querySelectorAll("figure.shapes").forEach((figure) => {
   }
 
   function coloured(solid) {
+    const tint = tinted(app, solid); // with carried.js
+    if (tint) return tint.length ? [tint, errors] : [null, inks.ghost]; // with carried.js
     const byError = chosen("colour") === "error" && solid.error && solid.known;
     if (!byError) return [null, inks.own[solid.index]];
     const range = chosen("range"), most = (range === "clipped" ? data.clipped : data.most) || 1;
@@ -208,6 +210,7 @@ document.querySelectorAll("figure.shapes").forEach((figure) => {
     }
     const still = shown.some((s) => s.error && !s.known) && chosen("colour") === "error";
     get(".unknown").hidden = !still;
+    unsure(app, shown); // with carried.js
     Object.assign(figure.dataset, { drawn: edges > 0, shapes: shown.length, pictures, edges });
   }
   const redraw = () => {
@@ -225,6 +228,7 @@ document.querySelectorAll("figure.shapes").forEach((figure) => {
     inks = null;
     redraw();
   };
+  carry(app); // with carried.js
   app.view(...data.view);
   figure.classList.add("live");
   controls(app);

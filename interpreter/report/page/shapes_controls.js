@@ -91,6 +91,7 @@ function controls(app) {
     const t = facet[y * width + x], p = nearest(solid, t, x, y);
     const place = [0, 1, 2].map((k) => "xyz"[k] + "\u00a0" + app.metres(Math.abs(solid.X[3 * p + k])).replace(/^/, solid.X[3 * p + k] < 0 ? "−" : ""));
     const known = solid.error && solid.known ? [`${app.metres(solid.error[p])} from ${solid.against}`] : [];
+    known.push(...told(app, solid, p)); // with carried.js
     show(event, solid.name, [...known, place.join("  ")]);
   }
 
@@ -185,12 +186,14 @@ function controls(app) {
 // All points as they are drawn, as a CSV file.
 function save(app) {
   const lines = ["name,point,x [m],y [m],z [m],error [m]"];
+  lines[0] += app.data.carried.map((c) => `,${c.words.replace(",", "")} [${c.unit}]`).join(""); // with carried.js
   const quoted = (name) => `"${(/^[=+@-]/.test(name) ? "'" : "") + name.replace(/"/g, '""')}"`;
   for (const solid of app.solids) {
     app.pose(solid, app.state.time);
     for (let p = 0; p < solid.points; p++) {
       const place = [0, 1, 2].map((k) => solid.X[3 * p + k].toPrecision(6));
       lines.push([quoted(solid.name), p, ...place, solid.error && solid.known ? solid.error[p].toPrecision(5) : ""].join(","));
+      lines[lines.length - 1] += app.data.carried.map((_, i) => "," + exact(solid, i, p)).join(""); // with carried.js
     }
   }
   const link = document.createElement("a");

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,6 +31,9 @@ from softmark.interpreter.report.view3d.surfaces import (
 from softmark.interpreter.report.view3d.toolbar import DECADES, FigureKind, colour_bar, time_bar, toolbar
 from softmark.interpreter.results.report import SeenSurface
 from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.report.view3d.carried import CarriedColours
 
 PANELS = 24  # of more shapes than this only some models are shown at first
 CLIP = 95.0  # percentile of the points of one shape
@@ -130,6 +134,16 @@ class _Shapes:
         """Whether something moves."""
         return any(s.frames is not None for s in self.shapes.values())
 
+    @cached_property
+    def carried(self) -> CarriedColours | None:
+        """Stress as colour; None of a scene that asks for none, and where nobody has any."""
+        given = {n: s for n in self.shapes if (s := self.findings.everyone[n].shape) is not None}
+        if not any(c.values is not None for s in given.values() for c in s.carried):
+            return None
+        from softmark.interpreter.report.view3d.carried import CarriedColours
+
+        return CarriedColours(given, self.shapes, _last(self.dynamic, self.in_states))
+
     @property
     def in_states(self) -> bool:
         """Whether its frames are states, and no moments."""
@@ -140,19 +154,22 @@ class _Shapes:
         bar = colour_bar(self.most, self.clipped, f"distance from {plain(self.against)}") if self.errors else ""
         unknown = tag(
             "p",
-            f"Errors are known {'in the last state' if self.in_states else 'at the end'} only: until then, colours tell"
-            " models apart.",
+            f"{'Errors and stress' if self.carried else 'Errors'} are known "
+            f"{'in the last state' if self.in_states else 'at the end'} only: until then, colours tell models apart.",
             class_="unknown quiet",
             hidden=True,
         )
+        carried = self.carried
         numbers = details(
             "Data of this figure", data_table("Data: errors of the shapes", self._columns()), self._save()
         )
         caption = tag("figcaption", tag("p", prose(self._caption())), numbers)
         kind = FigureKind(self.key, bool(self.beyond), letters(self.view))
-        controls = toolbar(self._names(), bool(self.errors), len(self.first) <= PANELS, self._ghosts(), kind)
+        words = carried.words if carried else ()
+        controls = toolbar(self._names(), bool(self.errors), len(self.first) <= PANELS, self._ghosts(), kind, words)
         time = time_bar("State" if self.in_states else "Time") if self.dynamic else ""
         spoken = tag("div", class_="spoken", aria_live="polite")
+        bar += carried.bars() + carried.still(self.first, self.view, self.key) if carried else ""
         heading = tag("h3", prose(f"`{self.body}`")) if self.body else ""
         return heading + tag(
             "figure", controls, self._stage(), self._still(), time, bar, unknown, spoken, caption, self._data(),
@@ -206,6 +223,8 @@ class _Shapes:
     def _still(self) -> str:
         words = "Shapes after deformation", f"{self._ranking()} {self._each()}"
         top = self.clipped if self.beyond else self.most
+        if self.carried and not self.errors:
+            return ""
         return tag("noscript", still(self.first, self.view, top, words, f"shapes{self.key}"))
 
     def _data(self) -> str:
@@ -217,7 +236,7 @@ class _Shapes:
             if key not in meshes:
                 meshes[key] = len(meshes)
                 triangles.append(packed_triangles(shape.triangles))
-            packs.append(packed(name, shape, meshes[key]))
+            packs.append(packed(name, shape, meshes[key]) | (self.carried.packed(name) if self.carried else {}))
         data = {
             "view": (self.view.turn, self.view.tilt),
             "frame": self.view.frame.tolist(),
@@ -226,7 +245,7 @@ class _Shapes:
             "decades": DECADES,
             "meshes": triangles,
             "shapes": packs,
-        }
+        } | ({"carried": self.carried.data()} if self.carried else {})
         return tag("script", json.dumps(data).replace("<", "\\u003c"), type="application/json")
 
     # -------------------------------------------------------------- words
@@ -256,6 +275,8 @@ class _Shapes:
         bare = [f"`{n}`" for n in self.shapes if self.errors and n not in self.errors and n in models]
         plainly = f" {several(bare)} {'has' if len(bare) == 1 else 'have'} no error to show." if bare else ""
         step = quantity(step_of(self.shapes), "m", 2)
+        if self.carried:
+            plainly += self.carried.caption(bool(self.errors))
         notes = " ".join(["", *self.small.notes])
         total, first = (len([n for n in known if n in models]) for known in (self.shapes, self.first))
         shown = crowded(total, first, "boxes")
@@ -284,6 +305,7 @@ class _Shapes:
             PlateColumn("shape", ("shape",), names),
             PlateColumn("size", ("points", "triangles"), sizes),
             PlateColumn("error", heads, cells),
+            *(self.carried.columns() if self.carried else ()),
         ]
 
     @property
@@ -292,14 +314,21 @@ class _Shapes:
 
     def _save(self) -> str:
         header = ["name", "points", "triangles", "measured from", *(f"{s} error [m]" for s in STATISTICS)]
+        header += self.carried.header() if self.carried else []
         rows: list[list[Cell]] = []
         for name, shape in zip(self.shapes, self._given, strict=True):
             found: list[Cell] = [None] * len(STATISTICS)
             if name in self.errors:
                 found = [short(v) for v in _statistics(self.errors[name])]
             rows.append([name, len(shape.position), len(shape.triangles), shape.measured_from, *found])
+            rows[-1] += self.carried.row(name) if self.carried else []
         button = tag("button", "CSV of all points, as drawn now", type="button", class_="points live")
         return csv_link(f"shapes-errors{self.key}", header, rows) + button
+
+
+def _last(dynamic: bool, in_states: bool) -> str:
+    """When stress is known of shapes that move, in words."""
+    return ("in the last state" if in_states else "at the last moment") if dynamic else ""
 
 
 def _columns_of(panels: int) -> int:

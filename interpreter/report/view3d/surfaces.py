@@ -47,7 +47,10 @@ def fit(shapes: Mapping[str, SeenSurface]) -> Small:
 
 def _affordable(shapes: Mapping[str, SeenSurface]) -> int:
     """How many frames of every surface that has some fit into the room."""
-    fixed = sum(8 * s.position.size / 3 + 3 * len(s.position) + 8 * s.triangles.size / 3 for s in shapes.values())
+    fixed = sum(
+        8 * s.position.size / 3 + 3 * len(s.position) * (1 + len(s.carried)) + 8 * s.triangles.size / 3
+        for s in shapes.values()
+    )
     each = sum(8 * s.position.size / 3 for s in shapes.values() if s.frames is not None)
     return min(FRAMES, int((ROOM - fixed) / each)) if each else FRAMES
 
@@ -79,7 +82,7 @@ def notes_of(given: Mapping[str, SeenSurface], kept: Mapping[str, SeenSurface]) 
 def thinned(shape: SeenSurface, limit: int, triangles: bool = False) -> SeenSurface:
     """A surface with at most so many points (or triangles): those in one cell of a grid become their mean.
 
-    Rossignac and Borrel (1993), vertex clustering. All frames and errors are averaged alike.
+    Rossignac and Borrel (1993), vertex clustering. All frames, errors and what else is carried are averaged alike.
     """
     size = len(shape.triangles) if triangles else len(shape.position)
     if size <= limit:
@@ -112,8 +115,10 @@ def _clustered(shape: SeenSurface, cell: float) -> SeenSurface:
     _, first = np.unique(_numbered(np.sort(corners[kept], axis=1)), return_index=True)
     frames = None if shape.frames is None else mean(shape.frames.transpose(1, 0, 2)).transpose(1, 0, 2)
     error = None if shape.error is None else mean(shape.error)
+    carried = tuple(c if c.values is None else replace(c, values=mean(c.values)) for c in shape.carried)
     triangles = corners[kept][np.sort(first)]
-    return replace(shape, position=mean(shape.position), triangles=triangles, frames=frames, error=error)
+    whole = replace(shape, position=mean(shape.position), triangles=triangles, frames=frames)
+    return replace(whole, error=error, carried=carried)
 
 
 def _numbered(keys: Ints) -> Ints:
@@ -144,16 +149,16 @@ def packed(name: str, shape: SeenSurface, mesh: int) -> dict[str, Any]:
         "mesh": mesh,
         "low": low.tolist(),
         "high": (low + span * (high > low)).tolist(),
-        "position": _shorts((shape.position - low) / span),
+        "position": shorts((shape.position - low) / span),
     }
     if shape.frames is not None and shape.times is not None:
-        found |= {"times": shape.times.tolist(), "frames": _shorts((shape.frames - low) / span)}
+        found |= {"times": shape.times.tolist(), "frames": shorts((shape.frames - low) / span)}
     if shape.labels:
         found["labels"] = shape.labels
     if shape.error is not None:
         most = float(shape.error.max(initial=0.0))
         found |= {
-            "error": _shorts(shape.error / (most or 1.0)),
+            "error": shorts(shape.error / (most or 1.0)),
             "most": most,
             "against": shape.measured_from or "",
         }
@@ -166,7 +171,7 @@ def packed_triangles(triangles: Ints) -> dict[str, Any]:
     return {"wide": wide, "triangles": _base64(triangles.astype("<u4" if wide else "<u2"))}
 
 
-def _shorts(shares: Floats) -> str:
+def shorts(shares: Floats) -> str:
     """Numbers between 0 and 1 in 16 bits each."""
     return _base64(np.clip((shares * FINEST).round(), 0, FINEST).astype("<u2"))
 

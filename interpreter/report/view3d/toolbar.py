@@ -36,15 +36,21 @@ def toolbar(
     beside: bool,
     ghosts: Sequence[tuple[int, str, bool]],
     kind: FigureKind,
+    carried: Sequence[str] = (),
 ) -> str:
-    """What readers choose by; hidden where no script runs."""
+    """What readers choose by; hidden where no script runs. `carried`: numbers of stress that colours can stand for."""
     key, first = kind.key, 0 if beside else 1
     groups = [_choice("Layout", f"layout{key}", (("beside", "Side by side"), ("overlaid", "Overlaid")), first)]
+    colours = ((("error", "Error"),) if errors else ()) + (("own", "By model"),)
+    colours += (("carried", _kinds(carried)),) if carried else ()
+    if len(colours) > 1:
+        groups.append(_choice("Colour", f"colour{key}", colours, first if errors else 1))
     if errors:
-        groups.append(_choice("Colour", f"colour{key}", (("error", "Error"), ("own", "By model")), first))
         scales = (("full", "Largest"), ("clipped", "Usual"), ("log", "Log"))
         groups.append(_choice("Scale", f"range{key}", scales, 1 if kind.clipped else 0))
+    groups.append(_choice("Scale", f"span{key}", (("whole", "Largest"), ("usual", "Usual")), 1) if carried else "")
     groups.append(_behind(ghosts) if ghosts else "")
+    groups.append(_numbers(carried) if len(carried) > 1 else "")
     groups.append(_view(kind.axes))
     who = tag("fieldset", tag("legend", "Shown"), *(_who(*known) for known in names), class_="who legend")
     return tag("div", *groups, who, class_="toolbar live")
@@ -60,6 +66,17 @@ def _choice(legend: str, name: str, options: Sequence[tuple[str, str]], first: i
         for i, (value, words) in enumerate(options)
     ]
     return tag("fieldset", tag("legend", legend), tag("div", *boxes, class_="segments"))
+
+
+def _kinds(carried: Sequence[str]) -> str:
+    """`Stress, strain`."""
+    return ", ".join(dict.fromkeys(words.partition(" ")[0] for words in carried)).capitalize()
+
+
+def _numbers(carried: Sequence[str]) -> str:
+    """Which of several numbers is the colour."""
+    options = [tag("option", text(words), value=f"n{i}") for i, words in enumerate(carried)]
+    return tag("div", tag("label", tag("span", _kinds(carried)), tag("select", *options)), class_="behind number")
 
 
 def _behind(ghosts: Sequence[tuple[int, str, bool]]) -> str:
@@ -95,17 +112,23 @@ def time_bar(name: str) -> str:
 
 def colour_bar(most: float, clipped: float, name: str) -> str:
     """The colours with their errors, once for each range; the style sheet shows the one that is chosen."""
-    bar = tag("div", class_="colours", style=f"background:{gradient()}", aria_hidden="true")
     top, cut = most or 1e-9, clipped or most or 1e-9
-    scales = _scale(linear(0.0, top, name, "m", 6), "full", "")
-    scales += _scale(linear(0.0, cut, name, "m", 6), "clipped", MORE)
+    scales = scale_below(linear(0.0, top, name, "m", 6), "full", "")
+    scales += scale_below(linear(0.0, cut, name, "m", 6), "clipped", MORE)
     low = top * 10.0**-DECADES
     whole = range(math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(top) + 1e-9) + 1)
     decades = tuple((10.0**k, quantity(10.0**k, "m", 3)) for k in whole)
-    scales += _scale(Axis(low, top, f"{name}, logarithmic", decades, log=True), "log", LESS)
-    return tag("div", bar, scales, class_="colour-bar")
+    scales += scale_below(Axis(low, top, f"{name}, logarithmic", decades, log=True), "log", LESS)
+    return tag("div", colours(), scales, class_="colour-bar")
 
 
-def _scale(axis: Axis, kind: str, ends: str) -> str:
+def colours() -> str:
+    """The colours from the least to the most."""
+    return tag("div", class_="colours", style=f"background:{gradient()}", aria_hidden="true")
+
+
+def scale_below(axis: Axis, kind: str, ends: str) -> str:
+    """The ticks of the colours, their name, and what stands for values beyond them."""
     ticks = [tag("span", text(label), style=f"left:{100 * axis.at(value):.2f}%") for value, label in axis.ticks]
-    return tag("div", tag("div", *ticks, class_="marks"), tag("p", text(axis.label + ends)), class_=f"scale {kind}")
+    marks = tag("div", *ticks, class_="marks")
+    return tag("div", marks, tag("p", text(axis.label + ends)), class_=f"scale {kind}".strip())

@@ -88,8 +88,8 @@ def files_of(thing: Any) -> Iterator[str]:
     named = _file_fields(cls)
     for f in fields(thing):
         value = getattr(thing, f.name)
-        if f.name in named and isinstance(value, str):
-            yield value
+        if f.name in named and isinstance(value, str | tuple):
+            yield from (value,) if isinstance(value, str) else value
         else:
             yield from files_of(value)
 
@@ -103,5 +103,5 @@ def _file_fields(cls: Any) -> frozenset[str]:
         for name, known in table.items():
             constructor = CATALOGUE.constructor(kind, name) if known is cls else None
             if constructor is not None:
-                return frozenset(f.attribute for f in constructor.fields if f.form == "file")
+                return frozenset(f.attribute for f in constructor.fields if f.form in ("file", "files"))
     return frozenset()

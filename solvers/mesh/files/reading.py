@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable
 from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,19 +22,27 @@ from softmark.solvers.mesh.files.rationing import rationed
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
 from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, with_nodes
 
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.group import Group
+
 UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
 
 KINDS = {element.meshio: name for name, element in ELEMENTS.items()}  # meshio's word -> ours
 OTHERS = frozenset({"wedge", "pyramid", "wedge15", "wedge18", "pyramid13", "pyramid14"})
 AGAIN = "write it again as .vtu, .vtk, .msh, .inp or .mesh: it may be cut off, or its name may not say its format"
+NO_SURFACE = "E573"
+BY_TRIMESH = frozenset({".stl", ".obj", ".ply", ".off"})
+SURFACE_AGAIN = (
+    "write the surface again as .stl, .obj or .ply: the file may be cut off, or its name may not say its format"
+)
 FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
 
 
-__all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface"]
+__all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface", "read_triangles"]
 
 
-def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
-    """The solid cells of `path`, all of one kind, in m and turned to positive volume.
+def read(path: str, unit: float, coincident: str = "refuse", named: bool = False) -> Mesh:
+    """The solid cells of `path`, all of one kind, in m and turned to positive volume; with its groups if `named`.
 
     Nodes that lie at one place are refused, merged or kept. Raises UnreadableMesh.
     """
@@ -50,7 +60,23 @@ def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
         raise UnreadableMesh(f"it has other solid cells beside its {solids[0]} cells ({', '.join(sorted(others))})")
     cells = [block.data for block in data.cells if block.type == solids[0]]
     whole = np.concatenate(cells).astype(np.int64)
-    return checked(_points(data, unit), whole, KINDS[solids[0]], coincident)
+    points, kind = _points(data, unit), KINDS[solids[0]]
+    mesh = checked(points, whole, kind, coincident)
+    return replace(mesh, groups=_groups(data, Path(path), Mesh(points, whole, kind), mesh)) if named else mesh
+
+
+def _groups(data: Any, path: Path, before: Mesh, mesh: Mesh) -> dict[str, Group]:
+    """Named parts of a file, of the mesh as it is after it was checked; `before` as the file has it."""
+    from softmark.solvers.mesh import groups
+    from softmark.solvers.mesh.files import named
+
+    found, over = named.groups(data, path, mesh.element.meshio, before.cells, mesh.element), before.volumes < 0.0
+    for name, own in found.items():
+        if own.kind == "faces":
+            known = replace(own, members=groups.turned(own.members, over, mesh.element))
+            there = int(groups.facets_in(replace(mesh, groups={name: known}), name).sum())
+            found[name] = replace(known, inside=len(known.members) - there)
+    return found
 
 
 def read_surface(path: str, unit: float, coincident: str = "refuse") -> tuple[Floats, Ints]:
@@ -62,9 +88,50 @@ def read_surface(path: str, unit: float, coincident: str = "refuse") -> tuple[Fl
     there = {block.type for block in data.cells}
     if there & KINDS.keys() or not there & FACETS.keys():
         return surface(read(path, unit, coincident))
+    return used(*_facets(data, unit))[:2]
+
+
+def read_triangles(path: str, unit: float) -> tuple[Floats, Ints]:
+    """Points (n, 3) in m and triangles (t, 3) of a file that holds a surface alone. Raises UnreadableMesh."""
+    if Path(path).suffix.lower() in BY_TRIMESH:
+        return _surface(Path(path), unit)
+    data = _parsed(Path(path))
+    there = {block.type for block in data.cells}
+    if there & (KINDS.keys() | OTHERS):
+        raise UnreadableMesh(
+            "it holds cells, not a surface alone", NO_SURFACE, f'take it as it is: `mesh("{Path(path).name}", ...)`'
+        )
+    if not there & FACETS.keys():
+        raise UnreadableMesh("it has no triangles", NO_SURFACE, "name a file of a surface: STL, OBJ, PLY, OFF or VTK")
+    return _facets(data, unit)
+
+
+def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
+    """The same of formats that trimesh reads better: triangles alone. Raises UnreadableMesh."""
+    _there(path)
+    import trimesh
+
+    log = logging.getLogger("trimesh")
+    told, log.disabled = log.disabled, True  # a missing texture is nobody's concern here
+    try:
+        with rationed(path), path.open("rb") as data:
+            found: Any = trimesh.load(data, file_type=path.suffix.lower()[1:], process=False, force="mesh",
+                                 skip_materials=True)  # fmt: skip
+    except Exception as error:  # its readers raise what they like
+        raise UnreadableMesh(f"trimesh cannot read it ({_reason(error)})", remedy=SURFACE_AGAIN) from error
+    finally:
+        log.disabled = told
+    triangles = np.asarray(getattr(found, "faces", ()), dtype=np.int64)
+    if triangles.ndim != 2 or not len(triangles):
+        raise UnreadableMesh("it has no triangles", NO_SURFACE, SURFACE_AGAIN)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return unit * np.asarray(found.vertices, dtype=np.float64), triangles
+
+
+def _facets(data: Any, unit: float) -> tuple[Floats, Ints]:
+    """Points (n, 3) in m and triangles (t, 3): those of the file, and the halves of its quadrilaterals."""
     found = [block.data[:, FACETS[block.type]].reshape(-1, 3) for block in data.cells if block.type in FACETS]
-    triangles, points = np.concatenate(found).astype(np.int64), _points(data, unit)
-    return used(points, triangles)[:2]
+    return _points(data, unit), np.concatenate(found).astype(np.int64)
 
 
 def read_points(path: str, unit: float) -> Floats:
@@ -84,7 +151,7 @@ def converted(mesh: Mesh, kind: str, split: str) -> Mesh:
     if own.family != element.family:
         mesh = _split(mesh, element, split)
     elif own.nodes > element.nodes:  # nodes that both have stand first in both
-        return Mesh(*used(mesh.points, mesh.cells[:, : element.nodes])[:2], kind)
+        return Mesh(*used(mesh.points, mesh.cells[:, : element.nodes])[:2], kind, groups=mesh.groups)
     return with_nodes(mesh, element)
 
 
@@ -93,12 +160,21 @@ def _split(mesh: Mesh, element: type[Element], split: str) -> Mesh:
     if mesh.kind != Hexahedron.linear:
         raise UnreadableMesh(f"it has {mesh.element.described}, and the model wants {element.described}")
     try:
-        return SPLITS[split](mesh)
+        return _carried(mesh, SPLITS[split](mesh))
     except NotTwoColourable:
         raise UnreadableMesh(
             "its hexahedra cannot be split into five tetrahedra each: their points cannot be coloured like a "
             "chessboard; take `split = kuhn` or use hex8"
         ) from None
+
+
+def _carried(mesh: Mesh, new: Mesh) -> Mesh:
+    """Cells made of others, with the groups of these."""
+    if not mesh.groups:
+        return new
+    from softmark.solvers.mesh.groups import split
+
+    return split(mesh, new)
 
 
 def _reason(error: Exception) -> str:
@@ -123,13 +199,7 @@ def _points(data: Any, unit: float) -> Floats:
 
 def _parsed(path: Path) -> Any:
     """What meshio makes of the file in one of the formats of its name. Raises UnreadableMesh."""
-    try:
-        if not path.is_file():
-            raise UnreadableMesh(f"there is no file {path}", remedy="the path is relative to the folder of the scene")
-        if path.stat().st_size == 0:
-            raise UnreadableMesh("it is empty", remedy=AGAIN)
-    except OSError as error:
-        raise UnreadableMesh(f"it cannot be read ({error.strerror})") from error
+    _there(path)
     if path.suffix.lower() == ".msh" and gmsh1.recognised(path):
         try:
             return gmsh1.read(path)
@@ -143,6 +213,35 @@ def _parsed(path: Path) -> Any:
     return _tried(path, (k for k in kinds if k not in UNENDING))
 
 
+def _without_sets(path: Path) -> Any:
+    """A file of Abaqus without its sets: meshio stops at many that are in order, and abaqus_sets.py reads them."""
+    import meshio
+
+    kept, keeps = [], True
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True):
+        if line.startswith("*") and not line.startswith("**"):
+            keyword = line[1:].partition(",")[0].strip().upper()
+            if keyword == "INCLUDE":  # whose path is that of the file
+                return meshio.read(path, "abaqus")
+            keeps = keyword not in ("NSET", "ELSET", "SURFACE")
+        if keeps:
+            kept.append(line)
+    from meshio.abaqus._abaqus import read_buffer
+
+    return read_buffer(StringIO("".join(kept)))
+
+
+def _there(path: Path) -> None:
+    """Raises UnreadableMesh where there is no file, or nothing in it."""
+    try:
+        if not path.is_file():
+            raise UnreadableMesh(f"there is no file {path}", remedy="the path is relative to the folder of the scene")
+        if path.stat().st_size == 0:
+            raise UnreadableMesh("it is empty", remedy=AGAIN)
+    except OSError as error:
+        raise UnreadableMesh(f"it cannot be read ({error.strerror})") from error
+
+
 def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
     import meshio
 
@@ -152,7 +251,7 @@ def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
         said = StringIO()  # meshio prints why it fails, and exits
         try:
             with redirect_stdout(said), redirect_stderr(said), rationed(path):
-                return meshio.read(path, kind)
+                return _without_sets(path) if kind == "abaqus" else meshio.read(path, kind)
         except SystemExit:
             reasons.append(" ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file")
         except Exception as error:  # its readers raise what they like

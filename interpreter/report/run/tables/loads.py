@@ -26,7 +26,7 @@ def section_of(findings: Findings) -> str:
 
 def _row(name: str, own: Mapping[str, Resultant]) -> str:
     who, one = min(own.items(), key=lambda item: abs(1.0 - item[1].share))  # the force is exact, a moment some model's
-    force, moment = (newtons(v, ROUNDING) for v in (one.exact_force or one.force, one.moment))
+    force, moment = (newtons(v, ROUNDING) for v in (one.exact_force or one.force, one.exact_moment or one.moment))
     moment += "\N{MIDDLE DOT}m" + (f" in `{who}`" if abs(1.0 - one.share) > SHOWN else "")
     cells = (tag("td", text(force)), tag("td", prose(moment)), tag("td", prose(_taken(own))))
     return tag("tr", row_head(name), *cells)

@@ -1,0 +1,97 @@
+"""What a model states of how far its curve is from a measured one: in time by the course, at rest by its states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.evidence.probe_answers import NO_ERROR, Floats, ProbeAnswer, Unknown
+from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.metrics.curve_error import CurveError
+from softmark.interpreter.metrics.curves import Curve, slopes
+from softmark.interpreter.metrics.measure import course_of
+from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.problem.view import View
+from softmark.interpreter.results.stated import StatedError
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.records import dataclass
+from softmark.references.curve import MeasuredCurve
+
+
+@dataclass(frozen=True)
+class CurveAnswer(ProbeAnswer):
+    """The course of one point, whose displacement `along` a direction is held against a measured curve."""
+
+    along: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    reference: Curve | None = None
+
+    @property
+    def size(self) -> float:
+        """What an error relative to the displacements is multiplied by."""
+        return self._of_curves(np.zeros_like(self._course(self)))
+
+    def apart(self, other: ProbeAnswer) -> float:
+        """How much another solution may change the metric. Raises Unknown."""
+        if not np.all(np.isfinite(other.u)):
+            raise Unknown("another solution is not finite")
+        return self._of_curves(self._course(other))
+
+    def _course(self, of: ProbeAnswer) -> Floats:
+        course: Floats = of.u[:, -1] @ np.array(self.along)
+        return course
+
+    def _of_curves(self, other: Floats) -> float:
+        if not isinstance(self.metric, CurveError) or self.times is None or self.reference is None:
+            raise Unknown(NO_ERROR)
+        try:
+            return self.metric.apart(self.times, self._course(self), other, self.reference)
+        except Undefined as undefined:
+            raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
+
+
+def in_time(scene: Scene, metric: Declared, view: View, measured: Mapping[str, Any]) -> CurveAnswer | None:
+    """What is stated of a course against a measured one; None where there is none."""
+    of, data = scene.declared[metric.thing.of].thing, measured.get(metric.thing.against)
+    probe = view.probes.get(of.looked_at or "")
+    if not isinstance(view.case.analysis, Dynamic) or not isinstance(data, MeasuredCurve) or probe is None:
+        return None
+    if probe.course is None or of.direction is None:
+        return None
+    return CurveAnswer(
+        probe.points[-1:], probe.course[:, -1:], probe.times, metric.thing, view.displacement, probe, view,
+        view.history, along=of.direction, reference=Curve(data.x, data.y, data.u),
+    )  # fmt: skip
+
+
+def at_rest(
+    scene: Scene, known: Sequence[tuple[View, Mapping[str, StatedError]]], measured: Mapping[str, Any]
+) -> dict[str, StatedError]:
+    """Of curves from state to state: what is stated of both metrics in each, as far as that moves the curve."""
+    if isinstance(known[-1][0].case.analysis, Dynamic):
+        return {}
+    asked = {n: m.thing for n, m in scene.of_kind("metric").items() if isinstance(m.thing, CurveError)}
+    return {n: _of_states(scene, thing, known, measured.get(thing.against)) for n, thing in asked.items()}
+
+
+def _of_states(
+    scene: Scene, thing: CurveError, known: Sequence[tuple[View, Mapping[str, StatedError]]], data: Any
+) -> StatedError:
+    """The metric of a curve that is off by what is stated in each state, and by what chords between them leave out."""
+    if not isinstance(data, MeasuredCurve):
+        return StatedError(reason=NO_ERROR)
+    reference = Curve(data.x, data.y, data.u)
+    try:
+        course = course_of(scene, thing, [view for view, _ in known])
+        parts: dict[str, float | None] = {"states": thing.chords(course.x, course.y, reference)}
+        for name in (thing.of, thing.over or ""):
+            each = [found.get(name, StatedError(reason=NO_ERROR)) for _, found in known]
+            if (unknown := next((said for said in each if said.value is None), None)) is not None:
+                return StatedError(reason=f"`{name}`: {unknown.reason}")
+            off = np.array([said.value or 0.0 for said in each])
+            off = off if name == thing.of else off * slopes(reference, course.x)
+            parts[name] = thing.moved(course.x, course.y, off, reference)
+    except Undefined as undefined:
+        return StatedError(reason=f"{NO_ERROR}: {undefined}")
+    return StatedError(sum(part or 0.0 for part in parts.values()), "1", parts)

@@ -1,0 +1,145 @@
+"""What is wrong with measured curves and with what is compared with them, as far as the text and the tables tell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.interpreter.front.files_and_selections import cheap
+from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.metrics.curve_error import CurveError
+from softmark.interpreter.metrics.displacement import Displacement
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.references.curve import CurveFromFile
+from softmark.references.measured import Unreadable
+
+NEAR = 1e-9  # relative, of units and of ends
+
+
+def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
+    """All of it, where nothing is wrong with the declaration already."""
+    blamed = {(d.source, d.span.line) for d in found if d.severity == "error" and d.span is not None}
+    for reference in _curves(scene):
+        told = list(_stated(reference))
+        yield from told or _named(reference)
+    for metric in scene.of_kind("metric").values():
+        if isinstance(metric.thing, CurveError):
+            told = [] if _in(metric, blamed) else list(_compared(scene, metric))
+            yield from told
+
+
+def _curves(scene: Scene) -> list[Declared]:
+    return [d for d in scene.of_kind("reference").values() if isinstance(d.thing, CurveFromFile)]
+
+
+def _in(declared: Declared, blamed: set[tuple[Source | None, int]]) -> bool:
+    places = (declared.location, *declared.fields.values())
+    return any((at.source, at.span.line) in blamed for at in places)
+
+
+# ------------------------------------------------------------------ the curve
+
+
+def _stated(reference: Declared) -> Iterator[Diagnostic]:
+    """Its uncertainty, and amounts that are of the dimensions of its columns."""
+    thing: CurveFromFile = reference.thing
+    if thing.uncertainty is None and not thing.deviation and thing.repeats == 1:
+        yield diagnostic("E408", reference.at(), f"nothing says how uncertain `{reference.name}` is", "how far off?",
+                         "give `uncertainty = 2 %` or an amount, name the column of each value's with"
+                         " `deviation`, or give repeats: `path = [...]` or `y = [...]`")  # fmt: skip
+    for field, of in (("x_origin", "x"), ("y_origin", "y"), ("uncertainty", "y")):
+        given, due = reference.value(field), reference.value(f"{of}_unit").dimension
+        allowed = (due, units.NONE) if field == "uncertainty" else (due,)
+        if given is not None and given.dimension not in allowed:
+            found, more = units.named(given.dimension), ", or a share in %" if field == "uncertainty" else ""
+            yield diagnostic("E204", reference.at(field), f"expected {units.named(due)}, found {found}", found,
+                             f"column {of} is {units.named(due)}: give `{field}` in"
+                             f" {units.usual(due)}{more}")  # fmt: skip
+
+
+def _named(reference: Declared) -> Iterator[Diagnostic]:
+    """A column whose name says another unit than the scene: `Load (N)` with `y_unit = 1 kN`."""
+    thing: CurveFromFile = reference.thing
+    for field, names, unit in (("x_unit", (thing.x,), thing.x_unit), ("y_unit", thing.y, thing.y_unit)):
+        for name in names:
+            said = units.named_in(name)
+            if said is None or said.dimension != unit.dimension or abs(said.factor / unit.value - 1.0) < NEAR:
+                continue
+            yield diagnostic("W334", reference.at(field), f"the column `{name}` names another unit",
+                             f"{units.show(unit.value, unit.dimension)} here",
+                             "one of the two is wrong, unless the column has the wrong name")  # fmt: skip
+            break
+
+
+# ------------------------------------------------------------------ what is compared with it
+
+
+def _compared(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
+    """The metric must have a curve, of the dimensions of the reference, that goes over its range."""
+    thing: CurveError = metric.thing
+    reference, of = scene.declared[thing.against], scene.declared[thing.of]
+    analysis = next((a.thing for a in scene.of_kind("analysis").values()), None)
+    if not isinstance(reference.thing, CurveFromFile):
+        return
+    refusal = _courseless(scene, metric, of, isinstance(analysis, Dynamic))
+    if refusal is not None:
+        yield refusal
+        return
+    along = units.TIME
+    if thing.over is not None:
+        along = units.parse(scene.declared[thing.over].thing.unit).dimension
+    own = units.parse(of.thing.unit).dimension
+    for axis, due, given in (("x", along, reference.thing.x_unit), ("y", own, reference.thing.y_unit)):
+        if given.dimension != due:
+            name, found = units.named(due), units.named(given.dimension)
+            yield diagnostic("E518", metric.at("against"),
+                             f"`{metric.name}` has {name} where `{reference.name}` has {found}", f"{axis} is {found}",
+                             f"compare with a curve whose `{axis}_unit` is {name}, in {units.usual(due)}")  # fmt: skip
+            return
+    if isinstance(analysis, Dynamic):
+        yield from _reached(metric, reference, analysis.duration)
+
+
+def _courseless(scene: Scene, metric: Declared, of: Declared, moving: bool) -> Diagnostic | None:
+    """Of what has no curve: errors, in time all but displacements, and at rest what says not along what it goes."""
+    thing: CurveError = metric.thing
+    for field, other in (("of", of), ("over", scene.declared.get(thing.over or ""))):
+        if other is not None and (other.thing.measured_from is not None or isinstance(other.thing, CurveError)):
+            return diagnostic("E509", metric.at(field), f"`{other.name}` is an error already, and no measurement",
+                              "has no curve",
+                              "name a metric that is measured from nothing: a displacement, a force")  # fmt: skip
+    if moving and thing.over is not None:
+        return diagnostic("E509", metric.at("over"), f"the curve of `{of.name}` goes over time in a dynamic analysis",
+                          "at rest only", "leave `over` out")  # fmt: skip
+    if moving and not isinstance(of.thing, Displacement):
+        return diagnostic("E509", metric.at("of"), f"`{of.name}` has no course in time: it is a"
+                          f" `{of.constructor.name}`", "not followed in time",
+                          "followed in time are displacements: `displacement(tip, along = -z)`")  # fmt: skip
+    if not moving and thing.over is None:
+        return diagnostic("E509", metric.at(), f"`{metric.name}` says not along what its curve goes",
+                          "over what?",
+                          "name the metric of the other axis: `over = travel`, where `metric travel ="
+                          " displacement(grip, along = +z)`")  # fmt: skip
+    return None
+
+
+def _reached(metric: Declared, reference: Declared, duration: float) -> Iterator[Diagnostic]:
+    """Of a measured course the part that an analysis does not reach is not judged."""
+    if not cheap(reference.thing.files):
+        return
+    try:
+        low, high = reference.thing.span
+    except Unreadable:
+        return  # said where files are
+    if low >= duration:
+        yield diagnostic("E518", metric.at("against"), f"`{reference.name}` begins after the end of the analysis",
+                         f"at {units.show(low, units.TIME)}",
+                         f"the end is at {units.show(duration, units.TIME)}: analyse a longer `duration`")  # fmt: skip
+    elif high > duration * (1.0 + NEAR):
+        share = (duration - max(low, 0.0)) / (high - low)
+        yield diagnostic("W328", metric.at("against"),
+                         f"the analysis goes over {100.0 * share:.3g} % of `{reference.name}`",
+                         f"it ends at {units.show(high, units.TIME)}",
+                         f"what comes after {units.show(duration, units.TIME)} is not judged")  # fmt: skip

@@ -1,0 +1,65 @@
+"""Fields whose values are read by functions of their own: amounts of any dimension, several texts, what is varied."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar import tree
+from softmark.interpreter.language import sweeps
+from softmark.interpreter.language.expressions import Place, Quantity, VectorValue
+from softmark.interpreter.language.schema import Field
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.calls import Binder
+
+Read = Callable[["Binder", Field, tree.Expression, Place], Any]
+
+
+def amount(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Quantity:
+    """A quantity of any dimension: what it must be, others decide. Raises Bad."""
+    if isinstance(node, tree.String | tree.List | tree.Compare | tree.Vector):
+        raise binder.wrong(field, node, place)
+    value = binder.compiler.scope.evaluator(binder.module, place).value(node)
+    if isinstance(value, VectorValue):
+        raise binder.wrong(field, node, place)
+    binder.within(replace(field, dimension=value.dimension), node, place, value.value)
+    return value
+
+
+def files(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
+    """One file or several. Raises Bad."""
+    one = replace(field, form="file")
+    return tuple(binder.value(one, item, place) for item in _several(binder, field, node, place))
+
+
+def texts(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
+    """One text or several. Raises Bad."""
+    one = replace(field, form="text")
+    return tuple(binder.value(one, item, place) for item in _several(binder, field, node, place))
+
+
+def _several(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Sequence[tree.Expression]:
+    """One, or those of a list without a unit that is not empty; nothing stands there twice. Raises Bad."""
+    if not isinstance(node, tree.List):
+        return (node,)
+    if node.unit is not None or not node.items:
+        raise binder.wrong(field, node, place)
+    known: set[str] = set()
+    for item in node.items:
+        if isinstance(item, tree.String):
+            if item.value in known:
+                raise place.fail("E211", item.span, f"`{item.value}` is given twice", "the second", "keep one of them")
+            known.add(item.value)
+    return node.items
+
+
+FORMS: Mapping[str, Read] = {
+    "amount": amount,
+    "files": files,
+    "texts": texts,
+    "target": sweeps.target,
+    "targets": sweeps.targets,
+    "variants": sweeps.variants,
+}

@@ -1,0 +1,173 @@
+"""Two curves of straight lines over one another: exact integrals and extremes, nothing sampled.
+
+On the range that both have, each is straight between the points at which one of them bends, and so is their difference.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from softmark.interpreter.metrics.undefined import Undefined
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+else:
+    from softmark.solvers.base.deferred import np
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Values y (n,) at x (n,), straight between them, and how far y may be from the true one, u (n,), all SI."""
+
+    x: Floats
+    y: Floats
+    u: Floats
+
+
+@dataclass(frozen=True)
+class Course:
+    """What a metric comes to along another, or over time: y (n,) at x (n,) in the order in which it went, SI.
+
+    `units` of the two, as keys of details end in them.
+    """
+
+    x: Floats
+    y: Floats
+    units: tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """A curve y and a reference r with its uncertainty u, (k,), at every x (k,) at which one of them bends.
+
+    `covered` is the share of the reference's range that the curve goes over.
+    """
+
+    x: Floats
+    y: Floats
+    r: Floats
+    u: Floats
+    covered: float
+
+    @property
+    def d(self) -> Floats:
+        """The difference (k,)."""
+        return self.y - self.r
+
+
+def overlay(x: Floats, y: Floats, reference: Curve) -> Overlay:
+    """A curve over a reference, on the range that both have. Raises Undefined where there is none."""
+    x, y = _grown(x, y)
+    low, high = max(x[0], reference.x[0]), min(x[-1], reference.x[-1])
+    if not low < high:
+        raise Undefined(
+            f"it goes from {x[0]:.4g} to {x[-1]:.4g}, and the reference from {reference.x[0]:.4g} to"
+            f" {reference.x[-1]:.4g} (SI): they have no range in common"
+        )
+    every = np.unique(np.concatenate([[low], x, reference.x, [high]]))
+    at = every[(every >= low) & (every <= high)]
+    r, u = np.interp(at, reference.x, reference.y), np.interp(at, reference.x, reference.u)
+    return Overlay(at, np.interp(at, x, y), r, u, float((high - low) / (reference.x[-1] - reference.x[0])))
+
+
+def _grown(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """The curve by growing x. Raises Undefined where it turns back."""
+    if len(x) < 2:
+        raise Undefined("one state is a point, and no curve")
+    steps = np.diff(x)
+    if (steps > 0.0).all():
+        return x, y
+    if (steps < 0.0).all():
+        return x[::-1], y[::-1]
+    raise Undefined("it turns back on the way, and a curve has one value for each x")
+
+
+def squared(x: Floats, d: Floats) -> float:
+    """The integral of d^2 over x."""
+    p, q = d[:-1], d[1:]
+    return float((np.diff(x) * (p * p + p * q + q * q)).sum() / 3.0)
+
+
+def integral(x: Floats, d: Floats) -> float:
+    """The integral of d over x."""
+    return float((np.diff(x) * (d[:-1] + d[1:])).sum() / 2.0)
+
+
+def between(x: Floats, d: Floats) -> float:
+    """The integral of |d| over x: where d changes its sign, two triangles."""
+    p, q = np.abs(d[:-1]), np.abs(d[1:])
+    crosses = d[:-1] * d[1:] < 0.0
+    total = np.where(crosses, p + q, 1.0)
+    mean = np.where(crosses, (p * p + q * q) / (2.0 * total), 0.5 * (p + q))
+    return float((np.diff(x) * mean).sum())
+
+
+def rms(x: Floats, d: Floats) -> float:
+    """The root of the mean square of d over x."""
+    return float(np.sqrt(squared(x, d) / (x[-1] - x[0])))
+
+
+def slope(x: Floats, y: Floats, share: float) -> float:
+    """The slope of the straight line that is nearest to y, in the least squares, over the first part of the range.
+
+    int (x - m) y dx / int (x - m)^2 dx about the middle m, by Simpson's rule, which is exact for these.
+    """
+    x, y = first(x, y, share)
+    middle, h = 0.5 * (x[0] + x[-1]), np.diff(x)
+    a, b = x[:-1] - middle, x[1:] - middle
+    p, q = y[:-1], y[1:]
+    above = (h * (a * p + (a + b) * (p + q) + b * q)).sum() / 6.0
+    return float(above / ((x[-1] - x[0]) ** 3 / 12.0))
+
+
+def tilt(x: Floats, u: Floats, share: float) -> float:
+    """The most that values which are off by up to u may change that slope: int |x - m| u dx / int (x - m)^2 dx."""
+    x, u = first(x, u, share)
+    middle = 0.5 * (x[0] + x[-1])
+    u = np.interp(at := np.unique(np.append(x, middle)), x, u)
+    a, b, h = np.abs(at[:-1] - middle), np.abs(at[1:] - middle), np.diff(at)
+    above = (h * (a * u[:-1] + (a + b) * (u[:-1] + u[1:]) + b * u[1:])).sum() / 6.0
+    return float(above / ((x[-1] - x[0]) ** 3 / 12.0))
+
+
+def first(x: Floats, y: Floats, share: float) -> tuple[Floats, Floats]:
+    """The first part of a curve, from where it begins."""
+    end = x[0] + share * (x[-1] - x[0])
+    at = np.append(x[x < end], end)
+    return at, np.interp(at, x, y)
+
+
+def within(x: Floats, d: Floats, u: Floats) -> float:
+    """The share of the range on which |d| <= u, both straight between the x."""
+    zeros = _zeros(x, d)
+    at = np.unique(np.concatenate([x, zeros]))
+    gap = np.abs(np.interp(at, x, d)) - np.interp(at, x, u)  # straight between these
+    at, gap = _refined(at, gap)
+    inside = 0.5 * (gap[:-1] + gap[1:]) <= 0.0
+    return float(np.diff(at)[inside].sum() / (x[-1] - x[0]))
+
+
+def _refined(x: Floats, d: Floats) -> tuple[Floats, Floats]:
+    at = np.unique(np.concatenate([x, _zeros(x, d)]))
+    return at, np.interp(at, x, d)
+
+
+def _zeros(x: Floats, d: Floats) -> Floats:
+    """Where d crosses zero between the x."""
+    after = np.flatnonzero(d[:-1] * d[1:] < 0.0) + 1
+    share = d[after - 1] / (d[after - 1] - d[after])
+    zeros: Floats = x[after - 1] + share * (x[after] - x[after - 1])
+    return zeros
+
+
+def slopes(reference: Curve, x: Floats) -> Floats:
+    """The steepest that a reference is beside each x (n,)."""
+    steep = np.abs(np.diff(reference.y) / np.diff(reference.x))
+    after = np.clip(np.searchsorted(reference.x, x), 1, len(steep))
+    before = np.clip(np.searchsorted(reference.x, x, side="right"), 1, len(steep))
+    found: Floats = np.maximum(steep[after - 1], steep[before - 1])
+    return found

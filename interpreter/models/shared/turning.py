@@ -1,0 +1,97 @@
+"""Supports that turn: how their points come there with the load, and what leaves no room for that."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.problem.case import Case
+    from softmark.solvers.energies.energy import Floats, Ints
+else:
+    from softmark.solvers.base.deferred import np
+
+STEP = math.radians(15.0)  # of a turn in one step of the load: its chord leaves the circle by 0.9 % of the radius
+EARLY = 0.381966  # share of the load at which supports must agree too: a whole turn ends where nothing moved
+
+
+@dataclass(frozen=True)
+class OnCircles:
+    """Points X (k, 3), m, that one support turns: component `along` (k,) of each, at places (k,) among what is held."""
+
+    support: Any
+    places: Ints
+    X: Floats
+    along: Ints
+
+
+@dataclass(frozen=True)
+class Turns:
+    """How what is held moves with the load: in proportion to `target` (c,), and on circles."""
+
+    target: Floats
+    circles: Sequence[OnCircles]
+    early = EARLY
+
+    @property
+    def longest(self) -> float:
+        """The largest step of the load."""
+        return STEP / max(math.hypot(*own.support.rotation) for own in self.circles)
+
+    def at(self, share: float) -> Floats:
+        """What is imposed (c,), m or rad, at a share of the load."""
+        found: Floats = share * self.target
+        for own in self.circles:
+            found[own.places] = own.support.moved(own.X, share)[np.arange(len(own.along)), own.along]
+        return found
+
+
+def turns_of(owners: Mapping[int, Declared], held: Sequence[int], places: Mapping[int, Floats], per_node: int,
+             target: Floats) -> Turns | None:  # fmt: skip
+    """Of degrees of freedom that are `held`, `per_node` of each node; None where nothing turns.
+
+    `owners` and `places`: who holds each, and the point (3,) that it is of, m; of a rotation it is not asked for.
+    """
+    own: dict[str, list[tuple[int, int]]] = {}
+    for number, dof in enumerate(held):
+        if owners[dof].thing.turns and dof % per_node < 3:
+            own.setdefault(owners[dof].name, []).append((number, dof))
+    circles = []
+    for pairs in own.values():
+        numbers, dofs = (np.array(column, dtype=np.int64) for column in zip(*pairs, strict=True))
+        X = np.array([places[dof] for dof in dofs.tolist()])
+        circles.append(OnCircles(owners[pairs[0][1]].thing, numbers, X, dofs % per_node))
+    return Turns(target, circles) if circles else None
+
+
+def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Errors where a turn cannot be followed in steps from rest."""
+    for support in case.supports:
+        if support.thing.turns and (why := _why(model, case)):
+            yield diagnostic("E519", support.at(), f"`{declared.name}` cannot turn `{support.name}`: {why[0]}",
+                             "followed in steps from rest", why[1])  # fmt: skip
+
+
+def _why(model: Any, case: Case) -> tuple[str, str] | None:
+    """Why not, and what to do."""
+    analysis = case.analysis
+    if model.reduces is not None:
+        return "its fields are straight, and points that turn move on circles", f"use `{model.reduces}`"
+    if isinstance(analysis, Dynamic):
+        return None
+    if model.unsolved:
+        return "a cap leaves no room for steps", "leave `cap` and `linear_cap` out"
+    if analysis.path != "load":
+        return "`path = arc_length` imposes motions in proportion to the load", "use `path = load`"
+    if analysis.disturbed != "none":
+        return "a disturbed start may find back by another way round", "leave `disturbed` out"
+    return None

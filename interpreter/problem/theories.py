@@ -1,0 +1,55 @@
+"""What references that are solved are solved for, and what they say of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol
+
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.problem.beam_theory import cantilever_of
+from softmark.interpreter.problem.case import Case
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.interpreter.results.reactions import AtRest
+
+
+class Theory(Protocol):
+    """What a reference that was solved says."""
+
+    @property
+    def estimated_error(self) -> float:
+        """Of the displacement of any point, m."""
+
+    @property
+    def displacement(self) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+        """Of points (n, 3) of the undeformed body (n, 3), m."""
+
+
+def problem_of(reference: Declared, case: Case) -> Any:
+    """The numbers that a reference is solved for. Raises Fault where an assumption of it is broken."""
+    if reference.thing.about == "torsion":
+        from softmark.interpreter.problem.torsion_theory import cylinder_of
+
+        return cylinder_of(reference, case)
+    return cantilever_of(reference, case)
+
+
+def solved(reference: Declared, case: Case) -> Theory:
+    """What it says. Raises Fault, and whatever solving it may."""
+    problem = problem_of(reference, case)
+    found: Theory = (reference.thing.twisted if reference.thing.about == "torsion" else reference.thing.solve)(problem)
+    return found
+
+
+def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
+    """What it says of forces; None of one that does not."""
+    from softmark.references.torsion import TwistedCylinder
+
+    if not isinstance(found, TwistedCylinder):
+        return None
+    from softmark.interpreter.problem.torsion_theory import at_rest
+
+    return at_rest(case, found)

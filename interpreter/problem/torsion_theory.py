@@ -1,0 +1,94 @@
+"""From a scene to the twisted cylinder that the theory of torsion is about, and what it says of forces."""
+
+from __future__ import annotations
+
+import math
+
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.stretches import coverage, inside
+from softmark.interpreter.results.loads import Vector
+from softmark.interpreter.results.reactions import AtRest, Reaction
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.supports import Fixed, Turned
+from softmark.references.cantilever import Refused
+from softmark.references.torsion import TwistedCylinder
+from softmark.solvers.materials.neo_hookean import NeoHookean
+from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
+from softmark.solvers.mesh.shapes import Cylinder
+
+ALIGNED = 1e-9  # of a direction, and of the radius: how far the turn may lie beside the axis
+REMEDY = "hold one end by `fixed(...)`, turn the other by `turned(...)`, and nothing else"
+
+
+def cylinder_of(reference: Declared, case: Case) -> TwistedCylinder:
+    """The twisted cylinder of a case. Raises Fault where an assumption of the theory is broken."""
+    try:
+        return _cylinder(case)
+    except Refused as refused:
+        problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
+        raise fault("E503", reference.at(), problem, help=refused.remedy) from refused
+
+
+def _cylinder(case: Case) -> TwistedCylinder:
+    shape, name = case.shape, case.body.name
+    if not isinstance(shape, Cylinder):
+        raise Refused(f"`{name}` is no solid cylinder", "the section of any other body warps, or its wall gives way")
+    if not isinstance(case.material, NeoHookean | NeoHookeanIsochoric) or case.parts:
+        raise Refused(f"`{name}` is not of one neo-Hookean material", "use `neo_hookean(...)` for all of it")
+    if isinstance(case.analysis, Dynamic):
+        raise Refused("the analysis is dynamic", "the closed form is one of rest")
+    for load in case.loads:
+        raise Refused(f"the load `{load.name}` acts as well", "leave loads out")
+    held, turned = _ends(case)
+    root, axis = shape.root, shape.axis
+    if held == 1:
+        root, axis = _beyond(root, axis, shape.length), _beyond((0.0, 0.0, 0.0), axis, -1.0)
+    away = _beyond(turned.through, root, -1.0)
+    if math.hypot(*_cross(turned.axis, axis)) > ALIGNED or math.hypot(*_cross(away, axis)) > ALIGNED * shape.radius:
+        raise Refused("it is not turned about its own axis", "the axis and `through` are those of the cylinder")
+    angle = sum(a * b for a, b in zip(turned.rotation, axis, strict=True))
+    mu, nu = case.material.shear_modulus, case.material.poisson
+    return TwistedCylinder(shape.length, shape.radius, mu, nu, root, axis, angle)
+
+
+def _ends(case: Case) -> tuple[int, Turned]:
+    """Which end is held, 0 the root, and how the other is turned. Raises Refused."""
+    found: dict[int, object] = {}
+    for support in case.supports:
+        thing = support.thing
+        if not isinstance(thing, Fixed | Turned) or len(thing.components) < 3:
+            raise Refused(f"the support `{support.name}` holds it otherwise", REMEDY)
+        ends = [coverage(thing.where, case.prism, s) for s in (0.0, case.prism.length)]
+        if sorted(ends) != ["all", "none"] or {cover for _, cover in inside(thing.where, case.prism)} != {"none"}:
+            raise Refused(f"the support `{support.name}` does not take one end face whole", REMEDY)
+        if (end := ends.index("all")) in found:
+            raise Refused("two supports take one end", REMEDY)
+        found[end] = thing
+    for end, thing in found.items():
+        if isinstance(thing, Turned) and isinstance(found.get(1 - end), Fixed):
+            return 1 - end, thing
+    raise Refused("no end is fixed while the other is turned", REMEDY)
+
+
+def at_rest(case: Case, cylinder: TwistedCylinder) -> AtRest:
+    """What the theory says of forces."""
+    found, none = {}, (0.0, 0.0, 0.0)
+    for support in case.supports:
+        turned = isinstance(support.thing, Turned)
+        at = _beyond(cylinder.root, cylinder.axis, cylinder.length if turned else 0.0)
+        sign = 1.0 if turned else -1.0
+        force = _beyond(none, cylinder.axis, -sign * cylinder.thrust)
+        moment = _beyond(none, cylinder.axis, sign * cylinder.torque)
+        found[support.name] = Reaction(force, _beyond(moment, _cross(at, force), 1.0), at, moment)
+    return AtRest(found, {}, cylinder.energy)
+
+
+def _beyond(at: Vector, way: Vector, far: float) -> Vector:
+    """at + far way."""
+    x, y, z = (a + far * w for a, w in zip(at, way, strict=True))
+    return x, y, z
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

@@ -1,0 +1,157 @@
+"""Curves of metrics over those that were measured: one chart for each pair, with the uncertainty of the measurement."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from softmark.interpreter.language.amounts import decimals_of, quantity, scale_of
+from softmark.interpreter.report.charts.axes import Axis, linear
+from softmark.interpreter.report.charts.chart import Chart, Curve
+from softmark.interpreter.report.page.markup import prose, section
+from softmark.interpreter.report.page.plate import PlateColumn, plate
+from softmark.interpreter.report.page.sheet import Cell, csv_link, short
+from softmark.interpreter.report.run.findings import Findings, MetricColumn
+from softmark.interpreter.report.run.tables.probes import drawn_first, looks
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.results.report import SeenCurve
+
+WIDTH, HEIGHT = 640.0, 300.0
+ROWS = 60  # of the table of numbers
+WHOLE = 0.999  # of the measured range: less is said
+
+
+def section_of(findings: Findings) -> str:
+    """A chart for each measured curve and metric that is compared with it; empty where there are none."""
+    plates: dict[tuple[object, ...], str] = {}
+    for metric in findings.metrics:
+        named = findings.declared.get(metric.name)
+        reference = findings.report.references.get((named.against if named else None) or "")
+        if reference is None or reference.drawn is None:
+            continue
+        seen = {n: m.curve for n, r in findings.everyone.items() if (m := r.metrics.get(metric.name)) and m.curve}
+        same = (reference.name, *((n, tuple(c.y.tolist())) for n, c in seen.items()))  # of other statistics
+        plates.setdefault(same, "")
+        if seen and not plates[same]:
+            plates[same] = _Measured(findings, len(plates), metric, reference.name, reference.drawn, seen).plate()
+    found = [made for made in plates.values() if made]
+    return section("curves", "Measured curves", *found) if found else ""
+
+
+@dataclass(frozen=True)
+class _Measured:
+    """A measured curve with those of models."""
+
+    findings: Findings
+    number: int
+    metric: MetricColumn
+    reference: str
+    drawn: SeenCurve
+    seen: Mapping[str, SeenCurve]
+
+    @cached_property
+    def judged(self) -> tuple[float, float]:
+        """The range of models, in x: what lies beyond is not drawn."""
+        ends = [(float(c.x.min()), float(c.x.max())) for c in self.seen.values()]
+        low, high = min(a for a, _ in ends), max(b for _, b in ends)
+        margin = 0.05 * (high - low) or 0.05 * abs(high) or 1e-9
+        return max(low - margin, float(self.drawn.x[0])), min(high + margin, float(self.drawn.x[-1]))
+
+    @cached_property
+    def bands(self) -> dict[str, tuple[tuple[float, float], ...]]:
+        """The measurement, and its uncertainty above and below, where models are."""
+        d, (low, high) = self.drawn, self.judged
+        near = [i for i, x in enumerate(d.x.tolist()) if low <= x <= high]
+        near = sorted({*near, *(min(max(i, 0), len(d.x) - 1) for i in (near[0] - 1, near[-1] + 1))}) if near else []
+        off = {"": 0.0, " + uncertainty": 1.0, " − uncertainty": -1.0}
+        u = d.uncertainty if d.uncertainty is not None else 0.0 * d.y
+        return {
+            f"{self.reference}{name}": tuple((float(d.x[i]), float(d.y[i] + sign * u[i])) for i in near)
+            for name, sign in off.items()
+        }
+
+    def plate(self) -> str:
+        """The chart."""
+        open_ = [*drawn_first(self.findings), *self.findings.report.references]
+        chart = Chart(
+            f"curve-{self.number}", f"{self.metric.name}: against {self.reference}", self._desc(), *self._axes(),
+            WIDTH, HEIGHT, tuple(self._curves(open_)), left=78.0, right=110.0,
+        )  # fmt: skip
+        return plate(chart, prose(self._caption()), self._columns(), self._save(), open_=open_)
+
+    def _axes(self) -> tuple[Axis, Axis]:
+        across, up = self.drawn.units
+        every = [v for band in self.bands.values() for _, v in band]
+        every += [float(v) for c in self.seen.values() for v in c.y]
+        low, high = min(every), max(every)
+        margin = 0.06 * (high - low) or 0.06 * abs(high) or 1e-9
+        start, end = self.judged
+        along = linear(start, max(end, start + 1e-12), "time" if across == "s" else "x", across, 8)
+        return along, linear(low - margin, high + margin, "y", up, 6)
+
+    def _curves(self, open_: Sequence[str]) -> Iterator[Curve]:
+        known = looks(self.findings.report)
+        for i, (name, band) in enumerate(self.bands.items()):
+            yield Curve(name, known[self.reference], band, 0, 1, named=i == 0 and self.reference in open_)
+        for i, (name, curve) in enumerate(self.seen.items()):
+            points = tuple(zip(curve.x.tolist(), curve.y.tolist(), strict=True))
+            yield Curve(name, known[name], points, 1 + i, 1, named=name in open_)
+
+    def _said(self, value: float) -> str:
+        return quantity(value, self.drawn.units[1], 3)
+
+    def _desc(self) -> str:
+        ends = (f"{n} from {self._said(float(c.y[0]))} to {self._said(float(c.y[-1]))}" for n, c in self.seen.items())
+        return "; ".join(ends) + "."
+
+    def _caption(self) -> str:
+        """What is drawn, what the measurement is made of, and which part of it is judged."""
+        facts = self.findings.report.references[self.reference].facts
+        said = [f"`{self.metric.name}`: curves of models over `{self.reference}`, with its uncertainty on both sides."]
+        if facts.get("repeats", 1) > 1:
+            said.append(f"It is the mean of {facts['repeats']} repeats, which deviate by up to"
+                        f" {self._said(float(facts['spread']))}.")  # fmt: skip
+        if facts.get("lost") is not None:
+            said.append(f"Unloading did not give back {100.0 * float(facts['lost']):.3g} % of the work of loading.")
+        said += [f"{note}." for note in facts.get("notes") or ()]
+        models = (r.metrics.get(self.metric.name) for r in self.findings.everyone.values())
+        shares = [float(m.details["covered_share"]) for m in models if m is not None and "covered_share" in m.details]
+        if shares and min(shares) < WHOLE:
+            least, most = (f"{100.0 * share:.3g}" for share in (min(shares), max(shares)))
+            said.append(f"{least if least == most else f'{least} to {most}'} % of its range is judged.")
+        return " ".join(said)
+
+    def _columns(self) -> list[PlateColumn]:
+        """The models' points, and the measurement there."""
+        first = max(self.seen.values(), key=lambda c: len(c.x))
+        every = -(-len(first.x) // ROWS)
+        across, up = (
+            scale_of([float(first.x.max())], self.drawn.units[0]),
+            scale_of([float(abs(c.y).max()) for c in self.seen.values()], self.drawn.units[1]),
+        )
+        x = first.x[::every].tolist()
+        cells = [(across.fixed(v, decimals_of(x, across, 6)),) for v in x]
+        found = [PlateColumn("x", (across.heading("x"),), cells)]
+        for name, curve in self.seen.items():
+            y = [_at(curve, v) for v in x]
+            numbers = [v for v in y if v is not None]
+            places = decimals_of(numbers, up, 6)
+            shown = [("–" if v is None else up.fixed(v, places),) for v in y]
+            found.append(PlateColumn(name, (up.heading("y"),), shown))
+        return found
+
+    def _save(self) -> str:
+        header = ["name", f"x [{self.drawn.units[0]}]", f"y [{self.drawn.units[1]}]"]
+        rows: list[list[Cell]] = []
+        for name, curve in {self.reference: self.drawn, **self.seen}.items():
+            rows += [[name, short(x), short(y)] for x, y in zip(curve.x.tolist(), curve.y.tolist(), strict=True)]
+        return csv_link(f"{self.metric.name}-curve", header, rows)
+
+
+def _at(curve: SeenCurve, x: float) -> float | None:
+    """y at one of its points, None at what is none."""
+    found = [float(y) for own, y in zip(curve.x.tolist(), curve.y.tolist(), strict=True) if own == x]
+    return found[0] if found else None

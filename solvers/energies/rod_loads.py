@@ -1,0 +1,123 @@
+"""Loads that turn the sections of a rod: forces at material points beside its axis, and moments that stay in space.
+
+Rotations enter as in `rod_kinematics`: a tangent is the second derivative along geodesics, parallel gradients compared,
+so that that of anything with an energy is symmetric out of balance too. A moment that keeps its direction in space has
+no energy under turns about several axes (Argyris, Dunne and Scharpf 1978): its tangent is skew, minus one half of
+[m]x, m the moment in the material axes; the other half is that of the forces that balance it.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.energies.rod_rotation import rotation
+
+
+def _turns(nodes: Ints) -> Ints:
+    """The degrees of freedom (k, 3) of the rotations of nodes (k,)."""
+    found: Ints = 6 * nodes[:, None] + np.arange(3, 6)
+    return found
+
+
+def _in_material(x: Floats, nodes: Ints, vectors: Floats) -> Floats:
+    """Vectors (k, 3) in space, in the material axes of nodes (k,)."""
+    found: Floats = np.einsum("kji,kj->ki", rotation(x.reshape(-1, 7)[nodes, 3:]), vectors)
+    return found
+
+
+def _add(data: Floats, slots: Ints, blocks: Floats) -> None:
+    keep = slots >= 0
+    np.add.at(data, slots[keep], blocks.reshape(slots.shape)[keep])
+
+
+@dataclass(frozen=True)
+class RodArms(Energy):
+    """Dead forces (k, 3), N, at material points `arms` (k, 3), m in the material axes, beside nodes (k,).
+
+    E = -sum of f . (x + R a), less its value at rest, J: the arm turns with the section, the force does not.
+    """
+
+    rest: Floats
+    nodes: Ints
+    arms: Floats
+    forces: Floats
+    conservative: bool = True
+
+    @property
+    def stencils(self) -> Ints:
+        """The three rotations of every node (k, 3)."""
+        return _turns(self.nodes)
+
+    def _points(self, x: Floats) -> Floats:
+        nodes = x.reshape(-1, 7)[self.nodes]
+        found: Floats = nodes[:, :3] + np.einsum("kij,kj->ki", rotation(nodes[:, 3:]), self.arms)
+        return found
+
+    def value(self, x: Floats) -> float:
+        """Potential, zero in the undeformed state, J."""
+        return -float(np.sum(self.forces * (self._points(x) - self._at_rest)))
+
+    @cached_property
+    def _at_rest(self) -> Floats:
+        return self._points(self.rest)
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus the forces, and minus their moments a x R^T f about the material axes."""
+        nodes = g.reshape(-1, 6)
+        np.add.at(nodes[:, :3], self.nodes, -scale * self.forces)
+        moments = np.cross(self.arms, _in_material(x, self.nodes, self.forces))
+        np.add.at(nodes[:, 3:], self.nodes, -scale * moments)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """(F . a) I - (F a^T + a F^T) / 2, F = R^T f; `projected` clamps its eigenvalues at zero."""
+        F, a = _in_material(x, self.nodes, self.forces), self.arms
+        both = np.einsum("ki,kj->kij", F, a)
+        local = np.einsum("ki,ki->k", F, a)[:, None, None] * np.eye(3) - 0.5 * (both + both.swapaxes(1, 2))
+        if projected:
+            w, V = np.linalg.eigh(local)
+            local = (V * np.maximum(w, 0.0)[:, None, :]) @ V.swapaxes(1, 2)
+        _add(data, slots, scale * local)
+
+    def rounding(self, x: Floats) -> float:
+        """Far below that of the rod."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class RodMoments(Energy):
+    """Moments (k, 3), N m, on nodes (k,), that keep size and direction in space."""
+
+    nodes: Ints
+    moments: Floats
+    conservative: bool = False
+
+    @property
+    def stencils(self) -> Ints:
+        """The three rotations of every node (k, 3)."""
+        return _turns(self.nodes)
+
+    def value(self, x: Floats) -> float:
+        """There is none: what such a moment does depends on the way."""
+        raise TypeError("a moment that stays in space has no energy")
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus the moments, about the material axes."""
+        np.add.at(g.reshape(-1, 6)[:, 3:], self.nodes, -scale * _in_material(x, self.nodes, self.moments))
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """-[m]x / 2, skew; left out of a projected tangent, which must stay definite."""
+        if projected:
+            return
+        m = _in_material(x, self.nodes, self.moments)
+        local = np.zeros((len(m), 3, 3))
+        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+            local[:, i, j], local[:, j, i] = 0.5 * m[:, k], -0.5 * m[:, k]
+        _add(data, slots, scale * local)
+
+    def rounding(self, x: Floats) -> float:
+        """Far below that of the rod."""
+        return 0.0

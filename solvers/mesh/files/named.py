@@ -1,0 +1,127 @@
+"""Named groups of a mesh file: physical groups of Gmsh, sets of Abaqus and CalculiX, whole numbers on cells.
+
+A group of cells and faces of one name becomes two, NAME and `NAME:faces`. Numbers on cells, as VTU has them, are groups
+`ARRAY=VALUE`; an array of ones and zeros is one by its own name as well. Physical groups without a name go by number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.elements.element import Element
+from softmark.solvers.mesh.files import abaqus_sets
+from softmark.solvers.mesh.group import Group
+from softmark.solvers.mesh.groups import faces_of
+from softmark.solvers.mesh.mesh import Ints
+
+CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
+VALUES = 1000  # different numbers on cells, more of which are a result and no names
+FACES = ":faces"
+
+
+@dataclass(frozen=True)
+class Named:
+    """Members of one name: numbers of solid cells (k,), and corners of facets (f, c), by kind of facet."""
+
+    cells: Ints
+    facets: tuple[Ints, ...]
+
+
+def groups(data: Any, path: Path, kind: str, cells: Ints, element: type[Element]) -> dict[str, Group]:
+    """The groups of a file that meshio has read, of `cells` (m, a) of meshio's `kind`; nodes as the file has them.
+
+    Raises UnreadableMesh.
+    """
+    if path.suffix.lower() == ".inp":
+        return _of_sets(abaqus_sets.read(path, data, kind, cells, element), cells, element)
+    found: dict[str, Group] = {}
+    for name, masks in _masks(data):
+        own = _members(data, masks, kind)
+        if len(own.cells) or not own.facets:
+            found[name] = Group("cells", own.cells)
+        if own.facets:
+            found[name + FACES if len(own.cells) else name] = _faces(own.facets, cells, element)
+    return found
+
+
+def _of_sets(sets: Mapping[str, abaqus_sets.Members], cells: Ints, element: type[Element]) -> dict[str, Group]:
+    found = {}
+    for name, own in sets.items():
+        faces = len(own.faces) or own.corners or own.foreign
+        if len(own.cells) or not faces:
+            found[name] = Group("cells", own.cells)
+        if faces:
+            more = _faces(own.corners, cells, element)
+            members = np.unique(np.concatenate([own.faces, more.members]), axis=0)
+            found[name + FACES if len(own.cells) else name] = Group("faces", members, 0, own.foreign + more.foreign)
+    return found
+
+
+def _faces(facets: tuple[Ints, ...], cells: Ints, element: type[Element]) -> Group:
+    """The faces of cells that facets of a file are, each once."""
+    own = [faces_of(cells, element, corners) for corners in facets]
+    members = np.concatenate([faces for faces, _ in own]) if own else np.zeros((0, 2), dtype=np.int64)
+    return Group("faces", members, foreign=sum(none for _, none in own))
+
+
+def _members(data: Any, masks: list[Any], kind: str) -> Named:
+    cells, facets, before = [np.zeros(0, dtype=np.int64)], [], 0
+    for block, mask in zip(data.cells, masks, strict=True):
+        if block.type == kind:
+            cells.append(before + np.flatnonzero(mask))
+            before += len(block.data)
+        elif block.type in CORNERS and mask.any():
+            facets.append(block.data[mask][:, : CORNERS[block.type]].astype(np.int64))
+    return Named(np.concatenate(cells), tuple(facets))
+
+
+def _masks(data: Any) -> Iterator[tuple[str, list[Any]]]:
+    """Every name of a file, and which cells of every block it holds."""
+    said = set()
+    for name, sets in getattr(data, "cell_sets", {}).items():
+        if not name.startswith("gmsh:"):
+            said.add(name)
+            yield name, [_mask(len(b.data), own) for b, own in zip(data.cells, sets, strict=True)]
+    arrays = getattr(data, "cell_data", {})
+    for array, blocks in arrays.items():
+        if array == "gmsh:physical":
+            yield from ((n, m) for n, m in _physical(data, blocks) if n not in said)
+        elif not array.startswith("gmsh:") and array not in said:
+            yield from _numbered(array, blocks)
+
+
+def _mask(count: int, members: Any) -> Any:
+    found = np.zeros(count, dtype=np.bool_)
+    if members is not None and len(members):
+        found[np.asarray(members, dtype=np.int64)] = True
+    return found
+
+
+def _physical(data: Any, blocks: list[Any]) -> Iterator[tuple[str, list[Any]]]:
+    """Physical groups of Gmsh, by name, and those without one by number."""
+    names = {(int(tag), int(dim)): name for name, (tag, dim) in getattr(data, "field_data", {}).items()}
+    dims = [block.dim for block in data.cells]
+    used = {(int(t), d) for own, d in zip(blocks, dims, strict=True) for t in np.unique(own) if t and d >= 2}
+    for tag, dim in sorted(used):
+        masks = [(np.asarray(own) == tag) & (d == dim) for own, d in zip(blocks, dims, strict=True)]
+        twice = (tag, 5 - dim) in used and (tag, dim) not in names
+        yield names.get((tag, dim), f"{tag}{FACES}" if twice and dim == 2 else str(tag)), masks
+
+
+def _numbered(array: str, blocks: list[Any]) -> Iterator[tuple[str, list[Any]]]:
+    """Values of an array of whole numbers; of ones and zeros the ones."""
+    known = [np.asarray(own) for own in blocks]
+    if any(own.dtype.kind not in "iub" or own.ndim != 1 for own in known):
+        return
+    values = np.unique(np.concatenate(known))
+    if len(values) > VALUES:
+        return
+    if set(values.tolist()) <= {0, 1}:
+        yield array, [own == 1 for own in known]
+    for value in values.tolist():
+        yield f"{array}={int(value)}", [own == value for own in known]
