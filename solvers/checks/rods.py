@@ -20,7 +20,9 @@ from softmark.solvers.checks.solids import EPS, Floats
 
 @dataclass(frozen=True)
 class CheckedRod:
-    """Nodes in order along a rod, straight at rest but where `natural` has its nodes and frames there: `x` (n, 3) m, frames `R` (n, 3, 3) with columns e1, e2, e3.
+    """Nodes in order along a rod: `x` (n, 3) m, frames `R` (n, 3, 3) with columns e1, e2, e3.
+
+    `natural` are the same at rest, where it is not straight.
 
     `l` (n - 1,) are the lengths at rest, `C` (6,) the stiffnesses EA, GA2, GA3 (N), GJ, EI2, EI3 (N m^2); modes in
     `rigid` have no stiffness of their own, and what they carry is what balances the rest best.

@@ -1,5 +1,6 @@
-"""What every shape says, every body along an axis, every straight prism: those of `shapes.py` derive from these, and say
-what is otherwise.
+"""What every shape says, every body along an axis, and every straight prism.
+
+Those of `shapes.py` derive from these, and say what is otherwise.
 
 Nobody asks whether a shape has a member: all are here, with what a shape says of which nothing else is known. What a
 scene writes as a field of some (`length`, `axis`) is declared for the type checker alone: a dataclass would take it for

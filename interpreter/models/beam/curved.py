@@ -45,7 +45,7 @@ def left_out(shape: Swept) -> float:
     """What a slender rod leaves out of one that is bent at rest, relative: (width in the plane / radius)^2.
 
     Fibres on the inner side are shorter than the axis, so that stress is not linear over the section and stretch
-    couples with bending, both in second order (Winkler 1858; Timoshenko and Goodier 1970, section 29). On the safe side:
-    tests/interpreter/test_arcs.py holds it against solids.
+    couples with bending, both in second order (Winkler 1858; Timoshenko and Goodier 1970, section 29). On the safe
+    side: tests/interpreter/test_arcs.py holds it against solids.
     """
     return (max(shape.section.extents) * shape.bend) ** 2
