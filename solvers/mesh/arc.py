@@ -9,7 +9,7 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.cuts import Cut
 from softmark.solvers.mesh.divisions import divisions, of_disc, of_rectangle
 from softmark.solvers.mesh.sections import Disc, Rectangle
-from softmark.solvers.mesh.shape import Bounds, Side, Swept, Vector3, cross, dot, moved
+from softmark.solvers.mesh.shape import Bounds, Side, Swept, Vector3, cross, dot, moved, transverse
 from softmark.solvers.mesh.sides import Around, Toroidal
 
 if TYPE_CHECKING:
@@ -30,6 +30,8 @@ class Arc(Swept):
     that of a straight box or cylinder, bent: every node lies where the body has it. Beams take it free of stress, at
     rest; its far end looks along `axis` turned by `angle`.
     """
+
+    gap = "curved"
 
     radius: Annotated[float, "m in (0, inf)", "radius of the circle that the axis follows"]
     angle: Annotated[float, "rad in (0, 6.283185]", "how far the axis turns from end to end"]
@@ -79,7 +81,7 @@ class Arc(Swept):
         """The cross-section: its first axis looks to the centre of the circle, its second across the plane."""
         if self.diameter is not None:
             return Disc(0.5 * self.diameter)
-        side = self.side or 0.0
+        side = self.side or self.radius  # without one it is a fault, of which only that is said
         return Rectangle(side, self.height or side)
 
     def frame(self, station: float) -> tuple[Vector3, Vector3, Vector3]:
@@ -92,6 +94,8 @@ class Arc(Swept):
     def _start(self) -> tuple[Vector3, Vector3, Vector3]:
         across = cross(self.axis, self.towards)
         norm = math.hypot(*across)
+        if norm == 0.0:  # a fault, of which only that is said
+            return self.axis, *transverse(self.axis)
         b = (across[0] / norm, across[1] / norm, across[2] / norm)
         return self.axis, cross(b, self.axis), b
 

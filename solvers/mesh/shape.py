@@ -182,6 +182,7 @@ class Shape:
 
     prebuilt: ClassVar[bool] = False  # its cells are those of a file, and a size has no part in them
     flat: ClassVar[bool] = False  # it is a region of a plane, for plane problems
+    gap: ClassVar[str] = "hollow"  # why a point between others that it holds may be outside, where it is not convex
     convex: ClassVar[bool] = False  # it holds all between two points that it holds: known, and true
 
     @property
