@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Border, Condition, Point
 
+from softmark.solvers.mesh.shape import dot
+
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Swept
 
@@ -55,12 +57,29 @@ def _measured(condition: Condition, shape: Swept, station: float, extent: float)
     held = {bool(condition.holds(*point, extent)) for point in _points(shape, station)}
     if len(held) == 2:
         return "some"
+    if _uncrossed(condition, shape, station, extent):
+        return "all" if held == {True} else "none"
     from softmark.interpreter.problem.parts.sections import share
 
     taken = share(condition, shape, station)
     if held == {True}:
         return "all" if taken >= 1.0 - LITTLE else "some"
     return "none" if taken <= LITTLE else "some"
+
+
+def _uncrossed(condition: Condition, shape: Swept, station: float, extent: float) -> bool:
+    """Whether borders that are all planes pass the section: areas near a border that is parallel to it take long."""
+    _, first, second = shape.frame(station)
+    centre = shape.centre(station)
+    for border in condition.borders:
+        if border.plane is None:
+            return False
+        a, slack = border.plane[:3], RELATIVE_TOLERANCE * extent**border.power
+        level = dot(a, centre) + border.plane[3]
+        low = level - shape.section.support(-dot(a, first), -dot(a, second))
+        if low < -slack and level + shape.section.support(dot(a, first), dot(a, second)) > slack:
+            return False
+    return True
 
 
 @lru_cache(maxsize=256)
