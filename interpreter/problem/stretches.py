@@ -8,7 +8,6 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Border, Condition, Point
-
 from softmark.solvers.mesh.shape import dot
 
 if TYPE_CHECKING:

@@ -73,9 +73,9 @@ def castigliano(shape: str, force: tuple[float, float, float], moment: float) ->
 @pytest.mark.parametrize(
     ("shape", "load", "force", "moment"),
     [
-        (FLAT, "point_force(hook, at = (100, 100, 0) mm, vector = (10, 0, 0) uN)", (1e-5, 0.0, 0.0), 0.0),
+        pytest.param(FLAT, "point_force(hook, at = (100, 100, 0) mm, vector = (10, 0, 0) uN)", (1e-5, 0.0, 0.0), 0.0, marks=pytest.mark.slow),
         (ROUND, "point_force(hook, at = (100, 100, 0) mm, vector = (-10, 20, 30) uN)", (-1e-5, 2e-5, 3e-5), 0.0),
-        (FLAT, "traction(hook, where = y >= 100 mm, vector = (0, 50, 0) mPa)", (0.0, 1e-5, 0.0), 0.0),
+        pytest.param(FLAT, "traction(hook, where = y >= 100 mm, vector = (0, 50, 0) mPa)", (0.0, 1e-5, 0.0), 0.0, marks=pytest.mark.slow),
         (FLAT, "torque(hook, where = y >= 100 mm, moment = (0, 0, 1e-6) N*m)", (0.0, 0.0, 0.0), 1e-6),
         (FLAT, "point_force(hook, at = (92, 100, 0) mm, vector = (0, 10, 0) uN)", (0.0, 1e-5, 0.0), -8e-8),
     ],
@@ -96,19 +96,22 @@ def test_a_quarter_circle_bends_as_castigliano_says(
     assert math.log2(ratio) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_beam_stays_within_its_error_of_a_solid_of_the_same_arc() -> None:
-    """A hook as thick as a fifth of its radius: what slender rods leave out is a fifth of a hundredth of the tip here,
-    and stated as such, on the safe side; solids and beams weigh the same, and the closed volume of Pappus."""
+    """A hook a fifth of its radius thick: slender rods miss 0.22 % of its tip, as measured, and state more than that.
+
+    Solids and beams weigh the same: the volume is that of Pappus.
+    """
     models = run(f"body hook = solid({FLAT}, gum)\n{MEASURED}load weight = gravity(1 mm/s^2, direction = -y)\n"
                  "model rod = beam6dof(segments = 40)\nmodel bricks = fem(hex20, strain = small, size = 5 mm)\n"
                  "metric up = force(wall, along = +y)\n")  # fmt: skip
     apart = np.linalg.norm(tip(models, "rod") - tip(models, "bricks")) / np.linalg.norm(tip(models, "bricks"))
-    assert apart < 0.02
+    assert apart < 0.004
     weight = 1000.0 * 2e-4 * R * math.pi / 2.0 * 1e-3
     assert models["rod"].metrics["up"].value == pytest.approx(weight, rel=1e-9)
     assert models["bricks"].metrics["up"].value == pytest.approx(weight, rel=1e-5)
-    stated = [models["rod"].metrics[f"u{way}"].to_json() for way in "xy"]
-    print(apart, tip(models, "rod"), tip(models, "bricks"), stated)
+    for way, gap in zip(("ux", "uy"), np.abs(tip(models, "rod") - tip(models, "bricks"))[:2], strict=True):
+        assert gap < models["rod"].stated[way].value
 
 
 def test_it_bends_alike_wherever_it_starts_and_looks() -> None:
