@@ -73,9 +73,11 @@ def castigliano(shape: str, force: tuple[float, float, float], moment: float) ->
 @pytest.mark.parametrize(
     ("shape", "load", "force", "moment"),
     [
-        pytest.param(FLAT, "point_force(hook, at = (100, 100, 0) mm, vector = (10, 0, 0) uN)", (1e-5, 0.0, 0.0), 0.0, marks=pytest.mark.slow),
+        pytest.param(FLAT, "point_force(hook, at = (100, 100, 0) mm, vector = (10, 0, 0) uN)", (1e-5, 0.0, 0.0), 0.0,
+                     marks=pytest.mark.slow),
         (ROUND, "point_force(hook, at = (100, 100, 0) mm, vector = (-10, 20, 30) uN)", (-1e-5, 2e-5, 3e-5), 0.0),
-        pytest.param(FLAT, "traction(hook, where = y >= 100 mm, vector = (0, 50, 0) mPa)", (0.0, 1e-5, 0.0), 0.0, marks=pytest.mark.slow),
+        pytest.param(FLAT, "traction(hook, where = y >= 100 mm, vector = (0, 50, 0) mPa)", (0.0, 1e-5, 0.0), 0.0,
+                     marks=pytest.mark.slow),
         (FLAT, "torque(hook, where = y >= 100 mm, moment = (0, 0, 1e-6) N*m)", (0.0, 0.0, 0.0), 1e-6),
         (FLAT, "point_force(hook, at = (92, 100, 0) mm, vector = (0, 10, 0) uN)", (0.0, 1e-5, 0.0), -8e-8),
     ],
@@ -131,7 +133,7 @@ def test_it_bends_alike_wherever_it_starts_and_looks() -> None:
 
 
 def test_a_clamp_on_a_part_of_the_arc_is_one_at_its_border() -> None:
-    """Held as far as 15 degrees, 60 degrees bend as 45 do: a node is put at the border, which is a plane of sections."""
+    """Held as far as 15 degrees, 60 degrees bend as 45 do: a node is put at the border, a plane of sections."""
     free = "load push = point_force(hook, at = {at}, vector = {f})\nmodel rod = beam6dof(segments = {n})\n"
     c, s = math.cos(math.radians(15.0)), math.sin(math.radians(15.0))
     far = f"({1e3 * R * math.sin(math.pi / 3)!r}, {1e3 * R * 0.5!r}, 0) mm"
