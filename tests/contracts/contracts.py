@@ -7,7 +7,6 @@
     check_probe     it finds its points in a body
     check_metric    it measures, or says why not; zero against itself where it is an error
     check_model     it says what it is, and refuses what it does not take; what it takes it builds, and solves
-
 A class is tried under a name of its own in its table: `with added(LOADS, "magnet", Magnet): ...`.
 """
 
@@ -436,9 +435,6 @@ def check_result(words: str, before: str = "", analysis: str = "") -> ModelResul
     assert {"value", "unit", "parts", "reason", "doubts"} <= set(own["stated"]["sag"])
     result: ModelResult = report.models["m"]
     return result
-
-
-# ------------------------------------------------------------------ what nobody knows
 
 
 @dataclass(frozen=True)
