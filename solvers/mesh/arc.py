@@ -26,7 +26,7 @@ SIDEWAYS = 1e-6  # of a direction: less of it across the axis says no plane
 class Arc(Swept):
     """A body of one section along a part of a circle: it starts at `origin` along `axis`, and bends to `towards`.
 
-    Of a rectangular section (`side`, and `height` where that is another) or of a round one (`diameter`). Its mesh is
+    Of a rectangular section (`side`, and `height` if it is another) or a round one (`section_radius`). Its mesh is
     that of a straight box or cylinder, bent: every node lies where the body has it. Beams take it free of stress, at
     rest; its far end looks along `axis` turned by `angle`.
     """
@@ -39,7 +39,7 @@ class Arc(Swept):
     height: Annotated[
         float | None, "m in (0, inf)", "extent of a rectangular section across that plane; `side` where left out"
     ] = None
-    diameter: Annotated[float | None, "m in (0, inf)", "diameter of a round section"] = None
+    section_radius: Annotated[float | None, "m in (0, inf)", "radius of a round section"] = None
     axis: Annotated[Vector3, "direction", "direction of the axis at `origin`"] = (1.0, 0.0, 0.0)
     towards: Annotated[Vector3, "direction", "direction in which it bends, of which the part across `axis` counts"] = (
         0.0,
@@ -51,11 +51,11 @@ class Arc(Swept):
     @property
     def fault(self) -> str:
         """No section or two, one that passes the centre of the circle, or no plane."""
-        if (self.side is None) == (self.diameter is None):
-            return "it needs a `side`, of a rectangular section, or a `diameter`, of a round one"
+        if (self.side is None) == (self.section_radius is None):
+            return "it needs a `side`, of a rectangular section, or a `section_radius`, of a round one"
         if self.height is not None and self.side is None:
-            return "`height` is of a rectangular section, and a round one has a `diameter` alone"
-        if (self.side or self.diameter or 0.0) >= 2.0 * self.radius:
+            return "`height` is of a rectangular section, and a round one has a `section_radius` alone"
+        if max(0.5 * (self.side or 0.0), self.section_radius or 0.0) >= self.radius:
             return "its section reaches past the centre of the circle: `radius` must be more than half of it"
         if math.hypot(*cross(self.axis, self.towards)) < SIDEWAYS:
             return "`towards` is along `axis`, and says no plane to bend in"
@@ -79,8 +79,8 @@ class Arc(Swept):
     @property
     def section(self) -> Rectangle | Disc:
         """The cross-section: its first axis looks to the centre of the circle, its second across the plane."""
-        if self.diameter is not None:
-            return Disc(0.5 * self.diameter)
+        if self.section_radius is not None:
+            return Disc(self.section_radius)
         side = self.side or self.radius  # without one it is a fault, of which only that is said
         return Rectangle(side, self.height or side)
 

@@ -116,7 +116,7 @@ def test_every_word_is_documented_and_annotated(kind: str, name: str, cls: type[
 @pytest.mark.parametrize("name", SHAPES)
 @pytest.mark.parametrize("shaped", [{}, {"axis": (0.0, 0.6, -0.8)}, {"origin": (1.0, -2.0, 3.0)},
                                     {"part": "half"}, {"part": "octant"},
-                                    {"angle": 4.0, "side": None, "height": None, "diameter": 0.02}],
+                                    {"angle": 4.0, "side": None, "height": None, "section_radius": 0.01}],
                          ids=str)  # fmt: skip
 def test_shapes(name: str, shaped: dict[str, Any]) -> None:
     cls = SHAPES[name]

@@ -17,7 +17,7 @@ scene "along an arc"
 material gum = linear_elastic(young = 1 MPa, poisson = 0.25, density = 1000 kg/m^3)
 """
 FLAT = "arc(radius = 100 mm, angle = 90 deg, side = 20 mm, height = 10 mm)"
-ROUND = "arc(radius = 100 mm, angle = 90 deg, diameter = 20 mm)"
+ROUND = "arc(radius = 100 mm, angle = 90 deg, section_radius = 10 mm)"
 MEASURED = """support wall = fixed(hook, where = x <= 0 mm)
 probe tip = point(hook, at = (100, 100, 0) mm)
 metric ux = displacement(tip, along = +x)
@@ -138,13 +138,13 @@ def test_a_clamp_on_a_part_of_the_arc_is_one_at_its_border() -> None:
     c, s = math.cos(math.radians(15.0)), math.sin(math.radians(15.0))
     far = f"({1e3 * R * math.sin(math.pi / 3)!r}, {1e3 * R * 0.5!r}, 0) mm"
     long = run(
-        "body hook = solid(arc(radius = 100 mm, angle = 60 deg, diameter = 4 mm), gum)\n"
+        "body hook = solid(arc(radius = 100 mm, angle = 60 deg, section_radius = 2 mm), gum)\n"
         + MEASURED.replace("x <= 0 mm", f"{c!r} * x <= {s!r} * (100 mm - y)").replace("(100, 100, 0) mm", far)
         + free.format(at=far, f="(0, 0, 0.2) mN", n=16)
     )
     near = f"({1e3 * R * math.sqrt(0.5)!r}, {1e3 * R * (1 - math.sqrt(0.5))!r}, 0) mm"
     short = run(
-        "body hook = solid(arc(radius = 100 mm, angle = 45 deg, diameter = 4 mm), gum)\n"
+        "body hook = solid(arc(radius = 100 mm, angle = 45 deg, section_radius = 2 mm), gum)\n"
         + MEASURED.replace("(100, 100, 0) mm", near)
         + free.format(at=near, f="(0, 0, 0.2) mN", n=12)
     )

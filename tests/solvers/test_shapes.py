@@ -24,7 +24,7 @@ BODIES: dict[str, Shape] = {
     "ellipsoid": Ellipsoid((0.012, 0.008, 0.01), part="half"),
     "shell": SphericalShell(0.01, 0.005, part="quarter"),
     "arc": Arc(0.02, 1.2, side=0.01, height=0.008, axis=(0.0, 0.6, 0.8)),
-    "bent rod": Arc(0.02, 2.0, diameter=0.02, origin=(1.0, 2.0, 3.0)),
+    "bent rod": Arc(0.02, 2.0, section_radius=0.01, origin=(1.0, 2.0, 3.0)),
 }
 ORDERS = {"tet4": 2.0, "hex8": 2.0, "tet10": 4.0, "hex20": 4.0, "hex27": 4.0}
 
