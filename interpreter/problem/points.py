@@ -221,7 +221,7 @@ def _mask(which: Any, count: int) -> NDArray[np.bool_]:
 def drawn(case: Case) -> ProbePoints:
     """A surface of the body for pictures."""
     shape = located(case.shape, case.body.at("shape"))
-    if isinstance(shape, geometry.Prism):
+    if isinstance(shape, geometry.Swept):
         return ProbePoints(*skin_of(shape))
     size = _size(shape)
     X, triangles = shape.surface(size)
@@ -233,7 +233,7 @@ def drawn(case: Case) -> ProbePoints:
 def scanned(case: Case) -> ProbePoints:
     """A surface of the body fine enough to be put through a scanner."""
     shape = located(case.shape, case.body.at("shape"))
-    return ProbePoints(*skin_of(shape, *SCANNED)) if isinstance(shape, geometry.Prism) else drawn(case)
+    return ProbePoints(*skin_of(shape, *SCANNED)) if isinstance(shape, geometry.Swept) else drawn(case)
 
 
 def held_face(case: Case) -> tuple[Floats, Ints] | None:

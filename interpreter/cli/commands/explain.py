@@ -244,6 +244,7 @@ _FITTING = {  # of fields whose value must go with that of another, or that take
     "inner": "10 mm", "first": "(0, 0, 0) mm", "second": "(48, 44, 0) mm", "third": "(48, 60, 0) mm",
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
 }  # fmt: skip
+_CHOSEN = {"arc": ("side",)}  # fields that may be left out, one or another of which is needed
 _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "files": '"file.csv"',
     "texts": '"force"', "amount": "1 mm", "direction": "-z", "condition": "x <= 0 mm",
@@ -254,7 +255,7 @@ _SAMPLES = {
 
 
 def _example(c: Constructor) -> str:
-    arguments = [f"{f.name} = {_sample(f)}" for f in c.fields if f.required]
+    arguments = [f"{f.name} = {_sample(f)}" for f in c.fields if f.required or f.name in _CHOSEN.get(c.name, ())]
     return f"{c.name}({', '.join(arguments)})"
 
 
