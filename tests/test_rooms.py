@@ -36,6 +36,7 @@ MOST = 15  # modules of a folder that has no folders within
 MANY = {  # and why
     "interpreter/language": "a step of reading is a file",
     "interpreter/metrics": "a metric is a file",
+    "interpreter/models/shared": "what models of all kinds do with one thing, a load or a support, is a file",
     "interpreter/cli/commands": "a command is a file, and what they share is beside them",
     "solvers/materials": "a law is a file, and what they share is beside them",
     "solvers/dynamics": "an integrator is a file, and what they share is beside them",

@@ -120,7 +120,7 @@ def _checked(
 ) -> tuple[dict[str, Any], str | None]:
     """What the report says of the checks, and why the solution is no answer, if it is none."""
     voucher, looked = voucher_of(declared.thing), Found(scene, declared, case, prepared, solution)
-    found = _cells(solution) | voucher.facts(looked)
+    found = _cells(solution, case.depth) | voucher.facts(looked)
     found |= {n: v for n, v in (solution.facts.get("energy") or {}).items() if n in ("drift", "gained")}
     if isinstance(case.analysis, Dynamic):
         return found, None
@@ -148,12 +148,16 @@ def _held(voucher: Voucher, looked: Found, found: dict[str, Any]) -> tuple[dict[
     return found | own, reason if looked.solution.status == "converged" else None
 
 
-def _cells(solution: Solution) -> dict[str, Any]:
-    """Cells that are inside out, and the least volume ratio, at integration points and nodes of each."""
+def _cells(solution: Solution, depth: float) -> dict[str, Any]:
+    """Cells that are inside out, and the least volume ratio, at integration points and nodes of each.
+
+    `depth` (m) is that of the slice that stands for a body of revolution, 0 of another body.
+    """
     mesh = solution.mesh
     if mesh is None or mesh.kind not in ELEMENTS:
         return {}
-    body = CheckedBody(mesh.points, mesh.cells, mesh.kind, np.asarray(mesh.displacement, dtype=np.float64), (), 0.0)
+    u = np.asarray(mesh.displacement, dtype=np.float64)
+    body = CheckedBody(mesh.points, mesh.cells, mesh.kind, u, (), 0.0, depth=depth)
     least, strain = body.volumes()
     return {
         "inverted": int((~(least > 0.0)).sum()), "of_cells": len(least), "worst_J": float(least.min()),

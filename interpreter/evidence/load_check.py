@@ -9,6 +9,7 @@ settled on a facet, where the side of a cylinder is) and nothing else.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -61,7 +62,7 @@ def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: st
             carried = np.zeros(len(mesh.points))
             for own, which in alone(case, mesh):
                 body = (mesh.points, mesh.cells[which], mesh.kind)
-                carried += solids.weights_of(*body, own.material.density, mass, len(mesh.points))
+                carried += solids.weights_of(*body, own.material.density, mass, len(mesh.points), case.depth)
             return carried[:, None] * np.array(g), 0.0
         case PerArea(traction=traction):
             t = np.array(traction)
@@ -72,8 +73,19 @@ def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: st
         case Turning():
             return _turned(action, case, mesh.mesh, mesh.points if small else mesh.points + u)
         case AtPoint():
-            return _at_point(action, mesh), 0.0
+            return _at_points(action, case, mesh), 0.0
     raise Unchecked(f"there is no other formula for a load that acts as {type(action).__name__}")
+
+
+def _at_points(load: AtPoint, case: Case, mesh: Moved) -> Floats:
+    """The force at its point; of a plane body spread along z by Simpson's rule."""
+    if not case.planar:
+        return _at_point(load, mesh)
+    x, y, _ = load.at
+    rim, found = 0.5 * case.body.thing.thickness, np.zeros_like(mesh.points)
+    for z, share in ((-rim, 1.0), (0.0, 4.0), (rim, 1.0)):
+        found += share / 6.0 * _at_point(replace(load, at=(x, y, z)), mesh)
+    return found
 
 
 def _at_point(load: AtPoint, mesh: Moved) -> Floats:
@@ -101,12 +113,12 @@ def _pushed(
     unsure = 0.0
     for whole, (f, xi, w), (g, left) in _selected(load.where, case, mesh):
         if isinstance(load, Follower) or whole.shape[1] == 3:
-            found += solids.surface_forces(surface, whole, push)
+            found += solids.surface_forces(surface, whole, push, case.depth)
         else:
             for each, at, weights in _sampled(whole):
-                found += solids.part_forces(surface, each, at, weights, push)
-        found += solids.part_forces(surface, f, xi, w, push)
-        vague = solids.part_forces(surface, g, np.full((len(g), 2), 0.25), left, push)
+                found += solids.part_forces(surface, each, at, weights, push, case.depth)
+        found += solids.part_forces(surface, f, xi, w, push, case.depth)
+        vague = solids.part_forces(surface, g, np.full((len(g), 2), 0.25), left, push, case.depth)
         unsure += float(np.abs(vague).sum())
     return found, unsure
 

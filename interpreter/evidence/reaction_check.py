@@ -115,12 +115,16 @@ def _found_again(
     return most, noise
 
 
-def summed(masks: Mapping[str, Any], left: Floats, x: Floats) -> dict[str, Wrench]:
-    """Of what is left (n, 6) at nodes x (n, 3), in space: what each support has by its mask (n, 6), the first first."""
+def summed(masks: Mapping[str, Any], left: Floats, x: Floats, axial: bool = False) -> dict[str, Wrench]:
+    """Of what is left (n, 6) at nodes x (n, 3), in space: what each support has by its mask (n, 6), the first first.
+
+    `axial`: at nodes that are rings around the y axis, whose other forces cancel.
+    """
     found, taken = {}, np.zeros(left.shape, dtype=np.bool_)
     for name, mask in masks.items():
         own = np.where(mask & ~taken, left, 0.0)
         moment = own[:, 3:].sum(axis=0) + np.cross(x, own[:, :3]).sum(axis=0)
-        found[name] = Wrench(own[:, :3].sum(axis=0), moment)
+        force = own[:, :3].sum(axis=0)
+        found[name] = Wrench(force * (0.0, 1.0, 0.0), 0.0 * moment) if axial else Wrench(force, moment)
         taken |= mask
     return found

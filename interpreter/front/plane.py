@@ -7,18 +7,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.metrics.displacement import Displacement
+from softmark.interpreter.metrics.energy_norm import EnergyNorm
+from softmark.interpreter.metrics.force import Force
 from softmark.interpreter.metrics.frequency import Frequency
+from softmark.interpreter.metrics.max_error import MaxError
+from softmark.interpreter.metrics.mean_error import MeanError
+from softmark.interpreter.metrics.strain_energy import StrainEnergy
+from softmark.interpreter.metrics.tensors import OfTensors
+from softmark.interpreter.metrics.tip_error import TipError
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import Case
+from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.probes import Line, Point
+from softmark.interpreter.vocabulary.supports import Symmetric, Turned
 from softmark.solvers.elements.quadrilaterals import PLANE
+from softmark.solvers.mesh.flat import NEAR
 
-WHAT = {"plane_strain": "plane strain", "plane_stress": "plane stress"}
+WHAT = {"plane_strain": "plane strain", "plane_stress": "plane stress", "axisymmetric": "axial symmetry"}
+AT_POINTS = (Displacement, EnergyNorm, MaxError, MeanError, OfTensors, TipError)  # known of bodies of revolution
+NEARLY = 0.49  # Poisson's ratio from which bodies of revolution are refused
 QUADS = ", ".join(f"`{name}`" for name in PLANE)
 
 
@@ -29,10 +44,25 @@ def shapes(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic("E542", body.at("region"), f"`{body.name}` is a slice of a plane region, and this is none",
                              "not a plane region",
                              "use `quadrilateral(...)` or `quarter_ring(...)`; a body in space is `solid`")  # fmt: skip
+        elif body.thing.planar == "axisymmetric" and body.thing.shape.ends[0][0] < -NEAR * body.thing.shape.diagonal:
+            yield diagnostic("E322", body.at("region"), f"`{body.name}` turns about the y axis, and its region lies on "
+                             "both sides of it", "x below 0",
+                             "x is the distance from the axis: give the half with x >= 0")  # fmt: skip
         elif body.thing.shape.flat and not body.thing.planar:
             yield diagnostic("E542", body.at("shape"), f"`{body.name}` has a plane region for its shape",
                              "no thickness",
                              "a slice of it is `plane_strain(..., thickness = 1 mm)` or `plane_stress`")  # fmt: skip
+
+
+def selecting(scene: Scene) -> Iterator[Diagnostic]:
+    """Conditions on z, of whatever acts on a plane body: it is the same for all z."""
+    for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
+        body, condition = scene.declared.get(declared.value("body") or ""), declared.value("where")
+        if body is not None and body.thing.planar and condition is not None and 2 in condition.axes:
+            yield diagnostic("E321", declared.at("where"), f"`{declared.name}` selects by z, and `{body.name}` is a "
+                             "plane body: it is the same for all z", "depends on z",
+                             "select by x and y alone, such as `x <= 0 mm`; a body that differs along z is "
+                             "`solid`")  # fmt: skip
 
 
 def acting(scene: Scene) -> Iterator[Diagnostic]:
@@ -45,6 +75,9 @@ def acting(scene: Scene) -> Iterator[Diagnostic]:
     for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
         own = declared.value("body")
         flat = own in bodies or (own is None and alone and declared.kind == "load")
+        if across := [*_across_axis(scene, declared)]:
+            yield from across
+            continue
         if flat and declared.kind == "load" and isinstance(declared.thing.action, Turning):
             yield diagnostic("E544", declared.at(), f"`{declared.name}` is a moment, and a plane body takes forces",
                              "not for plane bodies", "turn an edge by `turned(..., axis = +z)`")  # fmt: skip
@@ -52,6 +85,52 @@ def acting(scene: Scene) -> Iterator[Diagnostic]:
             does = "moves" if declared.kind == "support" else "pulls"
             yield diagnostic("E544", declared.at(), f"`{declared.name}` {does} a plane body out of its plane",
                              "it has a component along z", "the plane is that of x and y: leave z out")  # fmt: skip
+        elif own in bodies and declared.kind == "load" and _beside(declared.thing.action):
+            yield diagnostic("E544", declared.at("at"), f"`{declared.name}` acts beside the plane of `{own}`",
+                             "z is not 0", "points of a plane body have z = 0")  # fmt: skip
+    for analysis in scene.of_kind("analysis").values() if bodies else ():
+        for field in _leaving(analysis.thing, alone):
+            yield diagnostic("E544", analysis.at(field), f"the `{field}` at the start takes plane bodies out of their "
+                             "plane", "not within the plane",
+                             "velocity is along x and y, and spin about z")  # fmt: skip
+
+
+def _across_axis(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
+    """Gravity across the axis of a body of revolution, mirrors that do not cross it, and turns of its parts."""
+    turned = [body.name for body in scene.of_kind("body").values() if body.thing.planar == "axisymmetric"]
+    thing = declared.thing
+    if isinstance(thing, Symmetric):
+        if thing.body in turned and thing.normal is not None and thing.normal[0] == 0 and thing.normal[1] != 0.0:
+            yield diagnostic("E323", declared.at("where"), f"`{declared.name}` is no plane of symmetry of "
+                             f"`{thing.body}`, which turns about the y axis", "a cylinder around the axis",
+                             "its mirrors are normal to y; what does not grow is `fixed(..., components = "
+                             "x)`")  # fmt: skip
+    elif isinstance(thing, Turned) and thing.body in turned:
+        yield diagnostic("E323", declared.at(), f"`{declared.name}` turns a part of `{thing.body}`, a body of "
+                         "revolution", "not around the axis", "its rings stay level: use a `solid`")  # fmt: skip
+    elif turned and declared.kind == "load" and _sideways(thing.action):
+        yield diagnostic("E323", declared.at(), f"`{declared.name}` pulls `{turned[0]}` across its axis",
+                         "not along y", "the axis is y: `direction = -y`")  # fmt: skip
+
+
+def _sideways(action: Any) -> bool:
+    """Whether it is gravity with a component along x or z."""
+    return isinstance(action, PerMass) and bool(action.acceleration[0] or action.acceleration[2])
+
+
+def _beside(action: Any) -> bool:
+    """Whether a force acts at a point off the plane."""
+    return isinstance(action, AtPoint) and action.at[2] != 0.0
+
+
+def _leaving(analysis: Any, alone: bool) -> Iterator[str]:
+    """What a motion starts with out of the plane; solids may have a velocity along z beside plane bodies."""
+    if not isinstance(analysis, Dynamic):
+        return
+    if alone and analysis.velocity[2]:
+        yield "velocity"
+    if any(analysis.spin[:2]):
+        yield "spin"
 
 
 def _across(declared: Declared) -> float:
@@ -90,6 +169,35 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
                          "of their own alone", "not of plane bodies", "leave it out, and give a `size`")  # fmt: skip
     elif case.planar == "plane_stress":
         yield from _of_plates(thing, declared, case)
+    elif case.depth:
+        yield from _of_revolution(thing, declared, case)
+
+
+PLAIN = {"formulation": "displacement", "integration": "full", "rotation": "point", "precision": "double",
+         "mass": "consistent", "start": None}  # fmt: skip
+
+
+def _of_revolution(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """What is not known of bodies of revolution: all but displacements at all points, at rest."""
+    body = case.body
+    for field in (name for name, only in PLAIN.items() if getattr(thing, name) != only):
+        yield diagnostic("E322", declared.at(field), f"`{declared.name}` is of a body of revolution, which knows no "
+                         f"such `{field}`", "not with axial symmetry", "leave it out")  # fmt: skip
+    if isinstance(case.analysis, Dynamic) or case.analysis.disturbed != "none" or case.analysis.path != "load":
+        yield diagnostic("E322", declared.at(), f"`{declared.name}` is of a body of revolution, which is known at rest "
+                         "alone, as its loads grow", "not with axial symmetry",
+                         "use `static()`, or a `solid`")  # fmt: skip
+    if case.parts:
+        yield diagnostic("E322", case.parts[0].at(), f"`{case.parts[0].name}` is a part of a body of revolution, which "
+                         "is of one material", "not with axial symmetry", "use a `solid`")  # fmt: skip
+    elif case.largest_poisson >= NEARLY:
+        yield diagnostic("E322", body.at("material"), f"`{body.name}` hardly changes its volume, and bodies of "
+                         "revolution know no formulation that does not lock", "too near to a Poisson's ratio of 0.5",
+                         f"use one below {NEARLY:g}, or a `solid`")  # fmt: skip
+    for load in case.loads:
+        if isinstance(load.thing.action, AtPoint):
+            yield diagnostic("E323", load.at(), f"`{load.name}` acts at a point of a body of revolution", "not around "
+                             "the axis", "use `traction` on a part of its edge, which goes all around")  # fmt: skip
 
 
 def _of_plates(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
@@ -108,11 +216,30 @@ def _of_plates(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnosti
                          "use one below it, such as 0.4999: in plane stress nothing locks")  # fmt: skip
 
 
+def _unknown(metric: Declared, scene: Scene) -> str:
+    """Why a metric is not known of a body of revolution; "" where it is."""
+    thing = metric.thing
+    if isinstance(thing, Force):
+        return "" if not (thing.direction[0] or thing.direction[2]) else "whose forces across its axis cancel"
+    if isinstance(thing, StrainEnergy):
+        return ""
+    probe = scene.declared.get(thing.looked_at or "")
+    if isinstance(thing, AT_POINTS) and probe is not None:
+        seen = isinstance(probe.thing, Point | Line)
+        return "" if seen else "which is looked at in its section, at points and along lines"
+    return "of which this is not known"
+
+
 def metrics(scene: Scene) -> Iterator[Diagnostic]:
     """What is not known of a slice: how it vibrates, and the volume of a plate whose thickness is not in its points."""
     for metric in scene.of_kind("metric").values():
         body = scene.declared.get(metric.thing.body_in(scene) or "")
         planar = "" if body is None else body.thing.planar
+        if planar == "axisymmetric" and (why := _unknown(metric, scene)):
+            yield diagnostic("E323", metric.at(), f"`{metric.name}` is of a body of revolution, {why}",
+                             "not with axial symmetry", "known are displacements and their errors, stress, strain and "
+                             "stretch, at points and along lines, strain_energy, and force along y")  # fmt: skip
+            continue
         if planar and isinstance(metric.thing, Frequency):
             yield diagnostic("E545", metric.at(), f"`{metric.name}` is of a plane body, of which frequencies are not "
                              "found", "not of a plane body",

@@ -74,13 +74,14 @@ def _range(value: Enclosure | float) -> Enclosure:
 class Term:
     """Arithmetic over coordinates; `at` takes (x, y, z) as floats, numpy arrays or ranges.
 
-    `plane` (a, b, c, d) is there where the term is a x + b y + c z + d.
+    `plane` (a, b, c, d) is there where the term is a x + b y + c z + d; `axes` are the coordinates that occur in it.
     """
 
     at: Callable[[tuple[Any, Any, Any]], Any]
     varies: bool
     value: float = math.nan  # of a constant
     plane: Plane | None = None
+    axes: frozenset[int] = frozenset()
 
     @staticmethod
     def constant(value: float) -> Term:
@@ -90,16 +91,18 @@ class Term:
     @staticmethod
     def coordinate(axis: int) -> Term:
         """x, y or z."""
-        return Term(lambda p: p[axis], True, plane=tuple(float(i == axis) for i in range(4)))  # type: ignore[arg-type]
+        plane = tuple(float(i == axis) for i in range(4))
+        return Term(lambda p: p[axis], True, plane=plane, axes=frozenset({axis}))  # type: ignore[arg-type]
 
     def negated(self) -> Term:
         """Minus this."""
-        return Term(lambda p: -self.at(p), self.varies, -self.value, _scaled(self.plane, -1.0))
+        return Term(lambda p: -self.at(p), self.varies, -self.value, _scaled(self.plane, -1.0), self.axes)
 
     def combine(self, operator: str, other: Term) -> Term:
         """This and another term under + - * / ^."""
         f = _OPERATORS[operator]
-        return Term(lambda p: f(self.at(p), other.at(p)), True, plane=self._plane(operator, other))
+        plane, axes = self._plane(operator, other), self.axes | other.axes
+        return Term(lambda p: f(self.at(p), other.at(p)), True, plane=plane, axes=axes)
 
     def _plane(self, operator: str, other: Term) -> Plane | None:
         """What stays linear in the coordinates: sums, and products and quotients with a constant."""
@@ -119,7 +122,7 @@ class Term:
     def function(self, name: str) -> Term:
         """sqrt or abs of this."""
         f = _FUNCTIONS[name]
-        return Term(lambda p: f(self.at(p)), True)
+        return Term(lambda p: f(self.at(p)), True, axes=self.axes)
 
 
 Plane = tuple[float, float, float, float]  # of a x + b y + c z + d
@@ -214,6 +217,11 @@ class Condition:
     def given_of(self, members: Mapping[str, bool]) -> Condition:
         """The same for things of which it is known whether they are members of its groups: on coordinates alone."""
         return self if self._known is None else self._known(members)
+
+    @property
+    def axes(self) -> frozenset[int]:
+        """The coordinates that it is about: 0, 1 and 2 are x, y and z."""
+        return frozenset(axis for border in self.borders for axis in border.level.axes)
 
     def holds(self, x: Any, y: Any, z: Any, extent: float) -> Any:
         """True where (x, y, z), in m, satisfies the condition in a body of this extent (m)."""

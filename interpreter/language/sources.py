@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import field, replace
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic, Source
@@ -52,6 +52,9 @@ class ModuleTable:
     aliases: dict[str, tree.Use] = field(default_factory=dict)  # with prefix
     broken: set[str] = field(default_factory=set)  # with prefix: names whose declaration is in error already
     size: int = 0  # characters of all texts
+    listed: dict[int, tuple[tree.Expression, Any]] = field(
+        default_factory=dict
+    )  # lists, and the values of sweeps there
 
     def is_broken(self, full: str) -> bool:
         """Whether a name, or the alias that it starts with, has been reported where it is declared."""
@@ -62,9 +65,8 @@ class ModuleTable:
         """The same texts, parsed already, to be compiled anew with a list of diagnostics of its own."""
         modules = {id(m): replace(m, place=Place(m.source, diagnostics)) for m in self.modules}
         symbols = {n: Symbol(s.node, modules[id(s.module)]) for n, s in self.symbols.items()}
-        return ModuleTable(
-            self.vocabulary, list(modules.values()), symbols, dict(self.aliases), set(self.broken), self.size
-        )
+        aliases, broken = dict(self.aliases), set(self.broken)
+        return ModuleTable(self.vocabulary, list(modules.values()), symbols, aliases, broken, self.size, self.listed)
 
 
 class Missing(Exception):

@@ -79,8 +79,12 @@ def variants(binder: Binder, field: Field, node: tree.Expression, place: Place) 
     if not node.items:
         raise place.fail("E510", node.span, "the sweep has no values", "an empty list", "write `[10, 5, 2.5] mm`")
     names = [n.text for item in node.items for n, _ in tree.walk(item) if isinstance(n, tree.Name)]
-    binder.compiler.scope.used.update(n for n in names if n in binder.compiler.table.symbols)
-    return tuple(_variant(binder, item, node.unit, place) for item in node.items)
+    table = binder.compiler.table
+    binder.compiler.scope.used.update(n for n in names if n in table.symbols)
+    if id(node) not in table.listed:  # every value is tried by compiling the scene, its list with it, once more
+        table.listed[id(node)] = node, tuple(_variant(binder, item, node.unit, place) for item in node.items)
+    found: tuple[Variant, ...] = table.listed[id(node)][1]
+    return found
 
 
 def _variant(binder: Binder, item: tree.Expression, unit: tree.Unit | None, place: Place) -> Variant:

@@ -8,14 +8,14 @@ from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
-from softmark.interpreter.language.conditions import Condition
+from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Condition, Term
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.loads import PerMass
-from softmark.interpreter.vocabulary.supports import InPlane
+from softmark.interpreter.vocabulary.supports import InPlane, OnAxis
 from softmark.records import dataclass
-from softmark.solvers.mesh.shape import Prism, Shape
+from softmark.solvers.mesh.shape import Shape, Swept
 
 
 class Fault(Exception):
@@ -55,10 +55,10 @@ class Case:
         return found
 
     @property
-    def prism(self) -> Prism:
-        """The same where it is known to be one. Raises TypeError."""
-        if not isinstance(self.shape, Prism):
-            raise TypeError(f"`{self.body.name}` is no straight prism")
+    def prism(self) -> Swept:
+        """The same where it is known to have one section along an axis. Raises TypeError."""
+        if not isinstance(self.shape, Swept):
+            raise TypeError(f"`{self.body.name}` has no section along an axis")
         return self.shape
 
     @property
@@ -78,9 +78,14 @@ class Case:
 
     @property
     def planar(self) -> str:
-        """`plane_strain` or `plane_stress` of a plane body; "" of a solid."""
+        """`plane_strain`, `plane_stress` or `axisymmetric` of a plane body; "" of a solid."""
         kind: str = self.body.thing.planar
         return kind
+
+    @property
+    def depth(self) -> float:
+        """How thick the slice is that stands for a body of revolution, m; 0 of any other body."""
+        return float(self.body.thing.thickness) if self.planar == "axisymmetric" else 0.0
 
     @property
     def largest_poisson(self) -> float:
@@ -124,7 +129,17 @@ def in_plane(body: Declared) -> tuple[Declared, ...]:
     if not body.thing.planar:
         return ()
     held = InPlane(body.name, Condition.everywhere())
-    return (Declared("support", f"the plane of {body.name}", body.constructor, held, body.location),)
+    plane = Declared("support", f"the plane of {body.name}", body.constructor, held, body.location)
+    if body.thing.planar != "axisymmetric" or _beside_axis(body.thing.shape):
+        return (plane,)
+    on_axis = Condition.comparison("<=", Term.coordinate(0), Term.constant(0.0), 1)
+    axis = OnAxis(body.name, on_axis)
+    return plane, Declared("support", f"the axis of {body.name}", body.constructor, axis, body.location)
+
+
+def _beside_axis(shape: Shape) -> bool:
+    """Whether no point of a plane region lies on the y axis."""
+    return shape.bounds is None or shape.bounds[0][0] > RELATIVE_TOLERANCE * shape.diagonal
 
 
 def case_for(scene: Scene, worker: Declared) -> Case:

@@ -39,6 +39,7 @@ Field = Callable[[Floats], Floats]
 
 FINENESS = 40  # points along the longest extent of a body, where a scene says nothing
 COARSER = 1.6  # cells of a volume, which have four points each
+MANY = 5000  # of them, where a scene says nothing: a compact body would have twenty times as many
 FRAMES = 40  # of a history that a report keeps of a surface
 SCANNED = (128, 192)  # points around and along: facets must stay far below a voxel
 MISSED = 0.01  # of the area that a probe selects: less is not worth a word
@@ -79,7 +80,7 @@ def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Pro
         case Surface():
             return _surface(probe, case)
         case Volume(size=size):
-            return _volume(probe, case, located(case.shape, case.body.at("shape")), size or COARSER * _size(case.shape))
+            return _volume(probe, case, located(case.shape, case.body.at("shape")), size or _inner(case.shape))
         case Nodes(mesh=mesh):
             return _of_body(probe, case, located(mesh, probe.at("mesh")).points())
         case Markers(of=of):
@@ -100,6 +101,12 @@ def _size(shape: geometry.Shape) -> float:
         return 1.0
     low, high = shape.bounds
     return float(max(b - a for a, b in zip(low, high, strict=True)) / FINENESS)
+
+
+def _inner(shape: geometry.Shape) -> float:
+    """An edge length of tetrahedra throughout a shape, six in a cube of it, that are no more than MANY."""
+    size = COARSER * _size(shape)
+    return size if shape.volume is None else max(size, (6.0 * shape.volume / MANY) ** (1 / 3))
 
 
 def _surface(probe: Declared, case: Case) -> ProbePoints:
@@ -200,9 +207,8 @@ def _selected(probe: Declared, case: Case, mesh: Mesh) -> tuple[Floats, Floats]:
     ]
     corners, sizes = (np.concatenate([getattr(part, name) for part in found]) for name in ("corners", "sizes"))
     if not sizes.sum() > 0.0:
-        faces = [
-            r.name for r in case.groups if r.thing.name in where.groups and mesh.groups[r.thing.name].kind == "faces"
-        ]
+        asked = {r.name: r.thing.name for r in case.groups if r.thing.name in where.groups}
+        faces = [region for region, name in asked.items() if (mesh.groups or {})[name].kind == "faces"]
         raise _nothing(probe, faces)
     return corners, sizes
 
@@ -216,7 +222,7 @@ def _mask(which: Any, count: int) -> NDArray[np.bool_]:
 def drawn(case: Case) -> ProbePoints:
     """A surface of the body for pictures."""
     shape = located(case.shape, case.body.at("shape"))
-    if isinstance(shape, geometry.Prism):
+    if isinstance(shape, geometry.Swept):
         return ProbePoints(*skin_of(shape))
     size = _size(shape)
     X, triangles = shape.surface(size)
@@ -228,7 +234,7 @@ def drawn(case: Case) -> ProbePoints:
 def scanned(case: Case) -> ProbePoints:
     """A surface of the body fine enough to be put through a scanner."""
     shape = located(case.shape, case.body.at("shape"))
-    return ProbePoints(*skin_of(shape, *SCANNED)) if isinstance(shape, geometry.Prism) else drawn(case)
+    return ProbePoints(*skin_of(shape, *SCANNED)) if isinstance(shape, geometry.Swept) else drawn(case)
 
 
 def held_face(case: Case) -> tuple[Floats, Ints] | None:

@@ -13,6 +13,8 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
 
+SLICE = 0.05  # of its size: how thick the slice is that stands for a body of revolution
+
 
 @dataclass(frozen=True)
 class Solid:
@@ -85,3 +87,28 @@ class PlaneStress(Planar):
         from softmark.solvers.materials.plane_stress import Thin
 
         return Thin.made(material)
+
+
+@dataclass(frozen=True)
+class Axisymmetric(Planar):
+    """A body of revolution about the y axis, by the half of its section that lies where x >= 0.
+
+    x is the distance from the axis and y goes along it; z is around. Points move in x and y, rings around the axis are
+    stretched by 1 + u_x / x, and what lies on the axis stays on it. A quarter ring that touches the axis is half of a
+    hollow ball, a quadrilateral beside it a tube. Forces are those of the whole body, and along y: across the axis they
+    cancel. Conditions and points are of x and y, with z = 0; components zz of stress, strain and stretch are those
+    around the axis. Models are `fem` with `quad4`, `quad8` or `quad9`, at rest, with displacements at all points: other
+    formulations, motions, parts and forces at points are refused. Twist is not known, nor what buckles out of the form.
+    """
+
+    region: Annotated[Any, "shape", "a plane region with x >= 0, such as `quadrilateral(...)`"]
+    material: Annotated[Any, "material", "what it is made of"]
+    planar = "axisymmetric"
+
+    @property
+    def thickness(self) -> float:  # type: ignore[override]
+        """Of the slice that stands for it, m: any would do."""
+        if not self.region.flat:  # which is refused
+            return 1.0
+        (left, low), (right, high) = self.region.ends
+        return float(SLICE * max(right - left, high - low))

@@ -107,7 +107,7 @@ class Volume(Probe):
     """
 
     body: Annotated[str, "body", "the body that is looked at"]
-    size: Annotated[float | None, "m in (0, inf)", "edge length of the cells; a 25th of the extent"] = None
+    size: Annotated[float | None, "m in (0, inf)", "edge length of cells; a 25th of the extent, or that of 5000"] = None
     where: Annotated[Any | None, "condition", "which part, by coordinates before deformation; all without it"] = None
 
 

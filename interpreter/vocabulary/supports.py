@@ -94,6 +94,13 @@ class InPlane(Holding):
 
 
 @dataclass(frozen=True)
+class OnAxis(InPlane):
+    """Holds the points of a body of revolution that lie on its axis there."""
+
+    components = (0,)
+
+
+@dataclass(frozen=True)
 class Symmetric(Holding):
     """Lets a body stand for itself and its mirror image: a plane of symmetry, in which its points may move.
 

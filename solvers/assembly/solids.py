@@ -41,6 +41,6 @@ def elastic_parts(
 def _mixed(part: Elastic, material: Isotropic, strain: str) -> Elastic:
     """The same energy, able to take pressures that a step promises, where its law has a part of the volume alone."""
     laws = parts_for(material, strain) if strain == "finite" else None
-    if laws is None or not volumetric(laws[1]) or part.law == laws[0]:
+    if laws is None or not volumetric(laws[1]) or part.law == laws[0] or type(part) is not Elastic:
         return part
     return MixedPoints(part.cells, part.dNdX, part.w, part.law, drag=part.drag, volume=laws[1])

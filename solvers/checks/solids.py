@@ -270,7 +270,8 @@ class CheckedBody:
     """A deformed mesh: `points` (n, 3), `cells` (m, a), displacements `u` (n, 3), m; `stiff` is a modulus in Pa.
 
     With `turned` each cell has one rotation, that of its mean deformation gradient, and forces as in linear elasticity
-    in that frame.
+    in that frame. With a `depth`, m, it is a slice of that thickness through a body of revolution about the y axis, and
+    forces are those of whole rings.
     """
 
     points: Floats
@@ -280,6 +281,7 @@ class CheckedBody:
     terms: tuple[StressTerm, ...]
     stiff: float
     turned: bool = False
+    depth: float = 0.0
 
     def _chunks(self, cells: Ints) -> Iterator[Ints]:
         size = max(1, CHUNK // len(rule(self.kind)[1]))
@@ -308,11 +310,23 @@ class CheckedBody:
             X = self.points[cells] - self.points[cells[:, :1]]
             U = (X + U) @ R - X
         F = np.einsum("mai,mqaJ->mqiJ", U, dNdX) + np.eye(3)
+        if self.depth:
+            r, F[..., 2, 2] = self._rings(cells, xi)
+            w = w * (2.0 * np.pi * r / self.depth)
         P = term.stress(F.reshape(-1, 3, 3)).reshape(F.shape)
         f = np.einsum("mq,mqiJ,mqaJ->mai", w, P, dNdX, optimize=True)
+        if self.depth:  # a ring pulls its nodes to the axis, and nothing along z
+            f[:, :, 2] = 0.0
+            f[:, :, 0] += (w * P[..., 2, 2] / r) @ shape(self.kind, xi)
         stretch = np.maximum(1.0, np.abs(F).max(axis=(2, 3)))
         size = np.einsum("mq,mqa->ma", np.abs(w) * stretch, np.linalg.norm(dNdX, axis=3))
         return (f @ R.transpose(0, 2, 1) if self.turned else f), size
+
+    def _rings(self, cells: Ints, xi: Floats) -> tuple[Floats, Floats]:
+        """Distances from the axis, m, and by how much rings there have grown (m, q)."""
+        N = shape(self.kind, xi)
+        r = self.points[cells][:, :, 0] @ N.T
+        return r, 1.0 + (self.u[cells][:, :, 0] @ N.T) / r
 
     def _rotation(self, cells: Ints, U: Floats) -> Floats:
         xi, weights = rule(self.kind)
@@ -333,6 +347,9 @@ class CheckedBody:
         for some in self._chunks(self.cells):
             dNdX, _ = gradients(self.points, some, self.kind, xi)
             F = np.einsum("mai,mqaJ->mqiJ", self.u[some] - self.u[some[:, :1]], dNdX) + np.eye(3)
+            if self.depth:
+                within = slice(len(rule(self.kind)[0]))  # on the axis itself a ring has no length
+                F[:, within, 2, 2] = self._rings(some, xi[within])[1]
             least.append(cofactor(F)[1].min(axis=1))
             green = 0.5 * (np.einsum("mqkI,mqkJ->mqIJ", F, F) - np.eye(3))
             most.append(np.sqrt((green**2).sum(axis=(2, 3))).max(axis=1))
@@ -360,7 +377,9 @@ def spring_forces(points: Floats, edges: Ints, k: Floats, u: Floats) -> tuple[Fl
 # ------------------------------------------------------------------ loads
 
 
-def weights_of(points: Floats, cells: Ints, kind: str, density: float, how: str, nodes: int) -> Floats:
+def weights_of(
+    points: Floats, cells: Ints, kind: str, density: float, how: str, nodes: int, depth: float = 0.0
+) -> Floats:
     """The mass that each node carries (nodes,), kg: `consistent`, `lumped` or `uniform`."""
     if how == "uniform":
         xi, w = rule(kind)
@@ -373,6 +392,8 @@ def weights_of(points: Floats, cells: Ints, kind: str, density: float, how: str,
     for start in range(0, len(cells), size):
         some = cells[start : start + size]
         volumes = w * gradients(points, some, kind, xi)[1]  # (m, q)
+        if depth:  # of whole rings
+            volumes = volumes * (2.0 * np.pi / depth * (points[some][:, :, 0] @ N.T))
         share = volumes @ N
         if how == "lumped":  # Hinton, Rock and Zienkiewicz (1976)
             square = volumes @ N**2
@@ -381,27 +402,35 @@ def weights_of(points: Floats, cells: Ints, kind: str, density: float, how: str,
     return carried
 
 
-def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats]) -> Floats:
+def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats], depth: float = 0.0) -> Floats:
     """Nodal forces (nodes, 3), N, of a load on facets (f, k) of a surface through `points`.
 
-    `push` makes of the area vectors dA (f, q, 3), outward, the forces on them (f, q, 3).
+    `push` makes of the area vectors dA (f, q, 3), outward, the forces on them (f, q, 3). With a `depth`, m, the surface
+    is that of a slice through a body of revolution about the y axis, and forces are those on whole rings.
     """
     kind = facets.shape[1]
     xi, weights = rule(kind)
     x = points[facets] - points[facets[:, :1]]
     t = np.einsum("fai,qaj->jfqi", x, slope(kind, xi))
-    force = np.einsum("q,qa,fqi->fai", weights, shape(kind, xi), push(np.cross(t[0], t[1])))
+    on = push(np.cross(t[0], t[1]))
+    if depth:
+        on = on * (2.0 * np.pi / depth * (points[facets][:, :, 0] @ shape(kind, xi).T))[:, :, None]
+    force = np.einsum("q,qa,fqi->fai", weights, shape(kind, xi), on)
     found = np.zeros_like(points)
     for i in range(3):
         found[:, i] = np.bincount(facets.ravel(), force[:, :, i].ravel(), minlength=len(points))
     return found
 
 
-def part_forces(points: Floats, facets: Ints, xi: Floats, w: Floats, push: Callable[[Floats], Floats]) -> Floats:
+def part_forces(
+    points: Floats, facets: Ints, xi: Floats, w: Floats, push: Callable[[Floats], Floats], depth: float = 0.0
+) -> Floats:
     """The same of parts of facets: local points xi (p, 2), weights w (p,) in local area, each on its facet (p, k)."""
     kind, found = facets.shape[1], np.zeros_like(points)
     x = points[facets] - points[facets[:, :1]]
     t = np.einsum("pai,paj->jpi", x, slope(kind, xi))
+    if depth:
+        w = w * (2.0 * np.pi / depth * (points[facets][:, :, 0] * shape(kind, xi)).sum(axis=1))
     force = w[:, None, None] * shape(kind, xi)[:, :, None] * push(np.cross(t[0], t[1]))[:, None]
     for i in range(3):
         found[:, i] = np.bincount(facets.ravel(), force[:, :, i].ravel(), minlength=len(points))

@@ -15,7 +15,7 @@ from softmark.solvers.energies.elastic import Together
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.loads import FollowerPressure
 
-BY_CELL = ("cells", "dNdX", "w", "G", "K", "pressures")
+BY_CELL = ("cells", "dNdX", "w", "G", "K", "pressures", "hoop")
 BY_NODE = ("X",)
 WEIGHED = ("w", "K")  # what the energy of a cell is proportional to
 

@@ -12,6 +12,7 @@ from softmark.solvers.mesh.interpolation import Rule, centre_rule, integration
 from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.pressures import pressures
 
+AXIS = 1e-9  # of the extent: what is as near to the axis lies on it
 SYMMETRIC = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))  # xx, yy, zz, xy, yz, zx
 
 
@@ -25,7 +26,7 @@ class State:
 
     `u` (n, 3) are displacements of its nodes in m. `way` is how the volume is kept: full | selective | mean_dilatation
     | mixed; of `mixed`, `pressures` (m, b) are those that were solved for, Pa, positive in tension. In a `plane`
-    nothing varies along z.
+    nothing varies along z; with `revolved` it is the meridian of a body of revolution about the y axis.
     """
 
     mesh: Mesh
@@ -35,6 +36,7 @@ class State:
     way: str = "full"
     pressures: Floats | None = None
     plane: bool = False
+    revolved: bool = False
 
     def sampled(self, rule: Rule) -> tuple[Floats, Floats, Floats]:
         """Points X (m, q, 3) in m, Cauchy stress (m, q, 6) in Pa by SYMMETRIC, and H = du/dX (m, q, 9).
@@ -54,6 +56,11 @@ class State:
         """du_i/dX_J (m, q, 3, 3)."""
         parts = integration(self.mesh, rule=rule)
         H: Floats = np.einsum("mai,mqaJ->mqiJ", self.u[self.mesh.cells], parts.dNdX, optimize=True)
+        if self.revolved:  # rings grow as they move out; on the axis by as much as along x
+            N, cells = parts.N, self.mesh.cells
+            r, out = self.mesh.points[cells, 0] @ N.T, self.u[cells, 0] @ N.T
+            far = r > AXIS * self.mesh.extent
+            H[..., 2, 2] = np.where(far, out / np.where(far, r, 1.0), H[..., 0, 0])
         if self.material.thin:  # it grows thinner than its nodes show
             from softmark.solvers.materials.plane_stress import thickness
 

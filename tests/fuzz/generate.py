@@ -232,6 +232,20 @@ class Maker:
     def _file(self, asked: Field, depth: int) -> str:
         return str(self.pick(FILES))
 
+    def _files(self, asked: Field, depth: int) -> str:
+        return self._several(self._file, asked, depth)
+
+    def _texts(self, asked: Field, depth: int) -> str:
+        return self._several(self._text, asked, depth)
+
+    def _several(self, one: Callable[[Field, int], str], asked: Field, depth: int) -> str:
+        if self.pick((True, False)):
+            return one(asked, depth)
+        return f"[{one(asked, depth)}, {one(asked, depth)}]"
+
+    def _amount(self, asked: Field, depth: int) -> str:
+        return self.number() + str(self.pick(("", " mm", " N", " %", " kPa", " s")))
+
     def _direction(self, asked: Field, depth: int) -> str:
         return str(self.pick(DIRECTIONS if self.wrong else DIRECTIONS[:5]))
 

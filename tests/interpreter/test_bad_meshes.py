@@ -294,4 +294,4 @@ def test_a_surface_is_not_a_body(tmp_path: Path, flat: bool) -> None:
         meshio.Mesh(points, [("triangle", mesh.faces)]).write(file)
     error = refused(file)
     assert "no tetrahedra and no hexahedra (its cells: triangle)" in str(error)
-    assert "fill the surface" in str(error.remedy)
+    assert "`filled(...)` in place of `mesh(...)` fills a closed surface" in str(error.remedy)

@@ -51,6 +51,7 @@ MEANT = {  # scenes about these warnings
     "silicone-beam": {"W301", "W302", "W321", "W322"},
     "silicone-beam-as-published": {"W301", "W302", "W321", "W323"},
     "silicone-beam-refined": {"W301"},
+    "silicone-beam-filled": {"W301"},
     "silicone-beam-release": {"W301", "W321", "W322"},
     "silicone-beam-trade": {"W301", "W302", "W321", "W322"},
     "uniaxial-stretch": {"W301"},

@@ -66,7 +66,7 @@ def test_the_example_of_a_shape_is_one_that_a_body_has(shape: str, capsys: pytes
     assert made.scene.of_kind("body").keys() == {"b"}
 
 
-@pytest.mark.parametrize("word", ["plane_strain", "plane_stress"])
+@pytest.mark.parametrize("word", ["plane_strain", "plane_stress", "axisymmetric"])
 def test_the_example_of_a_plane_body_is_one(word: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", word]) == 0
     example = capsys.readouterr().out.partition(f"Example: body NAME = {word}")[2].splitlines()[0]

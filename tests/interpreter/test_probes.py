@@ -185,7 +185,9 @@ def test_an_integral_of_squared_strains_is_exact_on_any_mesh(size: float) -> Non
     one point a cell, its centroid, the coarsest of these meshes found 0.35.
     """
     L, c = 0.06, 1e-6 / 0.06
-    place = _volume(Box((L, 0.02, 0.02)), size)
+    probe: Any = SimpleNamespace(thing=SimpleNamespace(where=None))
+    whole: Any = SimpleNamespace(groups=())
+    place = _volume(probe, whole, Box((L, 0.02, 0.02)), size)
 
     def right(X: np.ndarray) -> np.ndarray:
         return np.outer(0.5 * c * X[:, 0] ** 2, [1.0, 0.0, 0.0])

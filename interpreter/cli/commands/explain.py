@@ -245,6 +245,7 @@ _FITTING = {  # of fields whose value must go with that of another, or that take
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
 }  # fmt: skip
 _FILES = {"filled": '"file.stl"', "markers": '"file.csv"', "table": '"file.csv"', "ct_volume": '"file.nrrd"'}
+_CHOSEN = {"arc": ("side",)}  # fields that may be left out, one or another of which is needed
 _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "files": '"file.csv"',
     "texts": '"force"', "amount": "1 mm", "direction": "-z", "condition": "x <= 0 mm",
@@ -255,8 +256,9 @@ _SAMPLES = {
 
 
 def _example(c: Constructor) -> str:
-    arguments = [f"{f.name} = {_FILES.get(c.name, _sample(f)) if f.form == 'file' else _sample(f)}" for f in c.fields
-                 if f.required]  # fmt: skip
+    given = [f for f in c.fields if f.required or f.name in _CHOSEN.get(c.name, ())]
+    files = {f.name: _FILES[c.name] for f in given if f.form == "file" and c.name in _FILES}
+    arguments = [f"{f.name} = {files.get(f.name) or _sample(f)}" for f in given]
     return f"{c.name}({', '.join(arguments)})"
 
 

@@ -61,7 +61,7 @@ class Solved:
         for own, which in alone(self.case, self.mesh):
             terms, stiff = terms_of(self.model, own)
             cells, turned = self.mesh.cells[which][near[which]], self.model.rotation == "element"
-            body = CheckedBody(self.mesh.points, cells, self.mesh.kind, self.u, terms, stiff, turned=turned)
+            body = CheckedBody(self.mesh.points, cells, self.mesh.kind, self.u, terms, stiff, turned, own.depth)
             f, left = body.forces(cells)
             found, noise = found + f, noise + left
         return found, 0.0, noise
@@ -106,7 +106,7 @@ def by_support(case: Case, mesh: Moved, left: Floats, x: Floats) -> dict[str, Wr
     for support in case.supports:
         own = held(replace(case, supports=(support,)), mesh)
         masks[support.name] = np.hstack([own, np.zeros_like(own)])
-    return summed(masks, np.hstack([left, np.zeros_like(left)]), x)
+    return summed(masks, np.hstack([left, np.zeros_like(left)]), x, case.depth > 0.0)
 
 
 def _near(chosen: Any, mesh: Moved) -> Any:

@@ -44,6 +44,11 @@ class Wrench:
         return found
 
 
+def of_rings(f: Floats) -> Wrench:
+    """What forces on whole rings around the y axis (n, 3), N, come to: those across it cancel."""
+    return Wrench(np.array([0.0, f[:, 1].sum(), 0.0]), np.zeros(3))
+
+
 NOTHING = Wrench(np.zeros(3), np.zeros(3))
 
 
@@ -55,7 +60,8 @@ class Carried:
     nothing. Moments are about the columns of `frames` (n, 3, 3), or in space. `u` (n, 3) are displacements, m, `loads`
     (n, 6) what each load does at full size, `energy` the strain energy, J. `work` is that of each load at full size
     along these displacements, J, None of one that depends on the way. It `turns_freely` where internal forces have no
-    moment, as those of an energy that does not see rotations.
+    moment, as those of an energy that does not see rotations. What acts on an `axial` body, one of revolution about
+    the y axis, comes to a force along it, and to no moment.
     """
 
     X: Floats
@@ -67,10 +73,13 @@ class Carried:
     work: Mapping[str, float | None]
     frames: Floats | None = None
     turns_freely: bool = True
+    axial: bool = False
 
     def wrench(self, forces: Floats) -> Wrench:
         """What forces and moments (n, 6) at the nodes come to."""
         f, m = forces[:, :3], forces[:, 3:]
+        if self.axial:
+            return of_rings(f)
         if self.frames is not None:
             m = np.einsum("nij,nj->ni", self.frames, m)
         return Wrench(f.sum(axis=0), m.sum(axis=0) + np.cross(self.x, f).sum(axis=0))
@@ -106,7 +115,7 @@ class Holder:
 
 
 def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Sequence[tuple[Declared, Energy]],
-            small: bool, turns_freely: bool = True) -> Carried:  # fmt: skip
+            small: bool, turns_freely: bool = True, axial: bool = False) -> Carried:  # fmt: skip
     """Of a state of a mesh whose nodes move by u (3 n,), m; other unknowns of the `state` follow these."""
     exact = np.asarray(state, dtype=np.float64)
     moved = np.ascontiguousarray(u, dtype=np.float64).reshape(-1, 3)
@@ -115,7 +124,7 @@ def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Seq
     energy = float(sum(e.value(exact) for e in assembly.internal))
     work = {load.name: -float(e.value(moved.ravel())) if e.conservative else None for load, e in loads}
     x = mesh.points if small else mesh.points + moved
-    return Carried(mesh.points, moved, x, _plain(left), own, energy, work, turns_freely=turns_freely)
+    return Carried(mesh.points, moved, x, _plain(left), own, energy, work, None, turns_freely, axial)
 
 
 def _force(load: Energy, u: Floats) -> Floats:
@@ -185,10 +194,11 @@ def reactions(carried: Carried, supports: Sequence[Holder]) -> dict[str, Reactio
         others = [s for s in supports if s.named and s is not support and bool((s.holds & support.holds).any())]
         own = carried.wrench(np.where(support.holds & ~taken, carried.left, 0.0))
         at: Floats = support.weights @ carried.x / support.weights.sum()
+        at = at * (0.0, 1.0, 0.0) if carried.axial else at
         both = np.any([s.holds for s in others], axis=0) & support.holds if others else taken & False
         found[support.name] = Reaction(
             _vector(own.force), _vector(own.moment), _vector(at), _vector(own.about(at)), tuple(s.name for s in others),
-            _vector(np.where(both, carried.left, 0.0)[:, :3].sum(axis=0)),
+            _vector(carried.wrench(np.where(both, carried.left, 0.0)).force),
         )  # fmt: skip
         taken |= support.holds
     return found

@@ -42,7 +42,8 @@ def stress_of(model: Model, case: Case, mesh: Moved) -> Callable[[], Stresses]:
             raise NoStress(how)
         strain, way = how
         u = mesh.displacement.astype(float)  # of single precision too
-        state = State(mesh.mesh, case.material, strain, u, way, mesh.pressures, bool(case.planar))
+        around = case.depth > 0.0
+        state = State(mesh.mesh, case.material, strain, u, way, mesh.pressures, bool(case.planar), around)
         if not case.parts:
             return Stresses(state)
         from softmark.interpreter.models.shared.regions import owners

@@ -85,6 +85,7 @@ class PreparedSolid(OnMesh):
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
     pieces: tuple[Piece, ...] = ()  # the cells of every material
+    axial: bool = False  # it is a body of revolution
 
     def warm(self) -> None:
         """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
@@ -165,7 +166,7 @@ class PreparedSolid(OnMesh):
 
     def _carried(self, state: Floats, u: Floats) -> carried.Carried:
         small, whole = self.model.strain == "small", self.model.rotation != "element"
-        return carried.on_mesh(self.mesh, state, u, self.assembly, self.applied, small, whole)
+        return carried.on_mesh(self.mesh, state, u, self.assembly, self.applied, small, whole, self.axial)
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""
@@ -200,7 +201,7 @@ class PreparedSolid(OnMesh):
         for own in self.pieces:
             law = law_for(own.case.material, self.model.strain)
             if isinstance(law, StVenantKirchhoff):
-                yield Elastic(own.mesh.cells, own.parts.dNdX, own.parts.w, law)
+                yield elastic_of(own.case, own.mesh, own.parts, self.model.strain)
 
     def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
         if self.model.strain != "small":
@@ -258,7 +259,7 @@ def at_rest(
     """The static problem, and the integration over its mesh, or another of the same body. Raises Fault."""
     mesh = mesh_of(model, declared, case, workshop) if mesh is None else mesh
     parts = integration(mesh)
-    elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, model.strain))
+    elastic = elastic_of(case, mesh, parts, model.strain)
     each = pieces(case, mesh, parts)
     internal, twins = formulations.of_parts(model, each, energies)
     fixed, target, way = solid_supports(case, mesh, workshop.measured)
@@ -293,7 +294,7 @@ def at_rest(
         *notes_of_parts(declared, case, mesh),
     )
     known = (model, declared, shape, mesh, elastic, problem, size, notes)
-    return PreparedSolid(*known, applied=(*applied,), pieces=each), parts
+    return PreparedSolid(*known, applied=(*applied,), pieces=each, axial=case.depth > 0.0), parts
 
 
 def levered(static: PreparedSolid, workshop: Workshop, disturbance: Disturbance | None = None) -> PreparedSolid:
@@ -321,11 +322,21 @@ def soundness(model: Fem, elastic: Elastic) -> Callable[[Floats], bool]:
     return sound
 
 
+def elastic_of(case: Case, mesh: Mesh, parts: Integration, strain: str) -> Elastic:
+    """The law of a case at the points of its mesh; of a body of revolution, around the axis."""
+    elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, strain))
+    if not case.depth:
+        return elastic
+    from softmark.solvers.energies.revolved import Revolved
+
+    return Revolved.of(elastic, parts.N, mesh.points, case.depth)
+
+
 def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
     """The elastic energy that a model asks for, and its corotational twin where its law is one of finite strain."""
     if model.formulation != "displacement":
         return formulations.energies(model, case, mesh, parts)
-    elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, model.strain))
+    elastic = elastic_of(case, mesh, parts, model.strain)
     if model.rotation == "element":
         return _element_rotation(model, case, mesh, elastic), None
     selective = model.integration == "selective"

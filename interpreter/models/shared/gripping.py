@@ -264,6 +264,7 @@ def _beyond(border: Border, faces: Floats, mesh: Mesh) -> Floats:
     area = np.linalg.norm(n, axis=2)
     step = ASIDE * float(np.sqrt(area.max()))
     up, down = (border.at(*np.moveaxis(X + s * n / area[..., None], 2, 0)) for s in (step, -step))
-    depth = border.at(*np.moveaxis(X, 2, 0)) * 2.0 * step / (up - down)
+    way = border.at(*np.moveaxis(X, 2, 0)) * 2.0 * step
+    depth = np.divide(way, up - down, out=np.zeros_like(way), where=up != down)  # as high on both sides: |x| at x = 0
     volume: Floats = (np.maximum(depth, 0.0) * area) @ w
     return volume

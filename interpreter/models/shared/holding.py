@@ -108,11 +108,14 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
 def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: float) -> Held:
     """What supports hold at a share of their motions. Raises Fault."""
     held = Held(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
+    if case.depth:  # of a body of revolution only the way along its axis is free: all else stretches rings
+        held.rows.append(np.delete(np.eye(6), 1, axis=0))
     for support in case.supports:
         nodes = np.nonzero(selected(case, support, mesh))[0]
         must_lie_in_plane(case, support, mesh, nodes)
         held.rows.append(point_rows(mesh.points[nodes] - held.centre, support.thing.components))
-        moved = displacements(support, mesh.points[nodes], measured, share)
+        places = mesh.points[nodes] * (1.0, 1.0, 0.0) if case.planar else mesh.points[nodes]  # all z move as one
+        moved = displacements(support, places, measured, share)
         for c in support.thing.components:
             for node, value in zip(nodes.tolist(), moved[:, c].tolist(), strict=True):
                 held.impose(3 * node + c, value, support, mesh.points[node], AXES[c])

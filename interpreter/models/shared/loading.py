@@ -50,16 +50,20 @@ def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: boo
     match load.thing.action:
         case PerMass(acceleration=g):
             for own in pieces(case, mesh, parts):
-                weights = nodal_mass(own.mesh, own.parts, own.case.material.density, mass)
+                weights = nodal_mass(own.mesh, own.parts, own.case.material.density, mass, case.depth)
                 dead += weights[:, None] * np.array(g)
         case PerArea(where=where, traction=traction):
             t = np.array(traction)
             surface = _surface(case, load, where, mesh)
-            surface.spread(dead, lambda A: np.linalg.norm(A, axis=-1)[..., None] * t, False)
+            surface.spread(dead, lambda A: np.linalg.norm(A, axis=-1)[..., None] * t, False, case.depth)
         case Follower(where=where, pressure=p) if small:
-            _surface(case, load, where, mesh).spread(dead, lambda A: -p * A, True)
+            _surface(case, load, where, mesh).spread(dead, lambda A: -p * A, True, case.depth)
         case Follower(where=where, pressure=p):
             facets, of_parts = _surface(case, load, where, mesh).weighted
+            if case.depth:
+                from softmark.solvers.energies.revolved import RevolvedPressure
+
+                return RevolvedPressure(mesh.points, facets, p, of_parts, depth=case.depth)
             return FollowerPressure(mesh.points, facets, p, of_parts)
         case Turning(where=where, moment=moment):
             turning = _turning(case, load, where, np.array(moment), mesh)
@@ -88,8 +92,11 @@ def _turning(case: Case, load: Declared, where: Condition, moment: Floats, mesh:
     return FaceMoment(mesh.points, nodes, products, moment)
 
 
-def nodal_mass(mesh: Mesh, parts: Integration, density: float, mass: Distribution) -> Floats:
-    """The mass that each node carries (n,), kg: rows of the consistent matrix, or its diagonal, or equal shares."""
+def nodal_mass(mesh: Mesh, parts: Integration, density: float, mass: Distribution, depth: float = 0.0) -> Floats:
+    """The mass that each node carries (n,), kg: rows of the consistent matrix, or its diagonal, or equal shares.
+
+    With a `depth`, m, of a slice through a body of revolution, that of whole rings, by the consistent matrix.
+    """
     from softmark.solvers.dynamics.mass import mass_points
 
     if mass == "uniform":
@@ -98,6 +105,10 @@ def nodal_mass(mesh: Mesh, parts: Integration, density: float, mass: Distributio
         lumped: Floats = mass_matrix(mesh, parts, density, mass)[::3]
         return lumped
     N, w = mass_points(mesh.points, mesh.cells, mesh.element)  # as the mass matrix has them: g is g at every node
+    if depth:
+        from softmark.solvers.energies.revolved import around
+
+        w = w * around(mesh.points[mesh.cells, 0] @ N.T, depth)
     carried = np.zeros(len(mesh.points))
     np.add.at(carried, mesh.cells, density * w @ N)
     return carried
@@ -125,7 +136,10 @@ def _at_point(dead: Floats, case: Case, load: Declared, at: Vector3, force: Vect
             "not in the body",
             "give coordinates of the undeformed body",
         )
-    np.add.at(dead, place.nodes[0], place.N[0][:, None] * np.array(force))
+    if case.planar:  # spread along z, exactly for what elements have there: all z move as one
+        half = 0.5 * case.body.thing.thickness / np.sqrt(3.0)
+        place = locate(mesh, np.array([(*at[:2], -half), (*at[:2], half)]))
+    np.add.at(dead, place.nodes, place.N[:, :, None] * (np.array(force) / len(place.nodes)))
 
 
 def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> Loaded:

@@ -53,6 +53,8 @@ def of_selections(found: Mapping[str, Resultant]) -> dict[str, Callable[[Any], f
 
 
 def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats) -> Resultant:
+    if case.depth:
+        return _around(case, load, mesh, f)
     forces, turns = f[:, :3], f[:, 3:]  # a beam's nodes take moments too
     force, moment = _vector(forces.sum(axis=0)), _vector(np.cross(points, forces).sum(axis=0) + _total(turns))
     action = load.thing.action
@@ -70,6 +72,18 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
         return Resultant(force, moment, None, exact, 1.0 if exact is None else _ratio(force, exact))
     share = known.area / area if area else 1.0
     return Resultant(force, moment, known.area, exact, share, known.remainder, known.leaning)
+
+
+def _around(case: Case, load: Declared, mesh: Any, f: Floats) -> Resultant:
+    """Of a load on a body of revolution, with forces f (n, 3) on whole rings, N: along the axis, the rest cancels."""
+    force, none = (0.0, float(f[:, 1].sum()), 0.0), (0.0, 0.0, 0.0)
+    action = load.thing.action
+    known: Loaded | None = mesh.selections.get(action.where) if isinstance(action, PerArea | Follower) else None
+    if known is None:
+        return Resultant(force, none, None, None, 1.0)
+    area = known.area_of(case.depth)
+    wider = area / known.area
+    return Resultant(force, none, area, None, 1.0, wider * known.remainder, wider * known.leaning)
 
 
 def _placed(action: AtPoint | PerLength, force: Vector, moment: Vector) -> Resultant:

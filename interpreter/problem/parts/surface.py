@@ -45,24 +45,31 @@ class Loaded:
         """Whether it has no area."""
         return not (len(self.whole) or np.any(self.w > 0.0))
 
-    def spread(self, dead: Floats, push: Any, linear: bool) -> None:
-        """Add to nodal forces (n, 3), N, those of a load: `push` makes forces of area vectors, linear or not."""
+    def spread(self, dead: Floats, push: Any, linear: bool, depth: float = 0.0) -> None:
+        """Add to nodal forces (n, 3), N, those of a load: `push` makes forces of area vectors, linear or not.
+
+        With a `depth`, m, the mesh is a slice through a body of revolution, and forces are those on whole rings.
+        """
         nodes = self.whole.shape[1]
         facet, bent = FACETS[nodes], np.zeros(len(self.whole), dtype=np.bool_)
         if not linear:  # the area of a curved facet is no polynomial
             bent = ~Patches(self.points[self.whole], 1.0).affine
-        self._whole(dead, push, self.whole[~bent], facet.quadrature())
+        self._whole(dead, push, self.whole[~bent], facet.quadrature(), depth)
         curved = self.whole[bent]
         for at in range(0, len(curved), SOME):
-            self._whole(dead, push, curved[at : at + SOME], moments.fine(nodes))
+            self._whole(dead, push, curved[at : at + SOME], moments.fine(nodes), depth)
         t = np.einsum("pkj,pki->jpi", facet.gradient(self.xi), self.points[self.nodes])
         forces = self.w[:, None] * push(np.cross(t[0], t[1]))
+        if depth:
+            forces *= _around((facet.shape(self.xi) * self.points[self.nodes, 0]).sum(axis=1), depth)[:, None]
         np.add.at(dead, self.nodes, facet.shape(self.xi)[:, :, None] * forces[:, None])
 
-    def _whole(self, dead: Floats, push: Any, facets: Ints, rule: tuple[Floats, Floats]) -> None:
+    def _whole(self, dead: Floats, push: Any, facets: Ints, rule: tuple[Floats, Floats], depth: float) -> None:
         facet, (xi, weights) = FACETS[facets.shape[1]], rule
         t = np.einsum("qkj,fki->jfqi", facet.gradient(xi), self.points[facets])
         forces = push(np.cross(t[0], t[1]))
+        if depth:
+            forces = forces * _around(self.points[facets, 0] @ facet.shape(xi).T, depth)[:, :, None]
         np.add.at(dead, facets, np.einsum("q,qa,fqi->fai", weights, facet.shape(xi), forces, optimize=True))
 
     def products(self) -> tuple[Ints, Floats]:
@@ -94,8 +101,12 @@ class Loaded:
     @property
     def area(self) -> float:
         """m^2, on the mesh."""
+        return self.area_of(0.0)
+
+    def area_of(self, depth: float) -> float:
+        """m^2, on the mesh; with a `depth`, m, of whole rings."""
         found = np.zeros_like(self.points)
-        self.spread(found, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array([1.0, 0.0, 0.0]), False)
+        self.spread(found, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array([1.0, 0.0, 0.0]), False, depth)
         return float(found[:, 0].sum())
 
     @property
@@ -109,6 +120,12 @@ class Loaded:
         np.add.at(weights, which.ravel(), self.w[:, None] * moments.basis(k, self.xi))
         whole = np.tile(moments.whole(k), (len(self.whole), 1))
         return np.concatenate([self.whole, faces]), np.concatenate([whole, weights])
+
+
+def _around(r: Floats, depth: float) -> Floats:
+    from softmark.solvers.energies.revolved import around  # which no other body needs
+
+    return around(r, depth)
 
 
 def _add_pairs(found: Floats, rows: Ints, blocks: Floats) -> None:

@@ -13,7 +13,7 @@ from softmark.interpreter.results.report import SeenSurface
 
 TURN, TILT = 26.0, 16.0  # degrees
 LETTERS = "xyz"
-PLANE = ("plane_strain", "plane_stress")  # words of bodies that lie in the plane of x and y
+PLANE = ("plane_strain", "plane_stress", "axisymmetric")  # words of bodies that lie in the plane of x and y
 
 
 def view_of(findings: Findings, shapes: Iterable[SeenSurface]) -> CameraView:

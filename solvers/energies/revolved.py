@@ -1,0 +1,128 @@
+"""Bodies of revolution by their meridian: energies of a slice of it, weighed by the way around the axis.
+
+The slice lies in the plane of x, the distance r from the axis, and y, along it, and is `depth` thick. What moves in the
+plane alone stretches rings around the axis by 1 + u_x / r, and an integral over the slice becomes one over all of the
+body times 2 pi r / depth. Source: Bonet and Wood (2008), "Nonlinear Continuum Mechanics", section 9.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.loads import FollowerPressure
+from softmark.solvers.energies.pressures import add_blocks
+
+ALONG_Z, HOOP = 2, 8  # of displacements; of a tensor (9,): its component around the axis
+
+
+def around(r: Floats, depth: float) -> Floats:
+    """How many slices as thick as `depth` (m) go around the axis at distances r, m."""
+    return 2.0 * np.pi / depth * r
+
+
+@dataclass(frozen=True)
+class Revolved(Elastic):
+    """sum over points of w psi(F), with F of the slice but F33 = 1 + u_x / r: `hoop` (m, q, a) is N_a / r in 1/m.
+
+    `w` (m, q) are those of the whole body, m^3. Displacements along z are taken for zero.
+    """
+
+    hoop: Floats | None = None
+
+    @classmethod
+    def of(cls, like: Elastic, N: Floats, points: Floats, depth: float) -> Revolved:
+        """The energy of a slice with nodes (n, 3), m, and shape functions N (q, a), carried around the axis."""
+        r = points[like.cells, 0] @ N.T
+        hoop = N[None] / r[:, :, None]
+        return cls(like.cells, like.dNdX, like.w * around(r, depth), like.law, hoop=hoop)
+
+    @property
+    def _rings(self) -> Floats:
+        if self.hoop is None:
+            raise TypeError("a body of revolution without its distances from the axis")
+        return self.hoop
+
+    def F(self, x: Floats) -> Floats:
+        """Deformation gradients (m q, 3, 3)."""
+        F = super().F(x)
+        u = x.reshape(-1, 3)[self.cells, 0]
+        F[:, 2, 2] = 1.0 + np.einsum("mqa,ma->mq", self._rings, u).ravel()
+        return F
+
+    def value(self, x: Floats) -> float:
+        """Strain energy of the whole body, J."""
+        return float(self.law.psi(self.F(x)) @ self.w.ravel())
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Nodal elastic forces, N, of whole rings."""
+        wP = self.law.P(self.F(x)).reshape(*self.w.shape, 3, 3) * (scale * self.w)[:, :, None, None]
+        ring = wP[:, :, 2, 2].copy()
+        wP[:, :, 2, 2] = 0.0
+        f = np.einsum("mqiJ,mqaJ->mai", wP, self.dNdX, optimize=True)
+        f[:, :, 0] += np.einsum("mq,mqa->ma", ring, self._rings)
+        np.add.at(g.reshape(-1, 3), self.cells, f)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Tangent stiffness, N/m."""
+        tangent = self.law.dPdF_projected if projected else self.law.dPdF
+        F = self.F(x).reshape(*self.w.shape, 3, 3)
+        for some in self._some():
+            B = self._strains(some)
+            A = tangent(F[some].reshape(-1, 3, 3)).reshape(*F[some].shape[:2], 9, 9)
+            A = A * (scale * self.w[some])[:, :, None, None]
+            K = (B.swapaxes(2, 3) @ (A @ B)).sum(axis=1)
+            add_blocks(K, slots[some], data)
+
+    def _strains(self, some: slice) -> Floats:
+        """dF/du of some cells (c, q, 9, 3a), 1/m."""
+        dNdX, rings = self.dNdX[some], self._rings[some]
+        B = np.zeros((*dNdX.shape[:2], 9, dNdX.shape[2], 3))
+        for i in range(3):
+            B[:, :, 3 * i : 3 * i + 3, :, i] = dNdX.swapaxes(2, 3)
+        B[:, :, HOOP, :, ALONG_Z] = 0.0
+        B[:, :, HOOP, :, 0] = rings
+        return B.reshape(*dNdX.shape[:2], 9, -1)
+
+
+@dataclass(frozen=True)
+class RevolvedPressure(FollowerPressure):
+    """Pressure on the edge of a meridian, along the current inward normal, on rings of the current radius.
+
+    Force on node a: -p int N_a (2 pi x_r / depth) (dx/dxi x dx/deta) dxi deta.
+    """
+
+    depth: float = 1.0
+
+    def _radius(self, x: Floats) -> Floats:
+        """Slices around the axis (f, q), from where facets are now."""
+        y = (self.points[:, 0] + x.reshape(-1, 3)[:, 0])[self.faces]
+        return around(y @ self._rule[0].T, self.depth)
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus the nodal forces, N."""
+        N, _, _, w = self._rule
+        areas = (w * self._radius(x))[:, :, None] * np.cross(*self._tangents(x))
+        np.add.at(g.reshape(-1, 3), self.faces, (scale * self.p) * np.einsum("qa,fqi->fai", N, areas))
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Load stiffness; left out of a projected tangent, which must stay definite."""
+        if projected:
+            return
+        N, first, second, w = self._rule
+        t, v = self._tangents(x)
+        rings = w * self._radius(x)
+        block = np.einsum("fq,qa,qb,fqij->faibj", rings, N, second, _crossing(t), optimize=True)
+        block -= np.einsum("fq,qa,qb,fqij->faibj", rings, N, first, _crossing(v), optimize=True)
+        grown = np.einsum("fq,qa,qb,fqi->faib", np.broadcast_to(w, rings.shape), N, N, np.cross(t, v), optimize=True)
+        block[..., 0] += around(grown, self.depth)
+        size = 3 * self.faces.shape[1]
+        add_blocks((scale * self.p) * block.reshape(-1, size, size), slots, data)
+
+
+def _crossing(a: Floats) -> Floats:
+    """[a]x (..., 3, 3) with [a]x b = a x b."""
+    crossed: Floats = np.cross(a[..., None, :], np.eye(3)).swapaxes(-1, -2)
+    return crossed

@@ -1,0 +1,194 @@
+"""Bodies of revolution in scenes: against programs of axisymmetric elements, and against closed forms."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import softmark
+from softmark.interpreter.results.report import ModelResult
+from softmark.solvers.mesh.flat import Quadrilateral, Slice
+
+CORNERS = ((10, 0, 0), (30, 4, 0), (28, 20, 0), (14, 16, 0))
+E, NU, DENSITY, PULL = 1e6, 0.3, 1000.0, (2e3, 5e3)
+RING = f"""
+material gel  = neo_hookean(young = 1 MPa, poisson = {NU}, density = {DENSITY} kg/m^3)
+body     ring = axisymmetric(quadrilateral(CORNERS), gel)
+support  wall = fixed(ring, where = HELD)
+probe    tip  = point(ring, at = TIP)
+metric   out  = displacement(tip, along = +x)
+"""
+TAPER = (
+    RING.replace("CORNERS", ", ".join(f"{c} mm" for c in CORNERS))
+    .replace("HELD", "5 * y <= x - 10 mm")
+    .replace("TIP", "(28, 20, 0) mm")
+)
+
+
+def solved(text: str) -> softmark.Report:
+    """The report of the tapered ring with more in it."""
+    return softmark.loads(TAPER + text).run()
+
+
+def lower(model: ModelResult) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes of one layer (n, 2), m, and their displacements (n, 2), m; those of other layers are the same."""
+    assert model.status == "converged", model.message
+    mesh: Any = model.mesh
+    X, u = mesh.mesh.points, mesh.displacement
+    own = np.flatnonzero(X[:, 2] <= X[:, 2].min() + 1e-9)
+    apart = np.linalg.norm(X[:, None, :2] - X[None, own, :2], axis=2)
+    assert u == pytest.approx(u[own][apart.argmin(axis=1)], rel=0, abs=1e-9 * np.abs(u).max())
+    return X[own, :2], u[own, :2]
+
+
+def by_skfem(element: str) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and displacements of the linear ring under weight and a traction, by scikit-fem, at its Gauss points."""
+    import skfem
+    from skfem.models.elasticity import lame_parameters
+
+    made = Slice(Quadrilateral(*(tuple(1e-3 * x for x in c) for c in CORNERS)), 1.0).mesh("hex8", 0.004)  # type: ignore[arg-type]
+    mesh = skfem.MeshQuad(made.points[made.points[:, 2] < 0, :2].T, made.cells[:, :4].T)
+    kinds = {"quad4": skfem.ElementQuad1, "quad8": skfem.ElementQuadS2, "quad9": skfem.ElementQuad2}
+    order = 3 if element == "quad4" else 5
+    basis = skfem.Basis(mesh, skfem.ElementVector(kinds[element]()), intorder=order)
+    lam, mu = lame_parameters(E, NU)
+
+    @skfem.BilinearForm
+    def stiffness(u: Any, v: Any, w: Any) -> Any:
+        r = w.x[0]
+        eu, ev = ((g.grad[0, 0], g.grad[1, 1], g[0] / r, g.grad[0, 1] + g.grad[1, 0]) for g in (u, v))
+        pairs = 2 * mu * sum(a * b for a, b in zip(eu[:3], ev[:3], strict=True)) + mu * eu[3] * ev[3]
+        return 2 * np.pi * r * (pairs + lam * sum(eu[:3]) * sum(ev[:3]))
+
+    @skfem.LinearForm
+    def weight(v: Any, w: Any) -> Any:
+        return -2 * np.pi * w.x[0] * DENSITY * 9.81 * v[1]
+
+    @skfem.LinearForm
+    def pull(v: Any, w: Any) -> Any:
+        return 2 * np.pi * w.x[0] * (PULL[0] * v[0] + PULL[1] * v[1])
+
+    right = mesh.facets_satisfying(lambda x: np.abs(8 * (x[0] - 0.03) + x[1] - 0.004) < 1e-9)
+    f = weight.assemble(basis) + pull.assemble(skfem.FacetBasis(mesh, basis.elem, facets=right, intorder=5))
+    wall = basis.get_dofs(lambda x: 5 * x[1] <= x[0] - 0.01 + 1e-9)
+    u = skfem.solve(*skfem.condense(stiffness.assemble(basis), f, D=wall))
+    return basis.doflocs[:, 0::2].T, np.stack([u[0::2], u[1::2]], axis=1)
+
+
+@pytest.mark.parametrize("element", ["quad4", "quad8", "quad9"])
+def test_linear_answers_are_those_of_scikit_fem(element: str) -> None:
+    """Node by node to 1e-8 of the largest: weight along the axis, a traction around it, cells that are no rectangles.
+
+    Of quad4 the mass is integrated at other points by neither: polynomials of degree three on trapezia are exact.
+    """
+    model = solved(f"""
+load weight = gravity(9.81 m/s^2, direction = -y)
+load pull   = traction(ring, where = 8 * (x - 30 mm) + y >= 4 mm, vector = (2, 5, 0) kPa)
+model own   = fem({element}, strain = small, size = 4 mm)
+""").models["own"]
+    X, u = lower(model)
+    theirs, known = by_skfem(element)
+    assert len(theirs) == len(X)
+    nearest = np.linalg.norm(theirs[None] - X[:, None], axis=2).argmin(axis=1)
+    assert known[nearest] == pytest.approx(u, rel=0, abs=1e-8 * np.abs(u).max())
+
+
+DISC = f"""
+material gel   = neo_hookean(young = 1 MPa, poisson = {NU}, density = 1000 kg/m^3)
+body     disc  = axisymmetric(quadrilateral((0, 0, 0) mm, (20, 0, 0) mm, (20, 10, 0) mm, (0, 10, 0) mm), gel)
+support  below = fixed(disc, where = y <= 0 mm)
+support  press = displaced(disc, where = y >= 10 mm, by = (0, -2, 0) mm)
+model    own   = fem(quad4, strain = finite, size = 2 mm)
+probe    rim   = point(disc, at = (20, 4, 0) mm)
+metric   bulge = displacement(rim, along = +x)
+metric   grip  = force(press, along = -y)
+"""
+
+
+@pytest.mark.slow
+def test_a_bonded_disc_of_rubber_is_that_of_felupe() -> None:
+    """A neo-Hookean disc pressed by a fifth, the axis within it: node by node to 1e-8, and its force to 1e-8."""
+    import felupe
+
+    model = softmark.loads(DISC).run().models["own"]
+    X, u = lower(model)
+    made = Slice(Quadrilateral((0, 0, 0), (0.02, 0, 0), (0.02, 0.01, 0), (0, 0.01, 0)), 1.0).mesh("hex8", 0.002)
+    points = made.points[made.points[:, 2] < 0, :2]
+    mesh = felupe.Mesh(points[:, ::-1], made.cells[:, [0, 3, 2, 1]], "quad")  # FElupe's axis is its first coordinate
+    mu, lam = E / (2 * (1 + NU)), E * NU / ((1 + NU) * (1 - 2 * NU))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        field = felupe.FieldContainer([felupe.FieldAxisymmetric(felupe.RegionQuad(mesh), dim=2)])
+        bounds = {
+            "below": felupe.Boundary(field[0], fx=0.0),
+            "level": felupe.Boundary(field[0], fx=0.01, skip=(1, 0)),
+            "press": felupe.Boundary(field[0], fx=0.01, skip=(0, 1), value=-0.002),
+            "axis": felupe.Boundary(field[0], fy=0.0, skip=(1, 0)),
+        }
+        dof0, dof1 = felupe.dof.partition(field, bounds)
+        ext0 = felupe.dof.apply(field, bounds, dof0)
+        body = felupe.SolidBody(felupe.NeoHookeCompressible(mu=mu, lmbda=lam), field)
+        felupe.newtonraphson(items=[body], x0=field, dof0=dof0, dof1=dof1, ext0=ext0, tol=1e-11, verbose=0)
+    nearest = np.linalg.norm(points[None] - X[:, None], axis=2).argmin(axis=1)
+    known = field[0].values[:, ::-1][nearest]
+    assert known == pytest.approx(u, rel=0, abs=1e-8 * np.abs(u).max())
+    inner = body.results.force if body.results.force is not None else body.assemble.vector()
+    forces = np.asarray(inner.toarray() if hasattr(inner, "toarray") else inner).reshape(-1, 2)
+    pressed = -forces[mesh.points[:, 0] > 0.01 - 1e-9, 0].sum()
+    value = model.metrics["grip"].value
+    assert value is not None
+    assert abs(pressed) == pytest.approx(value, rel=1e-8)
+
+
+def test_other_code_and_reactions_vouch_for_them() -> None:
+    """The forces are found again by formulas of their own, and what supports carry is the load along the axis."""
+    model = solved("""
+load weight = gravity(9.81 m/s^2, direction = -y)
+load blow   = pressure(ring, where = 8 * (x - 30 mm) + y >= 4 mm, magnitude = 30 kPa)
+model own   = fem(quad8, strain = finite, size = 8 mm)
+""").models["own"]
+    checks = model.solve["checks"]
+    assert checks["residual"] < 1e-8
+    assert checks["reactions"]["force"] < 1e-8
+    assert checks["reactions"]["apart"] < 1e-8
+    polygon = np.array(CORNERS)[:, :2] * 1e-3
+    then = np.roll(polygon, -1, axis=0)
+    cross = polygon[:, 0] * then[:, 1] - then[:, 0] * polygon[:, 1]
+    volume = 2 * np.pi * float(cross @ (polygon + then)[:, 0]) / 6  # Pappus
+    assert model.loads["weight"].force == pytest.approx((0, -volume * DENSITY * 9.81, 0), rel=1e-12)
+    carried = model.reactions["wall"].reaction
+    assert carried is not None
+    assert (carried.force[0], carried.force[2], *carried.moment) == (0.0,) * 5
+
+
+def test_the_example_of_the_guide_is_sound() -> None:
+    """It cannot stand beside the others, in a scene where gravity acts along z."""
+    guide = (Path(__file__).parents[2] / "grammar" / "README.md").read_text()
+    found = re.search(r"```text\n(material.*?axisymmetric.*?)```", guide, re.DOTALL)
+    assert found is not None
+    assert softmark.loads(found[1]).scene.of_kind("metric").keys() == {"skin", "halves"}
+
+
+@pytest.mark.slow
+def test_a_scene_without_bodies_of_revolution_imports_nothing_of_them() -> None:
+    text = """
+import sys, softmark
+softmark.loads('''
+material gel = neo_hookean(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)
+body sheet = plane_strain(quadrilateral((0, 0, 0) mm, (8, 0, 0) mm, (8, 8, 0) mm, (0, 8, 0) mm), gel, thickness = 1 mm)
+support wall = fixed(sheet, where = x <= 0 mm)
+load push = pressure(sheet, where = x >= 8 mm, magnitude = 1 kPa)
+model own = fem(quad4, strain = finite, size = 4 mm)
+probe tip = point(sheet, at = (8, 4, 0) mm)
+metric way = displacement(tip, along = -x)
+''').run()
+assert 'softmark.solvers.energies.revolved' not in sys.modules
+"""
+    subprocess.run([sys.executable, "-c", text], check=True)

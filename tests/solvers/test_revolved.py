@@ -1,0 +1,102 @@
+"""Bodies of revolution: gradients and tangents against finite differences, volumes against Pappus."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from softmark.solvers.checks import solids
+from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.revolved import Revolved, RevolvedPressure
+from softmark.solvers.materials import law_for
+from softmark.solvers.materials.neo_hookean import NeoHookean
+from softmark.solvers.mesh.flat import Quadrilateral, Slice
+from softmark.solvers.mesh.interpolation import integration
+
+DEPTH = 0.1
+SECTION = Slice(Quadrilateral((0.2, 0.0, 0.0), (1.0, 0.1, 0.0), (1.2, 1.0, 0.0), (0.0, 0.9, 0.0)), DEPTH)
+GEL = NeoHookean(young=1.0, poisson=0.3, density=1.0)
+
+
+def revolved(kind: str, strain: str = "finite", size: float = 0.6) -> tuple[Revolved, Floats]:
+    """The energy of a tapered ring, and its nodes (n, 3)."""
+    mesh = SECTION.mesh(kind, size)
+    parts = integration(mesh)
+    elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(GEL, strain))
+    return Revolved.of(elastic, parts.N, mesh.points, DEPTH), mesh.points
+
+
+def bent(points: Floats) -> Floats:
+    """A motion in the plane, of a fifth of the size, the same for all z."""
+    x, y, _ = points.T
+    return np.stack([0.2 * x * y + 0.1 * x, 0.1 * np.sin(x + y), 0.0 * x], axis=1).ravel()
+
+
+def tangent(energy: Energy, x: Floats, projected: bool = False) -> Floats:
+    """Dense (n, n)."""
+    stencils, n = energy.stencils, len(x)
+    slots = np.arange(stencils.shape[0] * stencils.shape[1] ** 2).reshape(*stencils.shape, stencils.shape[1])
+    data = np.zeros(slots.size)
+    energy.add_hessian(x, data, slots, 1.0, projected)
+    K = np.zeros((n, n))
+    np.add.at(K, (stencils[:, :, None], stencils[:, None, :]), data.reshape(slots.shape))
+    return K
+
+
+def gradient(energy: Energy, x: Floats) -> Floats:
+    g = np.zeros_like(x)
+    energy.add_gradient(x, g)
+    return g
+
+
+def differences(f: object, x: Floats, h: float = 1e-5) -> Floats:
+    """df/dx by central differences: at unit scale they are right to h^2."""
+    assert callable(f)
+    steps = h * np.eye(len(x))
+    return np.array([(np.asarray(f(x + d)) - np.asarray(f(x - d))) / (2 * h) for d in steps]).T
+
+
+@pytest.mark.parametrize("strain", ["small", "corotational", "finite"])
+def test_derivatives_of_the_energy(strain: str) -> None:
+    """Against central differences, to 1e-7 of the largest; along z nothing pulls."""
+    energy, points = revolved("hex8", strain)
+    x = bent(points)
+    g, K = gradient(energy, x), tangent(energy, x)
+    across = np.arange(len(x)) % 3 == 2
+    assert np.abs(g[across]).max() < 1e-14 * np.abs(g).max()
+    assert differences(energy.value, x)[~across] == pytest.approx(g[~across], rel=0, abs=1e-7 * np.abs(g).max())
+    by_steps = differences(lambda y: gradient(energy, y), x)
+    assert by_steps == pytest.approx(K, rel=0, abs=1e-7 * np.abs(K).max())
+    assert np.abs(K - K.T).max() < 1e-12 * np.abs(K).max()
+    assert np.linalg.eigvalsh(tangent(energy, x, projected=True)).min() > -1e-10 * np.abs(K).max()
+
+
+@pytest.mark.parametrize("kind", ["hex8", "hex20", "hex27"])
+def test_derivatives_of_a_pressure_on_rings(kind: str) -> None:
+    """Its tangent against central differences of its forces; whole rings, so the force along y is that on discs."""
+    mesh = SECTION.mesh(kind, 0.6)
+    inner = mesh.facets[(np.abs(mesh.points[mesh.facets] @ (0.9, 0.2, 0.0) - 0.18) < 1e-9).all(axis=1)]
+    load = RevolvedPressure(mesh.points, inner, 3.0, depth=DEPTH)
+    x = bent(mesh.points)
+    K = tangent(load, x)
+    assert differences(lambda y: gradient(load, y), x) == pytest.approx(K, rel=0, abs=1e-8 * np.abs(K).max())
+    r = (mesh.points + x.reshape(-1, 3))[np.unique(inner), 0]
+    force = -gradient(load, x).reshape(-1, 3)[:, 1].sum()
+    assert abs(force) == pytest.approx(3.0 * np.pi * (r.max() ** 2 - r.min() ** 2), rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["hex8", "hex20", "hex27"])
+def test_volumes_and_forces_found_again(kind: str) -> None:
+    """Pappus's volume, 2 pi times the first moment of the section, and nodal forces by the formulas of the checks."""
+    energy, points = revolved(kind)
+    a, b, c, d = ((0.2, 0.0), (1.0, 0.1), (1.2, 1.0), (0.0, 0.9))
+    moment = sum(
+        (p[0] * q[1] - q[0] * p[1]) * (p[0] + q[0]) / 6.0 for p, q in ((a, b), (b, c), (c, d), (d, a))
+    )  # of a polygon
+    assert energy.w.sum() == pytest.approx(2 * np.pi * moment, rel=1e-12)
+    law, x = energy.law, bent(points)
+    body = solids.CheckedBody(points, energy.cells, kind, x.reshape(-1, 3), (solids.StressTerm(law.P),), 1.0,
+                              depth=DEPTH)  # fmt: skip
+    f, _ = body.forces(energy.cells)
+    assert f.ravel() == pytest.approx(gradient(energy, x), rel=0, abs=1e-13 * np.abs(f).max())
