@@ -85,7 +85,11 @@ def _rows(name: str, text: str, separator: str) -> list[Row]:
 
     reader = csv.reader(text.splitlines(keepends=True), delimiter=separator)
     try:
-        return [(reader.line_num, [field.strip() for field in fields]) for fields in reader]
+        begins, rows = 1, []
+        for fields in reader:
+            rows.append((begins, [field.strip() for field in fields]))
+            begins = reader.line_num + 1  # a row goes over several lines where a quote is not closed
+        return rows
     except csv.Error as error:
         raise Unreadable(name, f"line {reader.line_num} is no row of CSV ({error})", "save it as CSV") from None
 
@@ -129,7 +133,9 @@ def _number(name: str, row: Row, column: str, i: int) -> float:
         raise Unreadable(name, f"{at}: there is no number", "give one, or leave the row out")
     if not NUMBER.fullmatch(text):
         comma = re.fullmatch(r"[+-]?\d+,\d+([eE][+-]?\d+)?", text)
+        apart = re.fullmatch(r"[+-]?\d{1,3}(,\d{3})+\.\d*([eE][+-]?\d+)?", text)
         help = f"the decimal sign is a point: `{text.replace(',', '.')}`" if comma else "leave the row out"
+        help = f"nothing stands between thousands: `{text.replace(',', '')}`" if apart else help
         raise Unreadable(name, f"{at}: `{text[:40]}` is no number", help)
     value = float(text)
     if not math.isfinite(value) or abs(value) > LARGEST:

@@ -191,7 +191,20 @@ def test_a_scene_with_a_beam_alone_makes_no_mesh_and_imports_no_kernel(tmp_path:
         for m in found
         if m.startswith("softmark.solvers.mesh")
         and m.removeprefix("softmark.solvers.mesh")
-        not in ("", ".cuts", ".divisions", ".filled", ".flat", ".shape", ".shapes", ".sides", ".spheres", ".tube")
+        not in (
+            "",
+            ".arc",
+            ".cuts",
+            ".divisions",
+            ".filled",
+            ".flat",
+            ".sections",
+            ".shape",
+            ".shapes",
+            ".sides",
+            ".spheres",
+            ".tube",
+        )
     }
     assert not meshes
     assert not found & {

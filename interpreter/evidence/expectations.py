@@ -58,7 +58,8 @@ def _in_all(each: Sequence[ExpectationResult], states: Sequence[float]) -> Expec
     where = ", ".join(percent(states[i]) for i in wrong or open_)
     several = "states" if len(wrong or open_) > 1 else "state"
     reason = f"in the {several} {where}: {own.reason}" if open_ and not wrong else None
-    reason = f"not in the {several} {where}" if wrong else reason
+    first = ", the number is of the first" if len(wrong) > 1 else ""
+    reason = f"not met in the {several} {where}{first}" if wrong else reason
     return ExpectationResult(own.text, own.line, own.passed, own.value, own.unit, reason, states=verdicts)
 
 

@@ -139,8 +139,8 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         for field, point in reversed(outside.items()):
             does = "acts at" if declared.kind == "load" else "looks at"
             where = units.show_all(point, units.LENGTH)
-            hollow = "" if body.thing.shape.convex else "; it is hollow"
-            spans = reach(*body.thing.shape.bounds) + hollow
+            shape = body.thing.shape
+            spans = reach(*shape.bounds) + ("" if shape.convex else f"; it is {shape.gap}")
             problem = f"`{declared.name}` {does} {where}, outside `{body.name}`"
             remedy = f"the body spans {spans}"
             yield diagnostic("E504", declared.at(field), problem, "not in the body", remedy)
@@ -234,8 +234,8 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Doubts of models; what holds for several is said once."""
     first: dict[tuple[object, ...], tuple[Diagnostic, list[str]]] = {}
     for model, case in _cases(scene, "model"):
-        if _blamed(case.body, found) and case.shape.flat != bool(case.planar):
-            continue
+        if case.shape.fault or (_blamed(case.body, found) and case.shape.flat != bool(case.planar)):
+            continue  # of what is no body, no more is said
         unfit = list(plane.model(model, case))
         yield from unfit
         if unfit:

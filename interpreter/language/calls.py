@@ -291,7 +291,7 @@ class Binder:
         )
 
     def _vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
-        unit = units.si(field.dimension or units.NONE)
+        unit = units.of_vector(field.dimension or units.NONE)
         if isinstance(node, tree.List):
             help = f"a vector has round brackets: `(0, 0, 1) {unit}`"
             raise place.fail("E207", node.span, f"expected {field.expected}, found a list", "a list", help)

@@ -134,6 +134,11 @@ def si(dimension: Dimension) -> str:
     return "*".join(_power(s, n) for s, n in parts)
 
 
+def of_vector(dimension: Dimension) -> str:
+    """The SI unit that the components of a vector are given in: a vector of J is a moment."""
+    return {(2, 1, -2, 0, 0): "N*m", (0, 1, -2, 0, 0): "N/m"}.get(dimension) or si(dimension)
+
+
 def _base_order(d: Dimension) -> Dimension:
     return (d[1], d[0], d[2], d[3], d[4])
 

@@ -77,7 +77,7 @@ class CurveError(Metric):
         x, y, (along, own), reference = seen.curve.x, seen.curve.y, seen.curve.units, seen.known.curve
         if len(x) == 1:
             return self._point(float(x[0]), float(y[0]), reference, (along, own))
-        over = curves.overlay(x, y, reference)
+        over = curves.overlay(x, y, reference, along)
         value, uncertainty = _STATISTICS[self.statistic](over, self.initial)
         at = int(np.abs(over.d).argmax())
         details = {
@@ -94,7 +94,8 @@ class CurveError(Metric):
             raise Undefined(f"one state is a point, which has no `{self.statistic}`")
         if not reference.x[0] <= x <= reference.x[-1]:
             raise Undefined(
-                f"it is at {x:.4g}, and the reference goes from {reference.x[0]:.4g} to {reference.x[-1]:.4g} (SI)"
+                f"it is at {x:.4g} {units[0]}, and the reference goes from {reference.x[0]:.4g} to"
+                f" {reference.x[-1]:.4g} {units[0]}"
             )
         r, u = (float(np.interp(x, reference.x, values)) for values in (reference.y, reference.u))
         size = _size(abs(r))

@@ -59,14 +59,14 @@ class Overlay:
         return self.y - self.r
 
 
-def overlay(x: Floats, y: Floats, reference: Curve) -> Overlay:
+def overlay(x: Floats, y: Floats, reference: Curve, unit: str = "(SI)") -> Overlay:
     """A curve over a reference, on the range that both have. Raises Undefined where there is none."""
     x, y = _grown(x, y)
     low, high = max(x[0], reference.x[0]), min(x[-1], reference.x[-1])
     if not low < high:
         raise Undefined(
-            f"it goes from {x[0]:.4g} to {x[-1]:.4g}, and the reference from {reference.x[0]:.4g} to"
-            f" {reference.x[-1]:.4g} (SI): they have no range in common"
+            f"it goes from {x[0]:.4g} to {x[-1]:.4g} {unit}, and the reference from {reference.x[0]:.4g} to"
+            f" {reference.x[-1]:.4g} {unit}: they have no range in common"
         )
     every = np.unique(np.concatenate([[low], x, reference.x, [high]]))
     at = every[(every >= low) & (every <= high)]

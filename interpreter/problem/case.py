@@ -15,7 +15,7 @@ from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.interpreter.vocabulary.supports import InPlane, OnAxis
 from softmark.records import dataclass
-from softmark.solvers.mesh.shape import Prism, Shape
+from softmark.solvers.mesh.shape import Shape, Swept
 
 
 class Fault(Exception):
@@ -55,10 +55,10 @@ class Case:
         return found
 
     @property
-    def prism(self) -> Prism:
-        """The same where it is known to be one. Raises TypeError."""
-        if not isinstance(self.shape, Prism):
-            raise TypeError(f"`{self.body.name}` is no straight prism")
+    def prism(self) -> Swept:
+        """The same where it is known to have one section along an axis. Raises TypeError."""
+        if not isinstance(self.shape, Swept):
+            raise TypeError(f"`{self.body.name}` has no section along an axis")
         return self.shape
 
     @property

@@ -11,7 +11,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, fault
 from softmark.interpreter.problem.data import located
-from softmark.solvers.mesh.shape import Prism, transverse
+from softmark.solvers.mesh.shape import Swept
 from softmark.solvers.mesh.shapes import MeshFile
 
 Floats = NDArray[np.float64]
@@ -54,7 +54,7 @@ def distances(case: Case, X: Floats) -> tuple[Floats, float]:
     assert bounds is not None  # but of a file of cells
     low, high = (np.array(end) for end in bounds)
     extent = float(np.linalg.norm(high - low))
-    return (_of_prism(shape, X) if isinstance(shape, Prism) else _of_box(low, high, X)), extent
+    return (_of_swept(shape, X) if isinstance(shape, Swept) else _of_box(low, high, X)), extent
 
 
 def _of_box(low: Floats, high: Floats, X: Floats) -> Floats:
@@ -63,11 +63,9 @@ def _of_box(low: Floats, high: Floats, X: Floats) -> Floats:
     return found
 
 
-def _of_prism(shape: Prism, X: Floats) -> Floats:
-    """Of a straight prism, exactly."""
-    offset = X - np.array(shape.root)
-    first, second = (np.array(t) for t in transverse(shape.axis))
-    s, u, v = (offset @ t for t in (np.array(shape.axis), first, second))
+def _of_swept(shape: Swept, X: Floats) -> Floats:
+    """Of a body along an axis: exactly of a straight one, and of a bent one beside its ends as if it went on."""
+    s, u, v = shape.coordinates(X)
     along = np.maximum(np.maximum(-s, s - shape.length), 0.0)
     found: Floats = np.hypot(along, shape.section.outside(u, v))
     return found

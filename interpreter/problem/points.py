@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial, reduce
 from typing import TYPE_CHECKING, Any
 
@@ -169,14 +169,13 @@ def _chosen(probe: Declared, X: Floats) -> NDArray[np.bool_]:
     return held
 
 
-def _nothing(probe: Declared) -> Fault:
-    return fault(
-        "E302",
-        probe.at("where"),
-        f"`{probe.name}` selects no points",
-        "selects nothing",
-        "the condition is on coordinates before deformation",
-    )
+def _nothing(probe: Declared, faces: Sequence[str] = ()) -> Fault:
+    """`faces` are the regions of its condition that are faces, of which a volume has nothing."""
+    help = "the condition is on coordinates before deformation"
+    if faces:
+        named = " and ".join(f"`{name}`" for name in faces)
+        help = f"faces have no volume, and those of {named} are selected: use a `surface`, or a group of cells"
+    return fault("E302", probe.at("where"), f"`{probe.name}` selects no points", "selects nothing", help)
 
 
 def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> ProbePoints:
@@ -208,7 +207,9 @@ def _selected(probe: Declared, case: Case, mesh: Mesh) -> tuple[Floats, Floats]:
     ]
     corners, sizes = (np.concatenate([getattr(part, name) for part in found]) for name in ("corners", "sizes"))
     if not sizes.sum() > 0.0:
-        raise _nothing(probe)
+        asked = {r.name: r.thing.name for r in case.groups if r.thing.name in where.groups}
+        faces = [region for region, name in asked.items() if (mesh.groups or {})[name].kind == "faces"]
+        raise _nothing(probe, faces)
     return corners, sizes
 
 
@@ -221,7 +222,7 @@ def _mask(which: Any, count: int) -> NDArray[np.bool_]:
 def drawn(case: Case) -> ProbePoints:
     """A surface of the body for pictures."""
     shape = located(case.shape, case.body.at("shape"))
-    if isinstance(shape, geometry.Prism):
+    if isinstance(shape, geometry.Swept):
         return ProbePoints(*skin_of(shape))
     size = _size(shape)
     X, triangles = shape.surface(size)
@@ -233,7 +234,7 @@ def drawn(case: Case) -> ProbePoints:
 def scanned(case: Case) -> ProbePoints:
     """A surface of the body fine enough to be put through a scanner."""
     shape = located(case.shape, case.body.at("shape"))
-    return ProbePoints(*skin_of(shape, *SCANNED)) if isinstance(shape, geometry.Prism) else drawn(case)
+    return ProbePoints(*skin_of(shape, *SCANNED)) if isinstance(shape, geometry.Swept) else drawn(case)
 
 
 def held_face(case: Case) -> tuple[Floats, Ints] | None:

@@ -1,4 +1,4 @@
-"""The surface of a straight prism for pictures, without a mesh: rings along its axis, and a cap at each end."""
+"""The surface of a body along an axis for pictures, without a mesh: rings along its axis, and a cap at each end."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from softmark.solvers.mesh.shape import Prism
+    from softmark.solvers.mesh.shape import Swept
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -16,18 +16,16 @@ Ints = NDArray[np.int64]
 AROUND, ALONG = 32, 48
 
 
-def skin_of(shape: Prism, around: int = AROUND, along: int = ALONG) -> tuple[Floats, Ints]:
+def skin_of(shape: Swept, around: int = AROUND, along: int = ALONG) -> tuple[Floats, Ints]:
     """Points (n, 3) in m and triangles (t, 3), outward."""
-    from softmark.solvers.mesh.shape import transverse
-
     ring, hole = shape.section.outline(around), shape.section.hole(around)  # (k, 2), counter-clockwise
     k = len(ring)
-    frame = np.array(transverse(shape.axis))  # (2, 3)
-    stations = np.linspace(0.0, shape.length, along + 1)
-    axis = np.array(shape.root) + stations[:, None] * np.array(shape.axis)
-    sides = (axis[:, None, :] + ring @ frame).reshape(-1, 3)
+    stations = np.linspace(0.0, shape.length, along + 1).tolist()
+    axis = np.array([shape.centre(s) for s in stations])
+    frames = np.array([shape.frame(s)[1:] for s in stations])  # (along + 1, 2, 3)
+    sides = (axis[:, None, :] + ring @ frames).reshape(-1, 3)
     if hole is not None:
-        return _hollow(sides, (axis[:, None, :] + hole @ frame).reshape(-1, 3), k, along)
+        return _hollow(sides, (axis[:, None, :] + hole @ frames).reshape(-1, 3), k, along)
     points = np.concatenate([sides, axis[:1], axis[-1:]])
     first, last = len(sides), len(sides) + 1
     i = np.arange(k)

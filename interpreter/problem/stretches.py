@@ -1,4 +1,4 @@
-"""What conditions select of a straight prism: how much of its cross-sections, and where along it that changes."""
+"""What conditions select of a body along an axis: how much of its cross-sections, and where along it that changes."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Border, Condition, Point
+from softmark.solvers.mesh.shape import dot
 
 if TYPE_CHECKING:
-    from softmark.solvers.mesh.shape import Prism
+    from softmark.solvers.mesh.shape import Swept
 
 END = 1e-6  # of the length: borders closer to an end face are that face
 SAME = 1e-8  # of the length: stations that are nearer are one
@@ -19,18 +20,18 @@ HALVINGS = 45  # of a stretch, to the rounding of its stations
 LITTLE = 1e-7  # of a cross-section: less is nothing
 
 
-def coverage(condition: Condition, shape: Prism, station: float) -> str:
+def coverage(condition: Condition, shape: Swept, station: float) -> str:
     """How much of the cross-section at `station` (m from the root) a condition selects: all, some or none."""
     return next(iter(coverages(condition, shape, [station])))
 
 
 @lru_cache(maxsize=256)
-def whole(condition: Condition, shape: Prism, stations: tuple[float, ...]) -> tuple[bool, ...]:
+def whole(condition: Condition, shape: Swept, stations: tuple[float, ...]) -> tuple[bool, ...]:
     """At which stations a condition selects the whole cross-section: asked by all who hold a beam there."""
     return tuple(_whole(condition, shape, s) for s in stations)
 
 
-def coverages(condition: Condition, shape: Prism, stations: Sequence[float]) -> set[str]:
+def coverages(condition: Condition, shape: Swept, stations: Sequence[float]) -> set[str]:
     """The coverage at each of some stations, in ascending order; stops at the first that is `some`.
 
     Bounds over whole slabs of the body settle most stations at once, so that the work grows like the
@@ -39,7 +40,7 @@ def coverages(condition: Condition, shape: Prism, stations: Sequence[float]) -> 
     extent, found, pending = shape.diagonal, set(), [(0, len(stations))]
     while pending and "some" not in found:
         first, end = pending.pop()
-        false, true = condition.over(*_slab(shape, stations[first], stations[end - 1]), extent)
+        false, true = condition.over(*shape.slab(stations[first], stations[end - 1]), extent)
         if not (false and true):
             found.add("all" if true else "none")
         elif end - first > 1:
@@ -50,12 +51,13 @@ def coverages(condition: Condition, shape: Prism, stations: Sequence[float]) -> 
     return found
 
 
-def _measured(condition: Condition, shape: Prism, station: float, extent: float) -> str:
+def _measured(condition: Condition, shape: Swept, station: float, extent: float) -> str:
     """The coverage where bounds leave it open: points that differ say `some`, and else its area says."""
-    x, y, z = _centre(shape, station)
-    held = {bool(condition.holds(x + a, y + b, z + c, extent)) for a, b, c in _offsets(shape)}
+    held = {bool(condition.holds(*point, extent)) for point in _points(shape, station)}
     if len(held) == 2:
         return "some"
+    if _uncrossed(condition, shape, station, extent):
+        return "all" if held == {True} else "none"
     from softmark.interpreter.problem.parts.sections import share
 
     taken = share(condition, shape, station)
@@ -64,8 +66,23 @@ def _measured(condition: Condition, shape: Prism, station: float, extent: float)
     return "none" if taken <= LITTLE else "some"
 
 
+def _uncrossed(condition: Condition, shape: Swept, station: float, extent: float) -> bool:
+    """Whether borders that are all planes pass the section: areas near a border that is parallel to it take long."""
+    _, first, second = shape.frame(station)
+    centre = shape.centre(station)
+    for border in condition.borders:
+        if border.plane is None:
+            return False
+        a, slack = border.plane[:3], RELATIVE_TOLERANCE * extent**border.power
+        level = dot(a, centre) + border.plane[3]
+        low = level - shape.section.support(-dot(a, first), -dot(a, second))
+        if low < -slack and level + shape.section.support(dot(a, first), dot(a, second)) > slack:
+            return False
+    return True
+
+
 @lru_cache(maxsize=256)
-def inside(condition: Condition, shape: Prism) -> tuple[tuple[float, str], ...]:
+def inside(condition: Condition, shape: Swept) -> tuple[tuple[float, str], ...]:
     """Stations (m) between the end faces, one in each stretch along which coverage is the same, and where they meet.
 
     Each with its coverage. A border of the condition can change it only between the first and the last station at which
@@ -89,17 +106,17 @@ def _apart(marks: list[float], near: float) -> list[float]:
     return [0.5 * (first + last) for first, last in found]
 
 
-def _marks(condition: Condition, shape: Prism) -> list[float]:
+def _marks(condition: Condition, shape: Swept) -> list[float]:
     """Stations at which a border of the condition begins or ends to meet cross-sections."""
     extent = shape.diagonal
     return [s for border in condition.borders for s in _met(border, shape, RELATIVE_TOLERANCE * extent**border.power)]
 
 
-def _met(border: Border, shape: Prism, slack: float) -> list[float]:
+def _met(border: Border, shape: Swept, slack: float) -> list[float]:
     """Those of one border: the ends of every run of slabs in which it changes its sign, to rounding."""
 
     def crossed(a: float, b: float) -> bool:
-        level = border.over(*_slab(shape, a, b))
+        level = border.over(*shape.slab(a, b))
         return level.low < -slack and level.high > slack
 
     pending, slabs = [(0.0, shape.length)], []
@@ -130,35 +147,20 @@ def _first(near: float, far: float, holds: Any) -> float:
     return far
 
 
-def _slab(shape: Prism, first: float, last: float) -> tuple[Point, Point]:
-    """The lowest and highest coordinates of the body between two stations."""
-    ends = [*zip(_centre(shape, first), _centre(shape, last), strict=True)]
-    reach = _section_reach(shape)
-    x, y, z = ((min(pair) - r, max(pair) + r) for pair, r in zip(ends, reach, strict=True))
-    return (x[0], y[0], z[0]), (x[1], y[1], z[1])
-
-
-def _centre(shape: Prism, station: float) -> Point:
-    x, y, z = (r + station * a for r, a in zip(shape.root, shape.axis, strict=True))
-    return x, y, z
-
-
 @lru_cache(maxsize=64)
-def _offsets(shape: Prism) -> tuple[Point, ...]:
-    """Points of a cross-section, from its centre."""
-    from softmark.solvers.mesh.shape import transverse
-
-    (ax, ay, az), (bx, by, bz) = transverse(shape.axis)
-    return tuple((u * ax + v * bx, u * ay + v * by, u * az + v * bz) for u, v in shape.section.samples())
+def _of_section(shape: Swept) -> tuple[tuple[float, float], ...]:
+    """Points of its cross-section, in the section."""
+    return tuple(shape.section.samples())
 
 
-@lru_cache(maxsize=64)
-def _section_reach(shape: Prism) -> Point:
-    """How far a cross-section reaches from its centre along x, y and z, m."""
-    return shape.section.reach(shape.axis)
+def _points(shape: Swept, station: float) -> list[Point]:
+    """Points of the cross-section at a station, m."""
+    _, (ax, ay, az), (bx, by, bz) = shape.frame(station)
+    x, y, z = shape.centre(station)
+    return [(x + (u * ax + v * bx), y + (u * ay + v * by), z + (u * az + v * bz)) for u, v in _of_section(shape)]
 
 
-def borders(condition: Condition, shape: Prism) -> list[float]:
+def borders(condition: Condition, shape: Swept) -> list[float]:
     """Stations (m) where a selection of whole cross-sections begins or ends inside the body.
 
     The end faces are left out: a border there lies off them by the tolerance of conditions.
@@ -174,11 +176,11 @@ def borders(condition: Condition, shape: Prism) -> list[float]:
     ]
 
 
-def _whole(condition: Condition, shape: Prism, station: float) -> bool:
+def _whole(condition: Condition, shape: Swept, station: float) -> bool:
     return coverage(condition, shape, station) == "all"
 
 
-def _border(condition: Condition, shape: Prism, inside: float, outside: float) -> float:
+def _border(condition: Condition, shape: Swept, inside: float, outside: float) -> float:
     """The last station of a selection, by bisection from one inside and one outside."""
     while abs(outside - inside) > 1e-12 * shape.length:
         middle = 0.5 * (inside + outside)

@@ -37,6 +37,8 @@ class Curve:
 
 def curve_of(each: Sequence[Any], states: Sequence[float], name: str) -> Curve:
     """A metric of the results of a model, or of a reference, in each state. Raises KeyError where none has it."""
+    if not states:
+        raise KeyError(f"there is no curve of `{name}`: the analysis has no states")
     found = [result.metrics.get(name) for result in each]
     unit = next((metric.unit for metric in found if metric is not None), None)
     if unit is None:

@@ -10,6 +10,8 @@ Jacobian of rotations: Sola, Deray and Atchuthan (2018), appendix B.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from softmark.records import dataclass
@@ -18,7 +20,9 @@ from softmark.solvers.checks.solids import EPS, Floats
 
 @dataclass(frozen=True)
 class CheckedRod:
-    """Nodes in order along a rod that is straight at rest: `x` (n, 3) m, frames `R` (n, 3, 3) with columns e1, e2, e3.
+    """Nodes in order along a rod: `x` (n, 3) m, frames `R` (n, 3, 3) with columns e1, e2, e3.
+
+    `natural` are the same at rest, where it is not straight.
 
     `l` (n - 1,) are the lengths at rest, `C` (6,) the stiffnesses EA, GA2, GA3 (N), GJ, EI2, EI3 (N m^2); modes in
     `rigid` have no stiffness of their own, and what they carry is what balances the rest best.
@@ -29,6 +33,17 @@ class CheckedRod:
     l: Floats
     C: Floats
     rigid: tuple[int, ...] = ()
+    natural: tuple[Floats, Floats] | None = None
+
+    @cached_property
+    def _at_rest(self) -> tuple[Floats, Floats]:
+        """Gamma + e1 and the turns of the elements at rest, (n - 1, 3) each."""
+        if self.natural is None:
+            return np.array([1.0, 0.0, 0.0]), np.zeros(3)
+        X, R = self.natural
+        turns = rotation_vector(R[:-1].transpose(0, 2, 1) @ R[1:])
+        middle = R[:-1] @ exponential(0.5 * turns)
+        return np.einsum("eki,ek->ei", middle, np.diff(X, axis=0)) / self.l[:, None], turns
 
     def forces(self) -> tuple[Floats, Floats]:
         """Inner forces and moments at the nodes (n, 6), N and N m in space.
@@ -41,10 +56,10 @@ class CheckedRod:
         inverse = np.linalg.inv(left_jacobian(theta))
         middle = Ra @ exponential(0.5 * theta)
         A = 0.5 * Ra @ left_jacobian(0.5 * theta) @ inverse @ Ra.transpose(0, 2, 1)
-        Gamma = np.einsum("eki,ek->ei", middle, d) / self.l[:, None] - np.array([1.0, 0.0, 0.0])
+        Gamma = np.einsum("eki,ek->ei", middle, d) / self.l[:, None] - self._at_rest[0]
         carried = Gamma * self.C[:3]
         carried[:, list(self.rigid)] = 0.0
-        M = np.einsum("eij,ekj,ek->ei", Ra, inverse, theta / self.l[:, None] * self.C[3:])
+        M = np.einsum("eij,ekj,ek->ei", Ra, inverse, (theta - self._at_rest[1]) / self.l[:, None] * self.C[3:])
         g = self._onto_nodes(np.einsum("eij,ej->ei", middle, carried)[:, None], M[:, None], d, A)[:, :, 0]
         unit = np.zeros((e, len(self.rigid), 3)) + middle[:, :, list(self.rigid)].transpose(0, 2, 1)
         by = np.zeros((e + 1, 6, e, len(self.rigid)))
@@ -56,17 +71,21 @@ class CheckedRod:
 
     def strain(self, arms: Floats) -> tuple[float, float]:
         """The largest strains: by twist and curvatures, of fibres at distances `arms` (3,), m; by stretch and shear."""
-        middle = self.R[:-1] @ exponential(0.5 * self.l[:, None] * self.curvatures)
-        Gamma = np.einsum("eki,ek->ei", middle, np.diff(self.x, axis=0)) / self.l[:, None] - np.array([1.0, 0.0, 0.0])
+        middle = self.R[:-1] @ exponential(0.5 * self._turns)
+        Gamma = np.einsum("eki,ek->ei", middle, np.diff(self.x, axis=0)) / self.l[:, None] - self._at_rest[0]
         bent = np.linalg.norm(arms * self.curvatures, axis=1)
         return float(bent.max()), float(np.linalg.norm(Gamma, axis=1).max())
 
     @property
     def curvatures(self) -> Floats:
-        """Of each element about e1, e2 and e3 (n - 1, 3), 1/m: twist and bending."""
-        theta = rotation_vector(self.R[:-1].transpose(0, 2, 1) @ self.R[1:])
-        found: Floats = theta / self.l[:, None]
+        """Of each element about e1, e2 and e3 (n - 1, 3), 1/m: twist and bending, less those at rest."""
+        found: Floats = (self._turns - self._at_rest[1]) / self.l[:, None]
         return found
+
+    @property
+    def _turns(self) -> Floats:
+        """From each node to the next, about the axes of the first (n - 1, 3)."""
+        return rotation_vector(self.R[:-1].transpose(0, 2, 1) @ self.R[1:])
 
     def _ends(self, N: Floats, M: Floats, d: Floats, A: Floats) -> tuple[Floats, Floats]:
         """Forces and moments at the first and the second node, (e, k, 6) each, for N and M (e, k, 3)."""
@@ -134,9 +153,8 @@ def left_jacobian(theta: Floats) -> Floats:
     return found
 
 
-def frames(ends: Floats, arms: Floats) -> Floats:
-    """Rotations (n, 3, 3) that carry arms (2, 3), e2 and e3 times their length, onto `ends` (n, 2, 3)."""
-    length = np.linalg.norm(arms, axis=1)
+def frames(ends: Floats, length: Floats) -> Floats:
+    """Rotations (n, 3, 3) that carry arms along e2 and e3, of their `length` (2,), m, onto `ends` (n, 2, 3)."""
     e2, e3 = ends[:, 0] / length[0], ends[:, 1] / length[1]
     found: Floats = np.stack([np.cross(e2, e3), e2, e3], axis=2)
     return found

@@ -8,6 +8,7 @@ of `energy.Space`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -153,8 +154,12 @@ def rod_at_rest(points: Floats, up: Floats | None = None) -> Floats:
     if not np.all(sine > 1e-6):
         raise ValueError("the rod is parallel to its reference direction somewhere")
     e2 /= np.linalg.norm(e2, axis=1, keepdims=True)
-    frames = np.stack([t, e2, np.cross(t, e2)], axis=2)  # (n, 3, 3), columns e1, e2, e3
-    return np.concatenate([X, quaternion(frames)], axis=1).ravel()
+    return rod_of(X, np.stack([t, e2, np.cross(t, e2)], axis=2))
+
+
+def rod_of(points: Floats, frames: Floats) -> Floats:
+    """State (n * 7,) of an undeformed rod at `points` (n, 3), m, with `frames` (n, 3, 3), columns e1, e2, e3."""
+    return np.concatenate([points, quaternion(frames)], axis=1).ravel()
 
 
 def _tangents(X: Floats) -> Floats:
@@ -172,15 +177,16 @@ def _tangents(X: Floats) -> Floats:
     return np.asarray(t)
 
 
-def displacement_at(x: Floats, rest: Floats, X: Floats) -> Floats:
-    """Displacements (m, 3), m, of material points X (m, 3) around a rod that is straight when undeformed.
+def displacement_at(x: Floats, rest: Floats, X: Floats, along: Callable[[Floats], Floats] | None = None) -> Floats:
+    """Displacements (m, 3), m, of material points X (m, 3) around a rod.
 
     u = x(s) + R(s) R_rest(s)^T (X - X(s)) - X, s the coordinate of X along the axis: positions linear between
     nodes, rotations on the geodesic, cross-sections rigid; points beyond an end follow that end rigidly.
-    Raises ValueError where the undeformed axis is not straight.
+    `along` gives coordinates along the undeformed axis (k,), m, of points (k, 3); without it the axis is straight.
+    Raises ValueError where it is not.
     """
     start, now = rest.reshape(-1, 7), x.reshape(-1, 7)
-    s_nodes, s = _along(start[:, :3], X)
+    s_nodes, s = _along(start[:, :3], X) if along is None else (along(start[:, :3]), along(X))
     a = np.clip(np.searchsorted(s_nodes, s, side="right") - 1, 0, len(s_nodes) - 2)
     t = np.clip((s - s_nodes[a]) / (s_nodes[a + 1] - s_nodes[a]), 0.0, 1.0)
     foot, Q = _interpolated(start, a, t)

@@ -1,4 +1,6 @@
-"""What every shape says, and every straight prism: those of `shapes.py` derive from these, and say what is otherwise.
+"""What every shape says, every body along an axis, and every straight prism.
+
+Those of `shapes.py` derive from these, and say what is otherwise.
 
 Nobody asks whether a shape has a member: all are here, with what a shape says of which nothing else is known. What a
 scene writes as a field of some (`length`, `axis`) is declared for the type checker alone: a dataclass would take it for
@@ -9,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from softmark.solvers.elements.cells import Tetrahedron
@@ -116,6 +119,10 @@ class Section:
         """As many points of the border of its hole (k, 2), m, counter-clockwise; None where it has none."""
         return None
 
+    def support(self, a: float, b: float) -> float:
+        """The largest a u + b v over its points (u, v), m: of one with corners."""
+        return max(a * u + b * v for u, v in self.samples())
+
     def reach(self, axis: Vector3) -> Vector3:
         """How far it reaches from its centre along x, y and z, m, normal to an axis: of one with corners."""
         first, second = transverse(axis)
@@ -145,6 +152,10 @@ class Circular(Section):
         circle: Floats = self.radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
         return circle
 
+    def support(self, a: float, b: float) -> float:
+        """The largest a u + b v over its points (u, v), m."""
+        return self.radius * math.hypot(a, b)
+
     def reach(self, axis: Vector3) -> Vector3:
         """How far it reaches from its centre along x, y and z, m: all of it, points of its rim may miss that."""
         x, y, z = (self.radius * math.sqrt(max(0.0, 1.0 - a * a)) for a in axis)
@@ -171,6 +182,7 @@ class Shape:
 
     prebuilt: ClassVar[bool] = False  # its cells are those of a file, and a size has no part in them
     flat: ClassVar[bool] = False  # it is a region of a plane, for plane problems
+    gap: ClassVar[str] = "hollow"  # why a point between others that it holds may be outside, where it is not convex
     convex: ClassVar[bool] = False  # it holds all between two points that it holds: known, and true
 
     @property
@@ -244,8 +256,8 @@ class Shape:
         return True
 
 
-class Prism(Shape):
-    """A straight body of one cross-section: what beam theory, and all that goes along an axis, asks of a shape."""
+class Swept(Shape):
+    """A body of one cross-section along an axis: what beams, and all that goes along an axis, ask of a shape."""
 
     if TYPE_CHECKING:
 
@@ -255,7 +267,7 @@ class Prism(Shape):
 
         @property
         def axis(self) -> Vector3:
-            """Unit vector, from `root`."""
+            """Unit vector along the axis where it starts, at `root`."""
 
         @property
         def root(self) -> Vector3:
@@ -266,26 +278,87 @@ class Prism(Shape):
             """The cross-section."""
 
     @property
+    def bend(self) -> float:
+        """The curvature of its axis, 1/m."""
+        return 0.0
+
+    def centre(self, station: float) -> Vector3:
+        """The centre of the section at a station, m from the root along the axis."""
+        raise NotImplementedError(f"{type(self).__name__} has no axis")
+
+    def frame(self, station: float) -> tuple[Vector3, Vector3, Vector3]:
+        """Unit vectors of the section there, right-handed: along the axis, and the section's first and second."""
+        raise NotImplementedError(f"{type(self).__name__} has no axis")
+
+    def slab(self, first: float, last: float) -> Bounds:
+        """The lowest and highest coordinates of all between two stations, m."""
+        raise NotImplementedError(f"{type(self).__name__} has no axis")
+
+    def own(self, point: Vector3) -> Vector3:
+        """The station of a point, and its place in the section there, m; stations go on beyond the ends."""
+        raise NotImplementedError(f"{type(self).__name__} has no axis")
+
+    def stations(self, X: Floats) -> Floats:
+        """The stations (n,) of points (n, 3), m."""
+        return self.coordinates(X)[0]
+
+    def coordinates(self, X: Floats) -> tuple[Floats, Floats, Floats]:
+        """What `own` says of each of points (n, 3), m, as three arrays (n,)."""
+        s, u, v = np.array([self.own(tuple(point)) for point in X.tolist()]).reshape(-1, 3).T
+        return s, u, v
+
+    @property
     def bounds(self) -> Bounds:
         """Lowest and highest coordinates, m."""
-        reach = self.section.reach(self.axis)
-        ends = [(o, o + self.length * a) for o, a in zip(self.root, self.axis, strict=True)]
-        low = tuple(min(e) - r for e, r in zip(ends, reach, strict=True))
-        high = tuple(max(e) + r for e, r in zip(ends, reach, strict=True))
-        return low, high  # type: ignore[return-value]
+        return self.slab(0.0, self.length)
 
     @property
     def volume(self) -> float:
-        """Exact volume, m^3."""
+        """Exact volume, m^3: its axis goes through the centroids of its sections (Pappus)."""
         return self.section.area * self.length
 
     def contains(self, point: Vector3) -> bool:
         """Whether it holds a point, give or take 1e-9 of its length."""
         slack = 1e-9 * self.length
-        offset = [p - r for p, r in zip(point, self.root, strict=True)]
-        first, second = transverse(self.axis)
-        s, u, v = (sum(a * o for a, o in zip(t, offset, strict=True)) for t in (self.axis, first, second))
+        s, u, v = self.own(point)
         return -slack <= s <= self.length + slack and self.section.contains(u, v, slack)
+
+
+class Prism(Swept):
+    """A straight body of one cross-section."""
+
+    def centre(self, station: float) -> Vector3:
+        """The centre of the section at a station, m from the root."""
+        x, y, z = (r + station * a for r, a in zip(self.root, self.axis, strict=True))
+        return x, y, z
+
+    def frame(self, station: float) -> tuple[Vector3, Vector3, Vector3]:
+        """Unit vectors of all its sections: along the axis, and across it."""
+        return self.axis, *transverse(self.axis)
+
+    def slab(self, first: float, last: float) -> Bounds:
+        """The lowest and highest coordinates of all between two stations, m."""
+        ends = zip(self.centre(first), self.centre(last), strict=True)
+        x, y, z = ((min(pair) - r, max(pair) + r) for pair, r in zip(ends, _reach(self), strict=True))
+        return (x[0], y[0], z[0]), (x[1], y[1], z[1])
+
+    def own(self, point: Vector3) -> Vector3:
+        """The station of a point, and its place in the section, m."""
+        offset = [p - r for p, r in zip(point, self.root, strict=True)]
+        s, u, v = (sum(a * o for a, o in zip(t, offset, strict=True)) for t in self.frame(0.0))
+        return s, u, v
+
+    def coordinates(self, X: Floats) -> tuple[Floats, Floats, Floats]:
+        """What `own` says of each of points (n, 3), m, as three arrays (n,)."""
+        offset = X - np.array(self.root)
+        s, u, v = (offset @ np.array(t) for t in self.frame(0.0))
+        return s, u, v
+
+
+@lru_cache(maxsize=64)
+def _reach(shape: Prism) -> Vector3:
+    """How far its sections reach from their centres along x, y and z, m."""
+    return shape.section.reach(shape.axis)
 
 
 class RoundPrism(Prism):

@@ -71,3 +71,38 @@ class Ellipsoidal(Side):
         x, y, z = ((p * (1.0 / a)) ** 2 for p, a in zip(off, self.semiaxes, strict=True))
         out = (x + y + z) ** -0.5
         return tuple(p * out + o for p, o in zip(off, self.centre, strict=True))
+
+
+@dataclass(frozen=True)
+class Toroidal(Side):
+    """The side of a round rod along a circle: at `inner` from a circle of `radius` around an axis through `centre`, m.
+
+    Points go straight away from the circle.
+    """
+
+    axis: Vector3
+    centre: Vector3
+    radius: float
+    inner: float
+
+    def of(self, corners: Floats) -> NDArray[np.bool_]:
+        """Which facets (f, k, 3) have all their nodes on it, and not all in one section (f,)."""
+        off = corners - np.array(self.centre)
+        up, x, y = (off @ np.array(e) for e in (self.axis, *transverse(self.axis)))
+        away = np.hypot(np.hypot(x, y) - self.radius, up)
+        turn = np.arctan2(y, x)
+        apart = np.abs(np.remainder(turn - turn[:, :1] + np.pi, 2.0 * np.pi) - np.pi).max(axis=1)
+        found: NDArray[np.bool_] = (np.abs(away - self.inner) < ON * self.inner).all(axis=1) & (apart > 1e-9)
+        return found
+
+    def onto(self, place: Any) -> Any:
+        """Points off the circle and off the axis, moved straight away from the circle."""
+        off = [p - o for p, o in zip(place, self.centre, strict=True)]
+        up, x, y = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
+        square = x**2 + y**2
+        back = square**-0.5
+        beyond = square * back - self.radius
+        out = (beyond**2 + up**2) ** -0.5 * self.inner
+        along = (beyond * out + self.radius) * back
+        frame = zip(self.centre, self.axis, *transverse(self.axis), strict=True)
+        return tuple(o + up * out * a + x * along * b + y * along * c for o, a, b, c in frame)

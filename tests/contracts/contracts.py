@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
 import numpy as np
-import pytest
+from along_an_axis import check_swept
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.cli.commands.explain import _constructor
@@ -48,7 +48,7 @@ from softmark.interpreter.vocabulary.loads import AtPoint, Follower, Load, PerAr
 from softmark.interpreter.vocabulary.supports import Support
 from softmark.records import dataclass
 from softmark.solvers.mesh.filled import Filled
-from softmark.solvers.mesh.shape import Prism, Section, Shape, transverse
+from softmark.solvers.mesh.shape import Prism, Section, Shape, Swept, transverse
 
 HERE = Path(__file__).parent  # for the tables that words name
 SIZE = (0.04, 0.02, 0.02)  # m, of the body that words are tried on
@@ -154,7 +154,7 @@ def check_text(thing: Any) -> None:
 def check_shape(shape: Shape, size: float) -> None:
     """Derived from Shape; its mesh and its surface with cells of `size` (m) are those of what it says of itself."""
     assert isinstance(shape, Shape)
-    said = {n for base in (Shape, Prism, Section) for n in vars(base) if not n.startswith("_")}
+    said = {n for base in (Shape, Swept, Prism, Section) for n in vars(base) if not n.startswith("_")}
     hidden = said & {f.name for f in dataclasses.fields(shape)}  # type: ignore[arg-type]
     assert not hidden, f"these say what a shape is, and are no fields: {hidden}"
     check_text(shape)
@@ -193,45 +193,14 @@ def check_shape(shape: Shape, size: float) -> None:
         np.testing.assert_allclose(np.stack(side.onto(tuple(there.T)), axis=1), there, atol=slack)
     assert np.all(owned <= 1), "a facet is of one side"
     assert all(shape.contains(tuple(centre)) for centre in mesh.points[mesh.cells].mean(axis=1))
+    if isinstance(shape, Swept):
+        check_swept(shape)
     if isinstance(shape, Prism):
-        _check_prism(shape)
-
-
-def _check_prism(prism: Prism) -> None:
-    """Its section along its axis is what it says of itself."""
-    root, axis, section = np.array(prism.root), np.array(prism.axis), prism.section
-    end, reach = root + prism.length * axis, np.array(section.reach(prism.axis))
-    assert np.isclose(np.linalg.norm(axis), 1.0, rtol=1e-12)
-    assert np.isclose(prism.volume, section.area * prism.length, rtol=1e-12)
-    np.testing.assert_allclose(prism.bounds, (np.minimum(root, end) - reach, np.maximum(root, end) + reach), atol=1e-12)
-    u, v = section.samples()[0]
-    first, second = (np.array(t) for t in transverse(prism.axis))
-    inside = root + u * first + v * second
-    assert [prism.contains(tuple(inside + s * prism.length * axis)) for s in (-0.1, 0.0, 0.5, 1.0, 1.1)] == [
-        False, True, True, True, False,
-    ]  # fmt: skip
-    outline = section.outline(256)
-    assert np.ptp(outline, axis=0) == pytest.approx(section.extents, rel=1e-3)
-    assert section.outside(*outline.T) == pytest.approx(0.0, abs=1e-12)
-    assert np.all(section.outside(*(1.01 * outline).T) > 0.0)
-    assert all(section.contains(u, v, 1e-12) for u, v in section.samples())
-    assert not any(section.contains(u, v, 0.0) for u, v in 1.01 * outline)
-    hole = section.hole(256)
-    if hole is not None:
-        assert len(hole) == len(outline)
-        assert not any(section.contains(u, v, 0.0) for u, v in 0.99 * hole)
-    borders = np.array(_of_polygon(outline)) - (0.0 if hole is None else np.array(_of_polygon(hole)))
-    # a circle's area falls short of it by (2 pi / 256)^2 / 6 = 1e-4, its moments by twice that
-    assert borders == pytest.approx([section.area, *section.moments], rel=1e-3)
-    assert 0.5 < section.shear_factor(0.3) < 1.0
-    assert 0.0 < section.torsion <= sum(section.moments) * (1.0 + 1e-12), "no section is stiffer than round ones"
-
-
-def _of_polygon(X: Any) -> tuple[float, float, float]:
-    """Area and second moments about the first and the second axis of a polygon (k, 2), counter-clockwise (Green)."""
-    (u, v), (s, t) = X.T, np.roll(X, -1, axis=0).T
-    w = u * t - s * v
-    return float(w.sum()) / 2, float(w @ (v * v + v * t + t * t)) / 12, float(w @ (u * u + u * s + s * s)) / 12
+        root, axis = np.array(shape.root), np.array(shape.axis)
+        end, reach = root + shape.length * axis, np.array(shape.section.reach(shape.axis))
+        ends = np.minimum(root, end) - reach, np.maximum(root, end) + reach
+        np.testing.assert_allclose(shape.bounds, ends, atol=1e-12)
+        np.testing.assert_array_equal(shape.frame(0.0)[1:], transverse(shape.axis))
 
 
 # ------------------------------------------------------------------ loads

@@ -82,6 +82,7 @@ PROBED = {
 SHAPED: dict[str, dict[str, Any]] = {
     "cylinder": {"length": 0.04, "radius": 0.01},
     "box": {"size": (0.02, 0.04, 0.015)},
+    "arc": {"radius": 0.03, "angle": 1.2, "side": 0.015, "height": 0.02},
     "tube": {"length": 0.04, "radius": 0.01, "inner": 0.006},
     "sphere": {"radius": 0.01},
     "ellipsoid": {"semiaxes": (0.02, 0.01, 0.015)},
@@ -114,13 +115,15 @@ def test_every_word_is_documented_and_annotated(kind: str, name: str, cls: type[
 
 @pytest.mark.parametrize("name", SHAPES)
 @pytest.mark.parametrize("shaped", [{}, {"axis": (0.0, 0.6, -0.8)}, {"origin": (1.0, -2.0, 3.0)},
-                                    {"part": "half"}, {"part": "octant"}], ids=str)  # fmt: skip
+                                    {"part": "half"}, {"part": "octant"},
+                                    {"angle": 4.0, "side": None, "height": None, "section_radius": 0.01}],
+                         ids=str)  # fmt: skip
 def test_shapes(name: str, shaped: dict[str, Any]) -> None:
     cls = SHAPES[name]
     if name == "filled" and find_spec("pytetwild") is None:
         pytest.skip("needs the extra `meshing`")
     if shaped.keys() <= cls.__dataclass_fields__.keys():
-        check_shape(cls(**SHAPED[name], **shaped), 0.003)
+        check_shape(cls(**(SHAPED[name] | shaped)), 0.003)
 
 
 @pytest.mark.parametrize("name", LOADS)

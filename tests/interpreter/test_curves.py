@@ -107,9 +107,9 @@ def test_curves_that_agree_are_zero_apart_whatever_their_points() -> None:
 def test_what_has_no_value_says_why() -> None:
     ref = Curve(np.array([0.0, 1.0]), np.array([0.0, 2.0]), np.zeros(2))
     cases = [
-        (Course(np.array([2.0, 3.0]), np.ones(2), ("m", "N")), "no range in common"),
+        (Course(np.array([2.0, 3.0]), np.ones(2), ("m", "N")), "from 2 to 3 m, .* from 0 to 1 m: .*no range in common"),
         (Course(np.array([0.0, 2.0, 1.0]), np.ones(3), ("m", "N")), "turns back"),
-        (Course(np.array([1.5]), np.ones(1), ("m", "N")), "goes from 0 to 1"),
+        (Course(np.array([1.5]), np.ones(1), ("m", "N")), "at 1.5 m, .* goes from 0 to 1 m"),
         (Course(np.array([0.0]), np.ones(1), ("m", "N")), "zero there"),
     ]
     for own, why in cases:

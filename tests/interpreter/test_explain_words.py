@@ -72,3 +72,18 @@ def test_the_example_of_a_plane_body_is_one(word: str, capsys: pytest.CaptureFix
     example = capsys.readouterr().out.partition(f"Example: body NAME = {word}")[2].splitlines()[0]
     gel = "material NAME_OF_MATERIAL = neo_hookean(young = 1 kPa, poisson = 0.3, density = 1 kg/m^3)\n"
     assert softmark.loads(f"{gel}body b = {word}{example}\n").scene.of_kind("body").keys() == {"b"}
+
+
+@pytest.mark.parametrize(
+    ("word", "given"),
+    [
+        ("markers", 'path = "file.csv"'),
+        ("table", 'path = "file.csv"'),
+        ("filled", 'path = "file.stl"'),
+        ("torque", "moment = (1, 1, 1) N*m"),
+        ("line_load", "vector = (1, 1, 1) N/m"),
+    ],
+)
+def test_an_example_has_files_and_units_as_they_are(word: str, given: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["explain", word])
+    assert given in capsys.readouterr().out

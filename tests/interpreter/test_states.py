@@ -165,7 +165,7 @@ def test_an_expectation_is_asked_of_each_state_or_of_one(report: softmark.Report
     assert (one.passed, one.states) == (True, ())
     assert one.value == report.models["finite"].each[1].metrics["pull"].value
     assert (broken.passed, broken.states) == (False, (True, True, False))
-    assert broken.reason == "not in the state 100 %"
+    assert broken.reason == "not met in the state 100 %"
     assert broken.value == report.models["finite"].metrics["pull"].value
     assert report.exit_status == 1
 
@@ -320,3 +320,14 @@ def test_more_states_than_a_run_can_hold_are_refused() -> None:
     text = SQUEEZE.replace("10, 20, 105, 30", many).partition("expect")[0]
     with pytest.raises(softmark.SceneError, match="has 1001 states"):
         softmark.loads(text)
+
+
+def test_a_verdict_of_states_reads_as_one(report: softmark.Report) -> None:
+    """It said `found 3 N not in the state 100 %`, as if the number had been looked for there."""
+    assert "; not met in the state 100 %)" in terminal.table(report, False)
+
+
+def test_a_scene_without_states_says_that_it_has_no_curves() -> None:
+    found = softmark.loads(ROD.format(g=9.81, course="")).run().models["rod"]
+    with pytest.raises(KeyError, match="no curve of `root`: the analysis has no states"):
+        found.curve("root")

@@ -165,3 +165,18 @@ def test_named_units_of_columns() -> None:
     assert units.named_in("Compression") is None
     assert units.named_in("Strain [-]") is None
     assert units.named_in("run (second)") is None
+
+
+@pytest.mark.parametrize(
+    ("rows", "why", "remedy"),
+    [
+        ('0,"0\n1,1\n2,2\n', "line 2, column `f`", "leave the row out"),  # the row begins there, and never ends
+        ('0,"0\n1"\n1,a\n', "line 2, column `f`", "leave the row out"),
+        ('0,0\n1,"1,000.5"\n', "line 3, column `f`: `1,000.5` is no number", "between thousands: `1000.5`"),
+        ('0,0\n1,"0,5"\n', "line 3, column `f`: `0,5` is no number", "the decimal sign is a point: `0.5`"),
+    ],
+)
+def test_a_defect_has_the_line_where_its_row_begins(tmp_path: Path, rows: str, why: str, remedy: str) -> None:
+    with pytest.raises(Unreadable, match=why) as refused:
+        curve(written(tmp_path, f"x,f\n{rows}")).load()
+    assert remedy in refused.value.remedy

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from softmark.solvers.elements import element_of
+from softmark.solvers.mesh.arc import Arc
 from softmark.solvers.mesh.mesh import jacobians
 from softmark.solvers.mesh.refine import finer
 from softmark.solvers.mesh.shape import Shape
@@ -22,6 +23,8 @@ BODIES: dict[str, Shape] = {
     "octant": Sphere(0.01, part="octant"),
     "ellipsoid": Ellipsoid((0.012, 0.008, 0.01), part="half"),
     "shell": SphericalShell(0.01, 0.005, part="quarter"),
+    "arc": Arc(0.02, 1.2, side=0.01, height=0.008, axis=(0.0, 0.6, 0.8)),
+    "bent rod": Arc(0.02, 2.0, section_radius=0.01, origin=(1.0, 2.0, 3.0)),
 }
 ORDERS = {"tet4": 2.0, "hex8": 2.0, "tet10": 4.0, "hex20": 4.0, "hex27": 4.0}
 
@@ -83,7 +86,7 @@ def test_every_facet_is_of_a_side_or_flat(name: str) -> None:
     normal = np.cross(rest[:, 1] - rest[:, 0], rest[:, 3] - rest[:, 0])
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     planes = np.unique(np.round(np.column_stack([normal, np.einsum("fi,fi->f", normal, rest[:, 0])]), 9), axis=0)
-    due = {"tube": 2, "sphere": 0, "octant": 3, "ellipsoid": 1, "shell": 2}
+    due = {"tube": 2, "sphere": 0, "octant": 3, "ellipsoid": 1, "shell": 2, "arc": 4, "bent rod": 2}
     assert len(planes) == due[name]
 
 

@@ -244,6 +244,8 @@ _FITTING = {  # of fields whose value must go with that of another, or that take
     "inner": "10 mm", "first": "(0, 0, 0) mm", "second": "(48, 44, 0) mm", "third": "(48, 60, 0) mm",
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
 }  # fmt: skip
+_FILES = {"filled": '"file.stl"', "markers": '"file.csv"', "table": '"file.csv"', "ct_volume": '"file.nrrd"'}
+_CHOSEN = {"arc": ("side",)}  # fields that may be left out, one or another of which is needed
 _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "files": '"file.csv"',
     "texts": '"force"', "amount": "1 mm", "direction": "-z", "condition": "x <= 0 mm",
@@ -254,7 +256,9 @@ _SAMPLES = {
 
 
 def _example(c: Constructor) -> str:
-    arguments = [f"{f.name} = {_sample(f)}" for f in c.fields if f.required]
+    given = [f for f in c.fields if f.required or f.name in _CHOSEN.get(c.name, ())]
+    files = {f.name: _FILES[c.name] for f in given if f.form == "file" and c.name in _FILES}
+    arguments = [f"{f.name} = {files.get(f.name) or _sample(f)}" for f in given]
     return f"{c.name}({', '.join(arguments)})"
 
 
@@ -265,7 +269,7 @@ def _sample(f: Field) -> str:
         dimension = f.dimension or units.NONE
         return _QUANTITIES.get(dimension, f"1 {units.si(dimension)}")
     if f.form == "vector":
-        return f"(1, 1, 1) {units.si(f.dimension or units.NONE)}"
+        return f"(1, 1, 1) {units.of_vector(f.dimension or units.NONE)}"
     if f.form == "choice":
         return f.options[0]
     if f.form == "value":

@@ -55,9 +55,14 @@ def coloured() -> bool:
 
 def show(diagnostics: Sequence[Diagnostic]) -> None:
     """Diagnostics on standard error, with their count."""
-    if diagnostics:
+    if diagnostics := _once(diagnostics):
         print(render(_grouped(diagnostics), colour=coloured()), file=sys.stderr)
         print(f"\n{summary(diagnostics)}; more: dsl explain {diagnostics[0].code}", file=sys.stderr)
+
+
+def _once(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """Without what several models say of the same place in the same words."""
+    return list({(d.code, d.message, d.source, d.span): d for d in reversed(diagnostics)}.values())[::-1]
 
 
 def _grouped(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.rods import CheckedRod, frames
 from softmark.solvers.checks.solids import Floats, ForceBalance
+from softmark.solvers.mesh.shape import Prism
 
 
 @dataclass(frozen=True)
@@ -35,10 +37,14 @@ class BeamLine:
 
     @property
     def axes(self) -> Floats:
-        """e1, e2, e3 at rest (3, 3), as rows."""
-        from softmark.solvers.mesh.shape import transverse
+        """e1, e2, e3 at rest where the axis starts (3, 3), as rows."""
+        return np.array(self.case.prism.frame(0.0))
 
-        return np.array([self.case.prism.axis, *transverse(self.case.prism.axis)])
+    @cached_property
+    def at_rest(self) -> tuple[Floats, Floats]:
+        """The nodes at rest (n, 3), m, and there e1, e2 and e3 as rows (n, 3, 3)."""
+        shape, s = self.case.prism, self.s.tolist()
+        return np.array([shape.centre(at) for at in s]), np.array([shape.frame(at) for at in s])
 
     @property
     def stiffness(self) -> Floats:
@@ -52,12 +58,15 @@ class BeamLine:
         """The deformed rod, from displacements of points on and beside its axis, and how far beside."""
         shape = self.case.prism
         arm = max(max(abs(u), abs(v)) for u, v in shape.section.samples())
-        X = np.array(shape.root) + self.s[:, None] * self.axes[0]
-        beside = X[:, None] + arm * self.axes[1:]
+        X, axes = self.at_rest
+        beside = X[:, None] + arm * axes[:, 1:]
         x = X + displacement(X)
         tips = (beside + displacement(beside.reshape(-1, 3)).reshape(beside.shape)) - x[:, None]
         rigid = (() if self.model.axial else (0,)) + (() if self.model.shear else (1, 2))
-        return CheckedRod(x, frames(tips, arm * self.axes[1:]), np.diff(self.s), self.stiffness, rigid), arm
+        R, l, natural = frames(tips, np.full(2, arm)), np.diff(self.s), None
+        if not isinstance(shape, Prism):
+            l, natural = np.linalg.norm(np.diff(X, axis=0), axis=1), (X, axes.transpose(0, 2, 1))
+        return CheckedRod(x, R, l, self.stiffness, rigid, natural), arm
 
     def loads(self, rod: CheckedRod) -> Floats:
         """Forces and moments at the nodes of the deformed rod (n, 6), N and N m in space. Raises Unchecked."""
@@ -77,11 +86,11 @@ class BeamLine:
                 case PerLength(begin=begin, end=end, force=q):
                     f += self._line(np.array(begin), np.array(end))[:, None] * np.array(q)
                 case AtPoint(at=at, force=force) if station(self.case, at) is None:
-                    off = np.array(at) - np.array(shape.root)
-                    node = int(np.abs(self.s - off @ self.axes[0]).argmin())
+                    X, axes = self.at_rest
+                    off = np.array(at) - X
+                    node = int(np.abs(self.s - shape.own(at)[0]).argmin())
                     f[node] += np.array(force)
-                    arm = rod.R[node] @ (self.axes @ (off - self.s[node] * self.axes[0]))
-                    m[node] += np.cross(arm, np.array(force))
+                    m[node] += np.cross(rod.R[node] @ (axes[node] @ off[node]), np.array(force))
                 case AtPoint(at=at, force=force):
                     s = station(self.case, at) or 0.0
                     for node in range(len(self.s)):

@@ -13,7 +13,7 @@ from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
 from softmark.interpreter.evidence.orders import COARSE
 from softmark.interpreter.evidence.probe_answers import NO_ERROR, ProbeAnswer, Unknown
 from softmark.interpreter.models.answers.carried import Wrench
-from softmark.interpreter.models.beam import ribbon
+from softmark.interpreter.models.beam import curved, ribbon
 from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.case import Case
@@ -92,7 +92,8 @@ def left_out(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     names = "bending_strain", "axial_strain", "flat_curvature_per_m", "curvature_per_m"
     bent, stretched, curvature, of_tube = (float(checks.get(n) or 0.0) for n in names)
     missing = ribbon.missing(section, case.prism.length, poisson, spans, thing.shear)
-    missing += ribbon.stiffening(section, poisson, curvature) + ribbon.ovalling(section, poisson, of_tube)
+    missing += curved.left_out(case.prism) + ribbon.stiffening(section, poisson, curvature + case.prism.bend)
+    missing += ribbon.ovalling(section, poisson, of_tube)
     strained: float = BENT * bent**2 + STRETCHED * stretched
     if missing + strained > COARSE:
         raise Unknown(f"the beam is too {'thick' if missing > strained else 'strained'} for its theory")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.answers.vibrations import about
+from softmark.interpreter.models.answers.vibrations import about, none
 from softmark.interpreter.models.beam import holding
 from softmark.interpreter.models.beam.carrying import acting, on_rod
 from softmark.interpreter.models.beam.words import Beam6Dof, beside, station
@@ -29,7 +29,7 @@ from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_section import RodSection, RodStiffness
 from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, lengths, rod_at_rest
 from softmark.solvers.linear import factorisations
-from softmark.solvers.mesh.shape import transverse
+from softmark.solvers.mesh.shape import Prism
 from softmark.solvers.statics.equilibrium import Equilibrium, Statics, equilibrium
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ class PreparedBeam(Meshless):
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
     inertia: tuple[float, ...] = (0.0,) * 4  # of a metre: its mass, kg/m, and of turning about e1, e2 and e3, kg m
+    along: Callable[[Floats], Floats] | None = None  # stations (k,) of points (k, 3), m, on a curved axis
 
     @property
     def points(self) -> Floats:
@@ -91,8 +92,10 @@ class PreparedBeam(Meshless):
         return replace(again, history=history, facts=known, critical=found.critical or again.critical)
 
     def _finish(self, found: Equilibrium, assembly: Assembly) -> Solution:
-        solution = outcome.found(found, lambda X: displacement_at(found.x, self.rest, X))
+        solution = outcome.found(found, lambda X: displacement_at(found.x, self.rest, X, self.along))
         modes = about(self.problem.assembly, found.x, self.mass, self.problem.linear)
+        if self.along is not None:
+            modes = none("those of curved beams are not known yet: `fem(...)` finds them")
         seen = replace(solution, notes=outcome.doubts(self.declared, found), vibrations=modes if found.solved else None)
         return replace(seen, carried=cache(lambda: on_rod(assembly, self.rest, found.x, self.applied)))
 
@@ -133,9 +136,7 @@ def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
     """A beam and its static problem. Raises Fault."""
     shape = case.prism
     stations = np.array(model.stations(case))
-    points = holding.points_of(case, stations)
-    rest = rod_at_rest(points, np.array(transverse(shape.axis)[1]))
-    nodes = len(points)
+    rest, nodes = holding.at_rest(case, stations), len(stations)
     fixed, target, way = holding.fixed(case, stations.tolist())
     elastic = RodElastic(rest, chain(nodes), _stiffness(model, case))
     held = np.zeros((nodes, 6), dtype=bool)
@@ -159,7 +160,8 @@ def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
     put, rho, section = disturbance_of(case), case.material.density, shape.section
     inertia = tuple(rho * value for value in (section.area, sum(section.moments), *section.moments))
-    return PreparedBeam(declared, rest, elastic, problem, size, put, applied, inertia)
+    along = None if isinstance(shape, Prism) else shape.stations
+    return PreparedBeam(declared, rest, elastic, problem, size, put, applied, inertia, along)
 
 
 def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
@@ -217,7 +219,11 @@ def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Float
     match load.thing.action:
         case PerMass(acceleration=g):
             w = case.material.density * shape.section.area * np.array(g)
-            return RodLoad.uniform(rest, chain(len(stations)), w).forces
+            if isinstance(shape, Prism):
+                return RodLoad.uniform(rest, chain(len(stations)), w).forces
+            half = 0.5 * np.diff(stations)[:, None] * w  # of the arc: its chords are shorter
+            forces[:-1] += half
+            forces[1:] += half
         case PerArea(where=where, traction=traction):
             node = 0 if coverage(where, shape, 0.0) == "all" else -1
             forces[node] = shape.section.area * np.array(traction)

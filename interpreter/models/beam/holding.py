@@ -14,7 +14,8 @@ from softmark.interpreter.models.shared.holding import Held
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import whole
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.mesh.shape import transverse
+from softmark.solvers.energies.rod_state import rod_at_rest, rod_of
+from softmark.solvers.mesh.shape import Prism, transverse
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.turning import Turns
@@ -22,8 +23,19 @@ if TYPE_CHECKING:
 
 def points_of(case: Case, stations: Floats) -> Floats:
     """The points of the axis (n, 3), m, at stations (n,), m from the root."""
-    points: Floats = np.array(case.prism.root) + stations[:, None] * np.array(case.prism.axis)
-    return points
+    shape = case.prism
+    if isinstance(shape, Prism):
+        points: Floats = np.array(shape.root) + stations[:, None] * np.array(shape.axis)
+        return points
+    return np.array([shape.centre(s) for s in stations.tolist()])
+
+
+def at_rest(case: Case, stations: Floats) -> Floats:
+    """The rod through them, free of stress (n * 7,): e2 and e3 lie along the two axes of the section."""
+    shape, points = case.prism, points_of(case, stations)
+    if isinstance(shape, Prism):
+        return rod_at_rest(points, np.array(transverse(shape.axis)[1]))
+    return rod_of(points, np.array([shape.frame(s) for s in stations.tolist()]).transpose(0, 2, 1))
 
 
 def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats, Turns | None]:

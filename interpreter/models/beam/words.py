@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
-from softmark.interpreter.models.beam import ribbon
+from softmark.interpreter.models.beam import curved, ribbon
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.stretches import borders, coverage, coverages, inside, whole
@@ -14,7 +15,7 @@ from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
 from softmark.records import dataclass
-from softmark.solvers.mesh.shape import Prism
+from softmark.solvers.mesh.shape import Prism, Swept
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -25,13 +26,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Beam6Dof(Model):
-    """Geometrically exact beam with six degrees of freedom per node, for straight prismatic bodies.
+    """Geometrically exact beam with six degrees of freedom per node, for bodies of one section.
 
     Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, rotations
     are not limited. Two-node elements with one integration point, second order, independent of the path.
-    Shear and axial flexibility are on unless they are switched off. Needs a cylinder, a tube or a box that is
+    Shear and axial flexibility are on unless they are switched off. Needs a cylinder, a tube, a box or an arc that is
     slender; supports must take whole cross-sections. At rest a torque on an end face is the moment on that section, of
     fixed direction; a force at a point beside the axis acts on an arm that turns with its section, where a node is put.
+    An `arc(...)` is free of stress as it is declared; of curved beams no motion, frequencies and line loads are known.
 
     In motion, by every integrator: half the mass of a segment is at either end, with the rotary inertia of its
     sections. Rotations are found as vectors from where a step began and never summed, so that a beam may turn without
@@ -50,16 +52,18 @@ class Beam6Dof(Model):
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against a beam model of this case."""
-        if not isinstance(case.shape, Prism):
+        if not isinstance(case.shape, Swept):
             return [
                 diagnostic(
                     "E501",
                     declared.at(),
-                    f"`{declared.name}` needs a straight body with a constant section",
-                    f"`{case.body.name}` is not a cylinder, a tube or a box",
+                    f"`{declared.name}` needs a body of one section along an axis",
+                    f"`{case.body.name}` is not a cylinder, a tube, a box or an arc",
                     "use `fem(...)` for this body",
                 )
             ]
+        if beyond := curved.refusals(declared, case):
+            return beyond
         flat = ribbon.doubt(declared, case)
         found = [*self.refusals(declared, case), *self._loads(declared, case)]
         found += self._supports(declared, case)
@@ -102,7 +106,8 @@ class Beam6Dof(Model):
             where = support.thing.where
             between = {cover for _, cover in inside(where, case.prism)}
             cover = coverages(where, case.prism, self.stations(case))
-            oblique = len(support.thing.components) < 3 and not _aligned(case.prism.axis)
+            straight = isinstance(case.prism, Prism)
+            oblique = len(support.thing.components) < 3 and not (straight and _aligned(case.prism.axis))
             reason = (
                 "follows tracked points, which do not move a section rigidly"
                 if support.thing.tracked is not None
@@ -110,7 +115,7 @@ class Beam6Dof(Model):
                 if "some" in cover | between
                 else "selects no cross-section at a node"
                 if cover == {"none"}
-                else "holds single components of an oblique beam"
+                else f"holds single components of {'an oblique' if straight else 'a curved'} beam"
                 if oblique
                 else "turns sections about an axis along which its components leave them free"
                 if support.thing.turns and _turns_free(case, support)
@@ -266,16 +271,14 @@ def _arms(case: Case) -> set[float]:
 def beside(case: Case, point: tuple[float, float, float]) -> float | None:
     """Distance from the root along the axis of the section that a point lies in, or None beyond the ends."""
     shape = case.prism
-    s = float(sum((p - r) * a for p, r, a in zip(point, shape.root, shape.axis, strict=True)))
-    slack = 1e-9 * shape.length
+    s, slack = shape.own(point)[0], 1e-9 * shape.length
     return min(max(s, 0.0), shape.length) if -slack <= s <= shape.length + slack else None
 
 
 def station(case: Case, point: tuple[float, float, float]) -> float | None:
     """Distance from the root along the axis of a point on the axis, or None if it lies off it."""
     shape = case.prism
-    offset = [p - r for p, r in zip(point, shape.root, strict=True)]
-    s = float(sum(o * a for o, a in zip(offset, shape.axis, strict=True)))
-    off = sum((o - s * a) ** 2 for o, a in zip(offset, shape.axis, strict=True)) ** 0.5
+    s, u, v = shape.own(point)
     slack = 1e-9 * shape.length
-    return min(max(s, 0.0), shape.length) if off <= slack and -slack <= s <= shape.length + slack else None
+    held = math.hypot(u, v) <= slack and -slack <= s <= shape.length + slack
+    return min(max(s, 0.0), shape.length) if held else None

@@ -1,4 +1,4 @@
-"""The share of a prism's cross-section that a condition selects."""
+"""The share of a body's cross-section that a condition selects."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ import numpy as np
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.problem.parts.patches import ConditionOnPatches, Floats, Out, Patches
 from softmark.interpreter.problem.parts.taken import part
-from softmark.solvers.mesh.shape import Prism, transverse
-from softmark.solvers.mesh.shapes import Disc, Rectangle
+from softmark.solvers.mesh.sections import Disc, Rectangle
+from softmark.solvers.mesh.shape import Swept
 from softmark.solvers.mesh.tube import Annulus
 
 WEDGES = 6  # of a disc
 RINGS = (1.0, 0.5, 0.25, 1 / 16, 1 / 64, 1 / 512)  # of its radius; within the last it is a flat polygon
 
 
-def share(condition: Condition, shape: Prism, station: float) -> float:
-    """Of the cross-section at `station` (m from the root) of a prism, by area: from 0 to 1."""
-    centre = np.array(shape.root) + station * np.array(shape.axis)
-    frame = np.array(transverse(shape.axis))
+def share(condition: Condition, shape: Swept, station: float) -> float:
+    """Of the cross-section at `station` (m from the root along the axis), by area: from 0 to 1."""
+    centre, frame = np.array(shape.centre(station)), np.array(shape.frame(station)[1:])
     extent = shape.diagonal
     if isinstance(shape.section, Disc):
         return _of_disc(condition, centre, frame, shape.section.radius, extent)

@@ -235,6 +235,6 @@ def _expectation(e: ExpectationResult, paint: _Paint) -> str:
         return f"  not judged  line {e.line}: {e.text} ({e.reason})"
     if e.passed:
         return paint.good(f"  met         line {e.line}: {e.text}")
-    where = f" {e.reason}" if e.states else ""
+    where = f"; {e.reason}" if e.states else ""
     found = "" if e.value is None else f"  (found {_amount(e.value, e.unit)}{where})"
     return paint.bad(f"  NOT MET     line {e.line}: {e.text}{found}")

@@ -108,7 +108,7 @@ def read_triangles(path: str, unit: float) -> tuple[Floats, Ints]:
 
 def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
     """The same of formats that trimesh reads better: triangles alone. Raises UnreadableMesh."""
-    _there(path)
+    _there(path, SURFACE_AGAIN)
     import trimesh
 
     log = logging.getLogger("trimesh")
@@ -231,13 +231,13 @@ def _without_sets(path: Path) -> Any:
     return read_buffer(StringIO("".join(kept)))
 
 
-def _there(path: Path) -> None:
+def _there(path: Path, remedy: str = AGAIN) -> None:
     """Raises UnreadableMesh where there is no file, or nothing in it."""
     try:
         if not path.is_file():
             raise UnreadableMesh(f"there is no file {path}", remedy="the path is relative to the folder of the scene")
         if path.stat().st_size == 0:
-            raise UnreadableMesh("it is empty", remedy=AGAIN)
+            raise UnreadableMesh("it is empty", remedy=remedy)
     except OSError as error:
         raise UnreadableMesh(f"it cannot be read ({error.strerror})") from error
 
