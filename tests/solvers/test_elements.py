@@ -325,3 +325,15 @@ def test_a_grid_looks_at_few_boxes_however_many_there_are(monkeypatch: pytest.Mo
         lists, pairs = (len(found[0]) for found in looked)
         assert lists < boxes.MOST * len(mesh.cells)
         assert pairs < 150 * len(X)
+
+
+def test_points_that_are_asked_for_again_are_not_looked_for_again() -> None:
+    """A probe's own points are asked for some thirty times a run; others, and changed ones, are looked for."""
+    mesh = Box((1.0, 1.0, 1.0)).mesh("tet10", 0.5)
+    X = np.random.default_rng(0).uniform(0.1, 0.9, (20, 3))
+    first = locate(mesh, X)
+    assert locate(mesh, X.copy()) is first
+    X[0, 0] += 0.01
+    again = locate(mesh, X)
+    assert again is not first
+    np.testing.assert_allclose(again.interpolate(mesh.points), X, atol=1e-12)

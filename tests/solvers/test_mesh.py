@@ -13,7 +13,6 @@ import pytest
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.mesh.distort import qualities
 from softmark.solvers.mesh.files.reading import UnreadableMesh
-from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Mesh, jacobians
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile, transverse
 from softmark.solvers.mesh.splits import NotTwoColourable, five
@@ -488,15 +487,3 @@ def test_a_surface_is_the_boundary_or_the_triangles_of_the_file(tmp_path: Path, 
         flux = np.einsum("fi,fi->", np.cross(b - a, c - a) / 2, a) / 3
         assert flux == pytest.approx(beam.volumes.sum(), rel=1e-11)
     np.testing.assert_array_equal(MeshFile(solid, 1.0).points(), beam.points)
-
-
-def test_points_that_are_asked_for_again_are_not_looked_for_again() -> None:
-    """A probe's own points are asked for some thirty times a run; others, and changed ones, are looked for."""
-    mesh = Box((1.0, 1.0, 1.0)).mesh("tet10", 0.5)
-    X = np.random.default_rng(0).uniform(0.1, 0.9, (20, 3))
-    first = locate(mesh, X)
-    assert locate(mesh, X.copy()) is first
-    X[0, 0] += 0.01
-    again = locate(mesh, X)
-    assert again is not first
-    np.testing.assert_allclose(again.interpolate(mesh.points), X, atol=1e-12)
