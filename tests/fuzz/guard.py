@@ -100,6 +100,8 @@ class Fence:
         if any(letter in (mode or "r") for letter in "wax+") and not name.startswith(self.roots):
             return True
         whole = os.path.abspath(name)
+        if whole == "/proc/self/statm":  # the memory that this process has, which readers of files ration
+            return False
         if whole.startswith((*self.roots, *self.code)):
             return False
         return os.path.basename(name) not in (self.named or "")

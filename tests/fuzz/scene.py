@@ -25,6 +25,7 @@ if __name__ == "__main__":
 
 import guard
 import mutate
+import trimesh  # noqa: F401 - readers of surfaces import it on first use: before the fence is closed
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
