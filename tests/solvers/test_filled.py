@@ -323,7 +323,7 @@ def test_a_raw_surface_of_marching_cubes(kept: Path, needs_data: Any) -> None:
     # the beam has 201.9 cm^3; the unit is known to 1.5 %, and a scan's voxels are 1 mm
     assert known.volume == pytest.approx(2.019e-4, rel=0.1)
     mesh = surface.mesh("tet10", 0.02)
-    # a boundary within 1 mm of that of a cylinder of radius 19 mm: 2/19 of the volume at most, were all of it to one side
+    # a boundary within 1 mm of that of a cylinder of radius 19 mm: 2/19 of the volume at most, all of it to one side
     assert float(mesh.volumes.sum()) == pytest.approx(known.volume, rel=0.05)
 
 
