@@ -7,6 +7,7 @@ through none of what makes states, and starts from rest.
 from __future__ import annotations
 
 import json
+import re
 import pickle
 from pathlib import Path
 from typing import Any
@@ -206,6 +207,20 @@ def test_what_comes_before_a_state_without_an_answer_stays(tmp_path: Path) -> No
     assert "2.969" in terminal.table(report, False)
     assert "states-0" in html.render(report)
     assert [f.name for f in write_vtu(report, tmp_path)][:3] == ["hexes.pvd", "hexes-0000.vtu", "hexes-0001.vtu"]
+
+
+def test_curves_of_a_scene_without_probes_are_drawn_at_first() -> None:
+    """Forces need no probe: which models a figure opens with is asked of those that it has, not of those that probes saw."""
+    report = softmark.loads(
+        "material gel = linear_elastic(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)\n"
+        "body bar = solid(box(size = (20, 10, 10) mm), gel)\nsupport wall = fixed(bar, where = x <= 0 mm)\n"
+        "support grip = displaced(bar, where = x >= 20 mm, by = (1, 0, 0) mm, course = state)\n"
+        "analysis pull = static(states = [50, 100] %)\nmodel cubes = fem(hex8, strain = small, size = 10 mm)\n"
+        "metric resist = force(grip, along = +x)\n"
+    ).run()
+    boxes = re.findall(r'<input[^>]*value="k0"[^>]*>', html.render(report))
+    assert boxes
+    assert all(" checked" in box for box in boxes)
 
 
 def test_a_warning_says_in_which_states_it_holds() -> None:

@@ -75,7 +75,7 @@ class _Measured:
 
     def plate(self) -> str:
         """The chart."""
-        open_ = [*drawn_first(self.findings), *self.findings.report.references]
+        open_ = [*drawn_first(self.findings, self.seen), *self.findings.report.references]
         chart = Chart(
             f"curve-{self.number}", f"{self.metric.name}: against {self.reference}", self._desc(), *self._axes(),
             WIDTH, HEIGHT, tuple(self._curves(open_)), left=78.0, right=110.0,

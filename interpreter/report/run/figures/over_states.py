@@ -58,7 +58,7 @@ class _Metric:
 
     def plate(self) -> str:
         """The chart."""
-        open_ = [*drawn_first(self.findings), *self.findings.report.references]
+        open_ = [*drawn_first(self.findings, self.curves), *self.findings.report.references]
         known = looks(self.findings.report)
         drawn = [
             Drawn(n, known[n], tuple(None if v is None else (s, v) for s, v in self._pairs(c)), 1 + i, 1, 1, n in open_)

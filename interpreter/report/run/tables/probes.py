@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -63,12 +64,11 @@ def _by_kind(report: Report) -> dict[str, Look]:
     return {n: replace(model_look(places.get(n, i)), colour=colours[n] % COLOURS) for i, n in enumerate(report.models)}
 
 
-def drawn_first(findings: Findings) -> list[str]:
-    """The models that are drawn at first: where there are many, those with the least first error.
-
-    Where these are of a few kinds, the best and the worst of each kind.
+def drawn_first(findings: Findings, among: Collection[str] | None = None) -> list[str]:
+    """The models that are drawn at first, of those that a figure has: where there are many, those with the least first
+    error; where these are of a few kinds, the best and the worst of each kind. Without `among`, those that probes saw.
     """
-    models = {n: m for n, m in findings.report.models.items() if m.probes}
+    models = {n: m for n, m in findings.report.models.items() if (m.probes if among is None else n in among)}
     names = list(models)
     if findings.errors:
         errors = {n: value_of(m, findings.errors[0].name) for n, m in models.items()}
