@@ -7,8 +7,8 @@ through none of what makes states, and starts from rest.
 from __future__ import annotations
 
 import json
-import re
 import pickle
+import re
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -210,7 +210,7 @@ def test_what_comes_before_a_state_without_an_answer_stays(tmp_path: Path) -> No
 
 
 def test_curves_of_a_scene_without_probes_are_drawn_at_first() -> None:
-    """Forces need no probe: which models a figure opens with is asked of those that it has, not of those that probes saw."""
+    """Forces need no probe: a figure opens with models that it has, not with those that probes saw."""
     report = softmark.loads(
         "material gel = linear_elastic(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)\n"
         "body bar = solid(box(size = (20, 10, 10) mm), gel)\nsupport wall = fixed(bar, where = x <= 0 mm)\n"
