@@ -162,7 +162,7 @@ class Displaced(Holding):
 
 @dataclass(frozen=True)
 class Turned(Holding):
-    """Turns the selected part of a body about an axis, right-handed, by any angle: half a turn, or three.
+    """Turns the selected part of a body about an axis, right-handed: by half a turn, or by three, and ten at most.
 
     Every point of it moves on its circle about the axis, exactly and not to first order. A static analysis goes there
     in steps of at most 15 degrees from rest, loads growing with them, so that a turn of 360 degrees is not none. With
@@ -177,7 +177,7 @@ class Turned(Holding):
     body: Annotated[str, "body", "the body that is turned"]
     where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
     axis: Annotated[Vector3, "direction", "the axis of the turn, right-handed"]
-    angle: Annotated[float, "rad", "by how much, at full load: `180 deg`"]
+    angle: Annotated[float, "rad in [-62.831854, 62.831854]", "by how much, at full load: `180 deg`"]
     through: Annotated[Vector3, "m", "a point of the axis"] = (0.0, 0.0, 0.0)
     components: Annotated[tuple[int, ...], "components", "directions in which it is imposed"] = (0, 1, 2)
     course: Annotated[Any | None, "course", "how it turns in a dynamic analysis; at once without"] = None
