@@ -205,9 +205,7 @@ class Torque(Load):
     body: Annotated[str, "body", "the body that is loaded"]
     where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
     moment: Annotated[Vector3, "N*m", "the moment, right-handed"]
-    course: Annotated[Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"] = (
-        None
-    )
+    course: Annotated[Any | None, "course", COURSE] = None
 
     @property
     def action(self) -> Turning:
@@ -230,9 +228,7 @@ class LineLoad(Load):
     from_: Annotated[Vector3, "m", "where the line begins, by coordinates before deformation"]
     to: Annotated[Vector3, "m", "where it ends"]
     vector: Annotated[Vector3, "N/m", "force per undeformed length"]
-    course: Annotated[Any | None, "course", "how it changes in a dynamic analysis; in full from the start without"] = (
-        None
-    )
+    course: Annotated[Any | None, "course", COURSE] = None
 
     @property
     def action(self) -> PerLength:

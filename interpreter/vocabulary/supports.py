@@ -180,7 +180,11 @@ class Turned(Holding):
     angle: Annotated[float, "rad in [-62.831854, 62.831854]", "by how much, at full load: `180 deg`"]
     through: Annotated[Vector3, "m", "a point of the axis"] = (0.0, 0.0, 0.0)
     components: Annotated[tuple[int, ...], "components", "directions in which it is imposed"] = (0, 1, 2)
-    course: Annotated[Any | None, "course", "how it turns in a dynamic analysis; at once without"] = None
+    course: Annotated[
+        Any | None,
+        "course",
+        "how it turns in a dynamic analysis, or from state to state of a static one; at once without",
+    ] = None
 
     @property
     def rotation(self) -> Vector3:

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 import softmark
+from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language.compile import recompiled
 from softmark.interpreter.language.overrides import read_one
 from softmark.interpreter.language.states import in_state, states_of
@@ -328,6 +329,15 @@ def test_a_scene_without_states_pays_nothing() -> None:
     (work,) = works_of(own.scene, plan_of(own.scene), Options(), [])
     assert work.scene is own.scene
     assert "states" not in own.run().models["rod"].to_json()
+
+
+@pytest.mark.parametrize("kind", ["load", "support"])
+def test_whatever_has_a_course_says_that_it_may_be_that_of_states(kind: str) -> None:
+    """What `dsl explain` says of the field, where every load and support takes `course = state`."""
+    known = (CATALOGUE.constructor(kind, name) for name in CATALOGUE[kind])
+    courses = {c.name: field for c in known if c is not None and (field := c.field("course")) is not None}
+    assert len(courses) >= 2
+    assert [name for name, field in courses.items() if "from state to state" not in field.meaning] == []
 
 
 def test_more_states_than_a_run_can_hold_are_refused() -> None:
