@@ -1,9 +1,9 @@
 """Tables of numbers in CSV files: named columns, each defect with its line, its column and what to do.
 
 Lines before the header are titles and are not read; the header is the first line that names all columns that are asked
-for. Columns are separated by commas, semicolons or tabs. A first row without a number under any of them is read as
-units, and said. Everything else must be a number: nothing is skipped, guessed or filled in. No numpy: a table is looked
-at when a scene is checked.
+for. Columns are separated by commas, semicolons or tabs. A first row with units under them, `(s),(N)`, and no number is
+read as such, and said. Everything else must be a number: nothing is skipped, guessed or filled in. No numpy: a table is
+looked at when a scene is checked.
 """
 
 from __future__ import annotations
@@ -20,6 +20,11 @@ SEPARATORS = (",", ";", "\t")
 SHOWN = 12  # columns that a message lists
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")  # float() reads more: 1_000, nan, infinity
 LARGEST = 1e30  # what quantities of a scene are as well
+_PART = r"(?:[^\W\d_]|[%°])+\.?(?:(?:\^|\*\*)?-?\d)?"
+_UNIT = rf"(?:1/)?{_PART}(?:[*/·. ]{_PART})*"  # `kN/m^2`, `°C`, `Sekunden`
+UNIT = re.compile(rf"{_UNIT}|\( ?(?:{_UNIT}|[-1]) ?\)|\[ ?(?:{_UNIT}|[-1]) ?\]")
+NO_UNIT = ("", "-", "\N{EN DASH}")  # of a column of plain numbers, beside others that have one
+MISSING = frozenset(("na", "n/a", "nan", "inf", "infinity", "nil", "none", "null", "missing"))  # numbers that are none
 
 Row = tuple[int, list[str]]  # the number of its line, and its fields
 
@@ -41,7 +46,7 @@ def columns(file: Path, asked: Sequence[str]) -> Columns:
     places = {name: _place(file.name, header, name) for name in asked}
     filled = [row for row in rows if any(row[1])]
     notes: tuple[str, ...] = ()
-    if filled and not any(NUMBER.fullmatch(_field(filled[0], i)) for i in places.values()):
+    if filled and _has_units([_field(filled[0], i) for i in places.values()], filled[0][1]):
         (line, fields), filled = filled[0], filled[1:]
         units = ", ".join(f"`{_field((line, fields), i)}`" for i in places.values())
         notes = (f"line {line}, {units}, is no row of numbers and is read as units",)
@@ -103,6 +108,13 @@ def _header(rows: list[Row]) -> list[str]:
             break
         known = filled if len(filled) > 1 else known
     return known
+
+
+def _has_units(asked: list[str], row: list[str]) -> bool:
+    """Whether a row has units: under the columns that are asked for, or under others where it has nothing there."""
+    fields = next((known for known in (asked, row) if any(f not in NO_UNIT for f in known)), [])
+    given = [field for field in fields if field not in NO_UNIT]
+    return bool(given) and all(UNIT.fullmatch(f) and f.strip("()[] ").lower() not in MISSING for f in given)
 
 
 def _place(name: str, header: list[str], column: str) -> int:

@@ -45,12 +45,34 @@ def test_a_row_of_units_is_read_as_such_and_said(tmp_path: Path) -> None:
     assert found.notes == ("line 2, `(s)`, `(N)`, is no row of numbers and is read as units",)
 
 
+@pytest.mark.parametrize("bracket", ["{}", "({})", "[{}]"])
+def test_every_unit_of_the_language_may_stand_there(tmp_path: Path, bracket: str) -> None:
+    plain = [name for name in units.UNITS if name != "1"]  # which is a number
+    for unit in (*plain, *(units.si(d) for d in units.NAMES if d != units.NONE), "1/s", "kN/m^2", "m s-2", "°", "µm"):
+        file = written(tmp_path, f"t,f\n{bracket.format('ms')},{bracket.format(unit)}\n0,1\n1,2\n")
+        assert columns(file, ["t", "f"]).lines == (3, 4), unit
+
+
+def test_units_of_other_columns_are_a_row_of_units(tmp_path: Path) -> None:
+    assert columns(written(tmp_path, "t,share,f\ns,,N\n0,1,5\n1,2,6\n"), ["share"]).lines == (3, 4)
+
+
+@pytest.mark.parametrize("plain", ["", "-", "[-]", "(1)", "\N{EN DASH}"])
+def test_a_column_of_plain_numbers_has_no_unit_in_it(tmp_path: Path, plain: str) -> None:
+    assert columns(written(tmp_path, f"t,share\ns,{plain}\n0,1\n1,2\n"), ["t", "share"]).lines == (3, 4)
+
+
 @pytest.mark.parametrize(
     ("text", "place"),
     [
         ("x,f\n0,0\n1,n/a\n", "line 3, column `f`: `n/a` is no number"),
         ("x,f\n0,0\n1,1_000\n", "line 3, column `f`: `1_000` is no number"),
         ("x,f\n0,0\n1,nan\n", "line 3, column `f`: `nan` is no number"),
+        ("x,f\nNaN,NaN\n0,0\n1,1\n", "line 2, column `x`: `NaN` is no number"),  # which is no row of units
+        ("x,f\n-,-\n0,0\n1,1\n", "line 2, column `x`: `-` is no number"),
+        ("x,f\n#N/A,N/A\n0,0\n1,1\n", "line 2, column `x`: `#N/A` is no number"),
+        ("x,f\ns,NaN\n0,0\n1,1\n", "line 2, column `x`: `s` is no number"),
+        ("x,f,g\n,,-\n0,0,0\n1,1,1\n", "line 2, column `x`: there is no number"),
         ("x,f\n0,0\n1,inf\n", "line 3, column `f`: `inf` is no number"),
         ("x,f\n0,0\n1,1e999\n", "line 3, column `f`: `1e999` is too large"),
         ("x,f\n0,0\n1,\n", "line 3, column `f`: there is no number"),
