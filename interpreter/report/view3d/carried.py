@@ -79,16 +79,21 @@ class CarriedColours:
         return {n: s for n, s in self.given.items() if s.carried}
 
     @cached_property
+    def known(self) -> dict[int, CarriedScale]:
+        """The scales of the numbers that somebody has, by which of those that are asked for they are."""
+        asked = range(max((len(s.carried) for s in self.models.values()), default=0))
+        found = ((i, scale_over([s.carried[i] for s in self.models.values()])) for i in asked)
+        return {i: scale for i, scale in found if scale is not None}
+
+    @property
     def places(self) -> list[int]:
         """Which of the numbers somebody has."""
-        asked = range(max((len(s.carried) for s in self.models.values()), default=0))
-        return [i for i in asked if scale_over([s.carried[i] for s in self.models.values()]) is not None]
+        return list(self.known)
 
-    @cached_property
+    @property
     def scales(self) -> list[CarriedScale]:
         """Of each number that somebody has."""
-        found = (scale_over([s.carried[i] for s in self.models.values()]) for i in self.places)
-        return [scale for scale in found if scale is not None]
+        return list(self.known.values())
 
     @property
     def words(self) -> list[str]:
@@ -184,7 +189,7 @@ class CarriedColours:
     def columns(self) -> list[PlateColumn]:
         """Least, mean and largest of each number, for the table."""
         found = []
-        for scale, i in zip(self.scales, self.places, strict=True):
+        for i, scale in self.known.items():
             unit = scale_of(scale.whole, scale.kind.unit, percent=scale.kind.unit == "1")
             rows = [self._statistics(n, i) for n in self.given]
             cells = [tuple("–" if v is None else unit.text(v, 4) for v in row) for row in rows]
