@@ -31,7 +31,7 @@ def section_of(findings: Findings) -> str:
         [i + 1, *(own[i] if i < len(own) else None for own in known.values())] for i in range(count)
     ]
     link = csv_link("modes", ["mode", *(f"{name} [Hz]" for name in known)], saved)
-    return table_section("Modes", LEAD + left, ("Mode", *known), rows).replace("</section>", f"{link}</section>")
+    return table_section("Modes", LEAD + left, ("Mode", *known), rows, link)
 
 
 def _known(findings: Findings) -> dict[str, list[float]]:

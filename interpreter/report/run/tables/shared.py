@@ -17,13 +17,13 @@ def by_thing(known: Mapping[str, Mapping[str, T]]) -> dict[str, dict[str, T]]:
     return {name: {model: own[name] for model, own in known.items() if name in own} for name in names}
 
 
-def table_section(title: str, lead: str, heads: Sequence[str], rows: Sequence[str]) -> str:
-    """A section with one table under its title; `rows` are markup. Empty without any."""
+def table_section(title: str, lead: str, heads: Sequence[str], rows: Sequence[str], below: str = "") -> str:
+    """A section with one table under its title; `rows` and what stands `below` are markup. Empty without any rows."""
     if not rows:
         return ""
     head = tag("tr", *(tag("th", text(h), scope="col") for h in heads))
     table = tag("table", tag("caption", text(lead)), tag("thead", head), tag("tbody", *rows))
-    return section(title.lower(), title, tag("div", table, class_="scroll"))
+    return section(title.lower(), title, tag("div", table, class_="scroll"), below)
 
 
 def row_head(name: str) -> str:
