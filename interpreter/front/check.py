@@ -49,16 +49,7 @@ Found = list[Diagnostic]  # by the checks before
 
 def _blamed(declared: Declared, found: Found) -> bool:
     """Whether a declaration is in error already, so that what follows from it is not worth saying."""
-    return any(d.severity == "error" and _inside(d, declared) for d in found)
-
-
-def _inside(diagnostic: Diagnostic, declared: Declared) -> bool:
-    """Whether a diagnostic points into a declaration, or into an override of one of its fields."""
-    span, source = diagnostic.span, diagnostic.source
-    if span is None:
-        return False
-    places = (declared.location, *declared.fields.values())
-    return any(at.source is source and at.span.start <= span.start < at.span.end for at in places)
+    return any(d.severity == "error" and declared.contains(d) for d in found)
 
 
 # ------------------------------------------------------------------ declarations one by one
@@ -242,7 +233,7 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             continue
         blamed = [d for d in (*case.supports, *case.loads) if _blamed(d, found)]
         for doubt in (*model.thing.doubts(model, case), *disturbed(scene, model, case), *_in_scene(scene, model, case)):
-            if any(_inside(doubt, d) for d in blamed):
+            if any(d.contains(doubt) for d in blamed):
                 continue
             key = (doubt.code, doubt.source, doubt.span, doubt.label, doubt.help)
             first.setdefault(key, (doubt, []))[1].append(model.name)

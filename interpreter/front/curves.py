@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.front.files_and_selections import cheap
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
@@ -20,23 +20,17 @@ NEAR = 1e-9  # relative, of units and of ends
 
 def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
     """All of it, where nothing is wrong with the declaration already."""
-    blamed = {(d.source, d.span.line) for d in found if d.severity == "error" and d.span is not None}
     for reference in _curves(scene):
         told = list(_stated(reference))
         yield from told or _named(reference)
     for metric in scene.of_kind("metric").values():
-        if isinstance(metric.thing, CurveError):
-            told = [] if _in(metric, blamed) else list(_compared(scene, metric))
-            yield from told
+        blamed = any(d.severity == "error" and metric.contains(d) for d in found)
+        if isinstance(metric.thing, CurveError) and not blamed:
+            yield from _compared(scene, metric)
 
 
 def _curves(scene: Scene) -> list[Declared]:
     return [d for d in scene.of_kind("reference").values() if isinstance(d.thing, CurveFromFile)]
-
-
-def _in(declared: Declared, blamed: set[tuple[Source | None, int]]) -> bool:
-    places = (declared.location, *declared.fields.values())
-    return any((at.source, at.span.line) in blamed for at in places)
 
 
 # ------------------------------------------------------------------ the curve

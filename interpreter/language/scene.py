@@ -65,6 +65,14 @@ class Declared:
         """Where a field is given, or else the name that is declared."""
         return self.fields.get(name, self.name_at or self.location)
 
+    def contains(self, found: Diagnostic) -> bool:
+        """Whether a diagnostic points into it, or into an override of one of its fields."""
+        span, source = found.span, found.source
+        if span is None:
+            return False
+        places = (self.location, *self.fields.values())
+        return any(at.source is source and at.span.start <= span.start < at.span.end for at in places)
+
 
 @dataclass(frozen=True)
 class Expectation:

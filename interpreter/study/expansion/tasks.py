@@ -132,8 +132,7 @@ def _of_another(scene: Scene, task: PointTask, error: Diagnostic) -> bool:
 
 def is_about(declared: Iterable[Declared], error: Diagnostic) -> bool:
     """Whether an error points into one of some declarations, or into an override of one of their fields."""
-    at, places = error.span, [p for d in declared for p in (d.location, *d.fields.values())]
-    return at is not None and any(p.source is error.source and p.span.start <= at.start < p.span.end for p in places)
+    return any(d.contains(error) for d in declared)
 
 
 # ------------------------------------------------------------------ as JSON
