@@ -240,11 +240,6 @@ class Condition:
         return self._bound((x, y, z), math.dist(low, high) if extent is None else extent)
 
     @staticmethod
-    def everywhere() -> Condition:
-        """One that holds at every point."""
-        return Condition(lambda p, e: p[0] == p[0], lambda box, e: (False, True), lambda levels, e: True)
-
-    @staticmethod
     def comparison(operator: str, a: Term, b: Term, length_power: int) -> Condition:
         """a < b and its kin; the tolerance is scaled by the power of length that is compared."""
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
-from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Condition, Term
+from softmark.interpreter.language.conditions import EVERYWHERE, RELATIVE_TOLERANCE, Condition, Term
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
@@ -128,7 +128,7 @@ def in_plane(body: Declared) -> tuple[Declared, ...]:
     """What holds a plane body in its plane, none of a solid."""
     if not body.thing.planar:
         return ()
-    held = InPlane(body.name, Condition.everywhere())
+    held = InPlane(body.name, EVERYWHERE)
     plane = Declared("support", f"the plane of {body.name}", body.constructor, held, body.location)
     if body.thing.planar != "axisymmetric" or _beside_axis(body.thing.shape):
         return (plane,)
