@@ -52,9 +52,7 @@ class ModuleTable:
     aliases: dict[str, tree.Use] = field(default_factory=dict)  # with prefix
     broken: set[str] = field(default_factory=set)  # with prefix: names whose declaration is in error already
     size: int = 0  # characters of all texts
-    listed: dict[int, tuple[tree.Expression, Any]] = field(
-        default_factory=dict
-    )  # lists, and the values of sweeps there
+    listed: dict[int, tuple[tree.Expression, Any]] = field(default_factory=dict)  # lists, and values of sweeps there
 
     def is_broken(self, full: str) -> bool:
         """Whether a name, or the alias that it starts with, has been reported where it is declared."""

@@ -81,10 +81,11 @@ def variants(binder: Binder, field: Field, node: tree.Expression, place: Place) 
     names = [n.text for item in node.items for n, _ in tree.walk(item) if isinstance(n, tree.Name)]
     table = binder.compiler.table
     binder.compiler.scope.used.update(n for n in names if n in table.symbols)
-    if id(node) not in table.listed:  # every value is tried by compiling the scene, its list with it, once more
-        table.listed[id(node)] = node, tuple(_variant(binder, item, node.unit, place) for item in node.items)
-    found: tuple[Variant, ...] = table.listed[id(node)][1]
-    return found
+    known: tuple[tree.Expression, tuple[Variant, ...]] | None = table.listed.get(id(node))
+    if known is None or known[0] is not node:  # as in a copy of the table, where numbers are those of other lists
+        # every value is tried by compiling the scene, its list with it, once more
+        known = table.listed[id(node)] = node, tuple(_variant(binder, item, node.unit, place) for item in node.items)
+    return known[1]
 
 
 def _variant(binder: Binder, item: tree.Expression, unit: tree.Unit | None, place: Place) -> Variant:

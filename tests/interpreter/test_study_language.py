@@ -83,6 +83,20 @@ def test_a_value_takes_its_place(target: str, value: str, expected: float) -> No
     assert value_in(scene, target) != pytest.approx(expected, rel=1e-3), "the scene itself stays as it is"
 
 
+def test_a_sweep_of_a_copy_has_the_values_of_its_own_list() -> None:
+    """Values that were found are known by their list's node, whose number may be that of another list in a copy."""
+    from softmark.interpreter.front.check import varied
+
+    scene = scene_with("study s = sweep(h, over = [10, 5] mm)\nstudy t = sweep(n, over = [2, 4])")
+    assert scene.table is not None
+    first, second = scene.table.listed
+    known = scene.table.listed
+    known[first], known[second] = known[second], known[first]
+    other, _ = varied(scene, [])
+    assert [v.text for v in other.declared["s"].thing.over] == ["10 mm", "5 mm"]
+    assert [v.text for v in other.declared["t"].thing.over] == ["2", "4"]
+
+
 def test_what_a_study_refers_to_is_used_and_a_study_need_not_be() -> None:
     def unused(text: str) -> list[str]:
         found = checked(Source("<text>", text), Path(), None)[1]
