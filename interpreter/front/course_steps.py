@@ -17,7 +17,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.problem.tables import table_fault
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, Table
+from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, Table, share_at
 
 if TYPE_CHECKING:
     from softmark.interpreter.problem.case import Case
@@ -96,7 +96,7 @@ def _left_out(course: Table, step: float, duration: float) -> float:
 
     Both are straight between the rows and the ends of steps, so it is largest at one of the rows.
     """
-    times, shares, _ = course.rows
+    rows = times, shares, _ = course.rows
     worst = 0.0
     for t, share in zip(times, shares, strict=True):
         if not 0.0 <= t <= duration:
@@ -104,7 +104,7 @@ def _left_out(course: Table, step: float, duration: float) -> float:
         begin = math.floor(t / step * (1.0 + NEAR * NEAR)) * step
         part = (t - begin) / step
         if NEAR < part < 1.0 - NEAR:
-            worst = max(worst, abs(share - (1.0 - part) * course.at(begin) - part * course.at(begin + step)))
+            worst = max(worst, abs(share - (1.0 - part) * share_at(rows, begin) - part * share_at(rows, begin + step)))
     largest = max(map(abs, shares))
     return worst / largest if largest else 0.0
 

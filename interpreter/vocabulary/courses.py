@@ -16,6 +16,8 @@ from typing import Annotated
 
 from softmark.records import dataclass
 
+TableRows = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]  # times in s, shares, integrals up to each
+
 
 def _over(begin: float, end: float, breaks: tuple[float, ...], mean: Callable[[float, float], float]) -> float:
     """The mean from `begin` to `end` of what `mean` tells between the times at which it breaks."""
@@ -118,33 +120,38 @@ class Table:
 
     def at(self, t: float) -> float:
         """The share at time t, s."""
-        times, shares, _ = self.rows
-        i = min(max(bisect_right(times, t), 1), len(times) - 1)
-        share = (t - times[i - 1]) / (times[i] - times[i - 1])
-        return shares[i - 1] + min(max(share, 0.0), 1.0) * (shares[i] - shares[i - 1])
+        return share_at(self.rows, t)
 
     def mean(self, begin: float, end: float) -> float:
         """The mean share from `begin` to `end`, s."""
-        return (self._until(end) - self._until(begin)) / (end - begin)
-
-    def _until(self, t: float) -> float:
-        """The integral from the first row to time t, s; before and after the rows their ends hold."""
-        times, shares, areas = self.rows
-        i = min(max(bisect_right(times, t), 1), len(times))
-        return areas[i - 1] + 0.5 * (t - times[i - 1]) * (shares[i - 1] + self.at(t))
+        rows = self.rows
+        return (_until(rows, end) - _until(rows, begin)) / (end - begin)
 
     @property
-    def rows(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
-        """Times in s, shares, and the integral up to each. Raises Unreadable."""
+    def rows(self) -> TableRows:
+        """The rows of the file as it is now. Raises Unreadable."""
         file = Path(self.path)
         changed = file.stat().st_mtime_ns if file.is_file() else 0
         return _read(self.path, changed, self.at_, self.value, self.time_unit, self.whole)
 
 
+def share_at(rows: TableRows, t: float) -> float:
+    """The share of a table at time t, s."""
+    times, shares, _ = rows
+    i = min(max(bisect_right(times, t), 1), len(times) - 1)
+    share = (t - times[i - 1]) / (times[i] - times[i - 1])
+    return shares[i - 1] + min(max(share, 0.0), 1.0) * (shares[i] - shares[i - 1])
+
+
+def _until(rows: TableRows, t: float) -> float:
+    """The integral from the first row to time t, s; before and after the rows their ends hold."""
+    times, shares, areas = rows
+    i = min(max(bisect_right(times, t), 1), len(times))
+    return areas[i - 1] + 0.5 * (t - times[i - 1]) * (shares[i - 1] + share_at(rows, t))
+
+
 @lru_cache(maxsize=32)
-def _read(
-    path: str, changed: int, at: str, value: str, unit: float, whole: float
-) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+def _read(path: str, changed: int, at: str, value: str, unit: float, whole: float) -> TableRows:
     """The rows of a table, read once for as long as it does not change. Raises Unreadable."""
     from softmark.references.data import find
     from softmark.references.measured import Unreadable
