@@ -49,7 +49,7 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
         parts += [""] if number else []
         parts += [paint.bold(body.name)] if body.name else []
         parts.append(_Rows(findings, body, paint).text(room))
-    if told := list(over_states.lines(report)):
+    if told := list(over_states.lines(findings)):
         parts += ["", *told]
     if notes := [*_uncertain(report), *_reasons(report), *vouching.lines(report), *reactions.lines(report)]:
         parts += ["", *notes]

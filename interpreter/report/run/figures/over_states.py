@@ -14,7 +14,6 @@ from softmark.interpreter.report.page.plate import PlateColumn, plate
 from softmark.interpreter.report.page.sheet import Cell, csv_link
 from softmark.interpreter.report.run.findings import Findings, MetricColumn
 from softmark.interpreter.report.run.tables.probes import drawn_first, looks
-from softmark.interpreter.results.report import Report
 from softmark.interpreter.results.states import ANSWERED, Curve, percent
 from softmark.interpreter.results.thinning import picked
 from softmark.records import dataclass
@@ -114,9 +113,9 @@ class _Metric:
         return csv_link(f"{self.metric.name}-states", header, rows)
 
 
-def lines(report: Report) -> Iterator[str]:
+def lines(findings: Findings) -> Iterator[str]:
     """The metrics in some states, a line for each model; nothing where the analysis has none."""
-    findings = Findings(report)
+    report = findings.report
     first = next((r for r in report.outcomes if r.states), None)
     if first is None:
         return
