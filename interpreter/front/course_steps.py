@@ -73,8 +73,7 @@ def _tabled(declared: Declared, course: Table, analysis: Dynamic) -> Iterator[Di
     if (fault := table_fault(declared, analysis.duration)) is not None:
         yield fault
         return
-    said = units.named_in(course.at_)
-    if said is not None and said.dimension == units.TIME and abs(said.factor / course.time_unit - 1.0) > NEAR:
+    if units.misnamed(course.at_, course.time_unit, units.TIME):
         yield diagnostic("W334", declared.at("course"), f"the column `{course.at_}` names another unit",
                          f"{_time(course.time_unit)} here",
                          "one of the two is wrong, unless the column has the wrong name: give `time_unit`")  # fmt: skip

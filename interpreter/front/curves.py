@@ -15,7 +15,7 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.references.curve import CurveFromFile
 from softmark.references.measured import Unreadable
 
-NEAR = 1e-9  # relative, of units and of ends
+NEAR = 1e-9  # relative, of ends
 
 
 def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
@@ -58,8 +58,7 @@ def _named(reference: Declared) -> Iterator[Diagnostic]:
     thing: CurveFromFile = reference.thing
     for field, names, unit in (("x_unit", (thing.x,), thing.x_unit), ("y_unit", thing.y, thing.y_unit)):
         for name in names:
-            said = units.named_in(name)
-            if said is None or said.dimension != unit.dimension or abs(said.factor / unit.value - 1.0) < NEAR:
+            if not units.misnamed(name, unit.value, unit.dimension):
                 continue
             yield diagnostic("W334", reference.at(field), f"the column `{name}` names another unit",
                              f"{units.show(unit.value, unit.dimension)} here",

@@ -223,6 +223,7 @@ def _unreadable(whole: str, part: str = "") -> UnitError:
     return UnitError(f"`{whole}` is not a unit", "units look like `kPa`, `kg/m^3` or `N*m`, without spaces")
 
 
+SAME = 1e-9  # relative: factors that are nearer are of one unit
 _BRACKETS = re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$")
 
 
@@ -230,6 +231,12 @@ def named_in(column: str) -> Measure | None:
     """The unit that the name of a column ends in, as in `Load (N)` or `t [ms]`; None where it is none."""
     found = _BRACKETS.search(column)
     return parse(inner) if found and _known(inner := found[1].strip()) else None
+
+
+def misnamed(column: str, factor: float, dimension: Dimension) -> bool:
+    """Whether the name of a column ends in another unit of its dimension: `Load (N)` where one of it is 1 kN."""
+    said = named_in(column)
+    return said is not None and said.dimension == dimension and abs(said.factor / factor - 1.0) >= SAME
 
 
 def _known(text: str) -> bool:
