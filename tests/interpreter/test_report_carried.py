@@ -16,6 +16,7 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 from browser import TIMED, browse, needs_chromium, noted
+from tubes import tube
 
 import softmark
 from softmark.interpreter.report.page.document import _part
@@ -30,16 +31,6 @@ NONE = "only finite elements have a stress at every point"
 
 def number(values: Any, words: str = "stress xx, cauchy", **more: Any) -> CarriedNumber:
     return CarriedNumber(words, "Pa", ("most",), None if values is None else np.asarray(values), size=100.0, **more)
-
-
-def tube(bend: float, along: int = 40, around: int = 20) -> tuple[Any, Any]:
-    """Points and outward triangles of a tube of 100 mm by 10 mm along x whose end sinks by `bend` m."""
-    s, a = np.meshgrid(np.linspace(0, 0.1, along), np.linspace(0, 2 * np.pi, around, endpoint=False), indexing="ij")
-    X = np.stack([s, 0.005 * np.sin(a), 0.005 * np.cos(a) - bend * (s / 0.1) ** 2], axis=-1).reshape(-1, 3)
-    i, j = (index.ravel() for index in np.meshgrid(np.arange(along - 1), np.arange(around), indexing="ij"))
-    k = (j + 1) % around
-    A, B, C, D = (i * around + j, i * around + k, (i + 1) * around + k, (i + 1) * around + j)
-    return X, np.concatenate([np.stack([A, B, D], axis=1), np.stack([B, C, D], axis=1)])
 
 
 def coloured(name: str, *numbers: CarriedNumber, frames: int = 0) -> ModelResult:
