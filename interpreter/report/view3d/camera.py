@@ -10,10 +10,11 @@ from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.view3d.still import CameraView, frame_of
 from softmark.interpreter.report.view3d.surfaces import Floats
 from softmark.interpreter.results.report import SeenSurface
+from softmark.interpreter.vocabulary import BODIES
 
 TURN, TILT = 26.0, 16.0  # degrees
 LETTERS = "xyz"
-PLANE = ("plane_strain", "plane_stress", "axisymmetric")  # words of bodies that lie in the plane of x and y
+PLANE = frozenset(word for word, body in BODIES.items() if body.planar)  # of bodies that lie in the plane of x and y
 
 
 def view_of(findings: Findings, shapes: Iterable[SeenSurface]) -> CameraView:
