@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.solvers.energies.blocks import add_blocks, cross_matrix
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.loads import FollowerPressure
-from softmark.solvers.energies.pressures import add_blocks
 
 ALONG_Z, HOOP = 2, 8  # of displacements; of a tensor (9,): its component around the axis
 
@@ -114,15 +114,9 @@ class RevolvedPressure(FollowerPressure):
         N, first, second, w = self._rule
         t, v = self._tangents(x)
         rings = w * self._radius(x)
-        block = np.einsum("fq,qa,qb,fqij->faibj", rings, N, second, _crossing(t), optimize=True)
-        block -= np.einsum("fq,qa,qb,fqij->faibj", rings, N, first, _crossing(v), optimize=True)
+        block = np.einsum("fq,qa,qb,fqij->faibj", rings, N, second, cross_matrix(t), optimize=True)
+        block -= np.einsum("fq,qa,qb,fqij->faibj", rings, N, first, cross_matrix(v), optimize=True)
         grown = np.einsum("fq,qa,qb,fqi->faib", np.broadcast_to(w, rings.shape), N, N, np.cross(t, v), optimize=True)
         block[..., 0] += around(grown, self.depth)
         size = 3 * self.faces.shape[1]
         add_blocks((scale * self.p) * block.reshape(-1, size, size), slots, data)
-
-
-def _crossing(a: Floats) -> Floats:
-    """[a]x (..., 3, 3) with [a]x b = a x b."""
-    crossed: Floats = np.cross(a[..., None, :], np.eye(3)).swapaxes(-1, -2)
-    return crossed
