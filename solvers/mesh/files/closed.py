@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.files.flaws import COINCIDENT, UnreadableMesh, at, components, sharing, used
-from softmark.solvers.mesh.files.near import crossing
+from softmark.solvers.mesh.files.near import crossing, ends_of
 from softmark.solvers.mesh.mesh import Floats, Ints
 
 OPEN = 0.02  # of the area of a surface: holes as large are no defects of it
@@ -161,7 +161,7 @@ def _once(triangles: Ints, repairs: list[str]) -> Ints:
 
 def _edges(triangles: Ints) -> tuple[Ints, NDArray[np.bool_], Ints]:
     """The edges of all triangles (3 t,): their numbers, whether they go up, and how often each number is there."""
-    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    ends = ends_of(triangles)
     number, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)[1:]
     return number.ravel().astype(np.int64), ends[:, 0] < ends[:, 1], count
 
@@ -201,7 +201,7 @@ def _turned(points: Floats, triangles: Ints, repairs: list[str]) -> Ints:
 def _capped(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Floats, Ints, float]:
     """Holes closed, each by a fan around its middle; and the area that was missing, m^2."""
     number, _, count = _edges(triangles)
-    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)[count[number] == 1]
+    ends = ends_of(triangles)[count[number] == 1]
     if not len(ends):
         return points, triangles, 0.0
     loops = _loops(ends[:, ::-1])

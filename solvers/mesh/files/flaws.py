@@ -83,7 +83,7 @@ def checked(points: Floats, cells: Ints, kind: str, coincident: str = "refuse") 
     if coincident == "refuse":
         _uncut(mesh, number)
     _one_piece(mesh)
-    sides = _sides(mesh)
+    sides = sides_of(mesh)
     _faces_of_two(mesh, *sides)
     _hinged(mesh, *sides[1:])
     _through_itself(mesh)
@@ -236,7 +236,7 @@ def _one_piece(mesh: Mesh) -> None:
         )  # fmt: skip
 
 
-def _sides(mesh: Mesh) -> tuple[Ints, Ints, Ints]:
+def sides_of(mesh: Mesh) -> tuple[Ints, Ints, Ints]:
     """Facets of all cells (m s, c) by their corners, their own cells, and which of them are the same (m s,)."""
     element = mesh.element
     own = np.array(element.facets)
