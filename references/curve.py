@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
@@ -109,7 +110,7 @@ class CurveFromFile(Reference):
     def load(self, beside: Path | None = None) -> MeasuredCurve:
         """The curve in SI, with its uncertainty. Raises Unreadable."""
         repeats, notes = self.read(beside)
-        x = _joint([one.sorted[0] for one in repeats])
+        x = _joint(repeats)
         values, own = (np.array([np.interp(x, one.sorted[0], one.sorted[i]) for one in repeats]) for i in (1, 2))
         y = values.mean(axis=0)
         spread = values.std(axis=0, ddof=1) if len(repeats) > 1 else np.zeros_like(x)
@@ -161,7 +162,7 @@ class Repeat:
     rows: tuple[tuple[float, float, float], ...]
     lost: float | None = None
 
-    @property
+    @cached_property
     def sorted(self) -> tuple[tuple[float, ...], ...]:
         """x, y and uncertainty, by growing x."""
         return tuple(zip(*sorted(self.rows), strict=True))
@@ -241,8 +242,8 @@ def _area(rows: list[Any], low: float, high: float) -> float:
     return area
 
 
-def _joint(xs: list[tuple[float, ...]]) -> Array:
+def _joint(repeats: list[Repeat]) -> Array:
     """Every x at which one of several curves bends, on the range that all have."""
-    low, high = max(x[0] for x in xs), min(x[-1] for x in xs)
-    every = np.unique(np.concatenate([np.asarray(x) for x in xs]))
+    low, high = _common(repeats)
+    every = np.unique(np.concatenate([np.asarray(one.sorted[0]) for one in repeats]))
     return every[(every >= low) & (every <= high)]

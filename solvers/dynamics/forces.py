@@ -43,8 +43,12 @@ class Forces:
         self.M = sparse.diags(mass).tocsr() if isinstance(mass, np.ndarray) else mass.tocsr()
         self.M_free = _sorted(self.M[self.free][:, self.free])
         self.pattern, self._mass_slots = _with_mass(assembly.pattern, self)
-        self.turns = problem.turning is not None
         self._blocks = _block_places(self.pattern, self.free, problem.turning.where) if problem.turning else None
+
+    @property
+    def turns(self) -> bool:
+        """Whether rotations are among the unknowns."""
+        return self._blocks is not None
 
     def inertia(self, a: Floats) -> Floats:
         """M a (dofs,), N."""
@@ -131,8 +135,8 @@ def _block_places(pattern: Pattern, free: Ints, where: Ints) -> tuple[Ints, Ints
     number[free] = np.arange(len(free))
     rows, columns = np.broadcast_arrays(number[where][:, :, None], number[where][:, None, :])
     which: Ints = np.flatnonzero((rows >= 0) & (columns >= 0))
-    known = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr)) * pattern.size + pattern.indices
-    places: Ints = np.searchsorted(known, rows.ravel()[which] * pattern.size + columns.ravel()[which])
+    wanted = rows.ravel()[which] * pattern.size + columns.ravel()[which]
+    places: Ints = np.searchsorted(_numbers(pattern.size, pattern), wanted)
     return which, places
 
 
@@ -152,15 +156,18 @@ def _with_mass(pattern: Pattern, forces: Forces) -> tuple[Pattern, Ints]:
 
 def _places(pattern: Pattern, M: sparse.csr_matrix) -> Ints | None:
     """Where the entries of M lie among those of the pattern; None where one does not."""
-    size = pattern.size
-    rows = np.repeat(np.arange(size), np.diff(pattern.indptr))
-    known = rows * size + pattern.indices  # ascending, for both are sorted
-    wanted = np.repeat(np.arange(size), np.diff(M.indptr)) * size + M.indices
+    known, wanted = _numbers(pattern.size, pattern), _numbers(pattern.size, M)
     places: Ints = np.searchsorted(known, wanted)
     inside = places < len(known)
     if not np.all(inside) or not np.array_equal(known[places], wanted):
         return None
     return places
+
+
+def _numbers(size: int, M: Pattern | sparse.csr_matrix) -> Ints:
+    """Row times size plus column of each entry (nnz,), size that of the matrix: ascending, for both are sorted."""
+    numbers: Ints = np.repeat(np.arange(size), np.diff(M.indptr)) * size + M.indices
+    return numbers
 
 
 def _sorted(M: sparse.csr_matrix) -> sparse.csr_matrix:

@@ -9,6 +9,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.elements import moments
 from softmark.solvers.elements.facets import FACETS
+from softmark.solvers.energies.blocks import add_blocks, cross_matrix
 from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
 
 
@@ -81,10 +82,14 @@ class FollowerPressure(Energy):
         y = (self.points + x.reshape(-1, 3))[self.faces]
         return np.einsum("qk,fki->fqi", first, y), np.einsum("qk,fki->fqi", second, y)
 
+    def _weights_at(self, x: Floats) -> Floats:
+        """Weights (1 or f, q) of the rule in the state x."""
+        return self._rule[3]
+
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus the nodal forces, N."""
-        N, _, _, w = self._rule
-        minus_force = np.einsum("qa,fqi->fai", N, w[:, :, None] * np.cross(*self._tangents(x)))
+        areas = self._weights_at(x)[:, :, None] * np.cross(*self._tangents(x))
+        minus_force = np.einsum("qa,fqi->fai", self._rule[0], areas)
         minus_force *= scale * self.p
         np.add.at(g.reshape(-1, 3), self.faces, minus_force)
 
@@ -92,14 +97,20 @@ class FollowerPressure(Energy):
         """Load stiffness, not symmetric; left out of a projected tangent, which must stay definite."""
         if projected:
             return
-        N, first, second, w = self._rule
-        a, b = (w[:, :, None] * tangent for tangent in self._tangents(x))
-        # d(a x b) = -[b]x da + [a]x db
-        block = np.einsum("qa,qb,fqij->faibj", N, second, _cross_matrix(a), optimize=True)
-        block -= np.einsum("qa,qb,fqij->faibj", N, first, _cross_matrix(b), optimize=True)
+        block = self._slopes(x)
         block *= scale * self.p
         keep = slots >= 0
         np.add.at(data, slots[keep], block.reshape(slots.shape)[keep])
+
+    def _slopes(self, x: Floats) -> Floats:
+        """The derivative of minus the nodal forces under a pressure of one (f, a, 3, b, 3), m."""
+        N, first, second, _ = self._rule
+        w = self._weights_at(x)[:, :, None]
+        a, b = (w * tangent for tangent in self._tangents(x))
+        # d(a x b) = -[b]x da + [a]x db
+        block: Floats = np.einsum("qa,qb,fqij->faibj", N, second, cross_matrix(a), optimize=True)
+        block -= np.einsum("qa,qb,fqij->faibj", N, first, cross_matrix(b), optimize=True)
+        return block
 
     def rounding(self, x: Floats) -> float:
         """Far below that of the body that carries it."""
@@ -163,19 +174,11 @@ class FaceMoment(Energy):
         y, J, c = self._state(x)
         changes = 2.0 * np.einsum("i,bj->bij", c, y) - np.einsum("bi,j->bij", y, c)
         changes -= (y @ c)[:, None, None] * np.eye(3)
-        across = _cross_matrix(y)
+        across = cross_matrix(y)
         block = -np.einsum("aik,bkj->aibj", across, np.linalg.inv(J) @ changes, optimize=True)
-        block -= np.einsum("ab,ij->aibj", self._about_middle, _cross_matrix(c))
-        # what is held, at -1, is counted in front and left out
-        data += np.bincount(slots.ravel() + 1, block.ravel(), len(data) + 1)[1:] * scale
+        block -= np.einsum("ab,ij->aibj", self._about_middle, cross_matrix(c))
+        add_blocks(scale * block.reshape(slots.shape), slots, data)
 
     def rounding(self, x: Floats) -> float:
         """Far below that of the body that carries it."""
         return 0.0
-
-
-def _cross_matrix(a: Floats) -> Floats:
-    """[a]x (..., 3, 3) with [a]x b = a x b."""
-    m = np.zeros((*a.shape, 3))
-    m[..., 0, 1], m[..., 0, 2], m[..., 1, 2] = -a[..., 2], a[..., 1], -a[..., 0]
-    return m - m.swapaxes(-1, -2)

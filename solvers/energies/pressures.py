@@ -15,6 +15,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.energies import kernels
+from softmark.solvers.energies.blocks import add_blocks
 from softmark.solvers.energies.elastic import POINTS, Elastic, ElasticLaw
 from softmark.solvers.energies.energy import SLACK, Energy, Floats, Ints
 
@@ -295,12 +296,6 @@ class DisplacementEnergy(Energy):
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the gradient, N."""
         return self.energy.rounding(x[: self.dofs])
-
-
-def add_blocks(blocks: Floats, slots: Ints, data: Floats) -> None:
-    """data[slots] += blocks, both (m, k, l), skipping negative slots."""
-    keep = slots >= 0
-    data += np.bincount(slots[keep], blocks[keep], minlength=len(data))
 
 
 def _thousands(cells: int) -> Iterator[slice]:

@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.solvers.energies.blocks import add_blocks
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.loads import FollowerPressure
-from softmark.solvers.energies.pressures import add_blocks
 
 ALONG_Z, HOOP = 2, 8  # of displacements; of a tensor (9,): its component around the axis
 
@@ -96,33 +96,16 @@ class RevolvedPressure(FollowerPressure):
 
     depth: float = 1.0
 
-    def _radius(self, x: Floats) -> Floats:
-        """Slices around the axis (f, q), from where facets are now."""
-        y = (self.points[:, 0] + x.reshape(-1, 3)[:, 0])[self.faces]
-        return around(y @ self._rule[0].T, self.depth)
-
-    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus the nodal forces, N."""
+    def _weights_at(self, x: Floats) -> Floats:
+        """Of whole rings (f, q), from where facets are now."""
         N, _, _, w = self._rule
-        areas = (w * self._radius(x))[:, :, None] * np.cross(*self._tangents(x))
-        np.add.at(g.reshape(-1, 3), self.faces, (scale * self.p) * np.einsum("qa,fqi->fai", N, areas))
+        y = (self.points[:, 0] + x.reshape(-1, 3)[:, 0])[self.faces]
+        return w * around(y @ N.T, self.depth)
 
-    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Load stiffness; left out of a projected tangent, which must stay definite."""
-        if projected:
-            return
-        N, first, second, w = self._rule
-        t, v = self._tangents(x)
-        rings = w * self._radius(x)
-        block = np.einsum("fq,qa,qb,fqij->faibj", rings, N, second, _crossing(t), optimize=True)
-        block -= np.einsum("fq,qa,qb,fqij->faibj", rings, N, first, _crossing(v), optimize=True)
-        grown = np.einsum("fq,qa,qb,fqi->faib", np.broadcast_to(w, rings.shape), N, N, np.cross(t, v), optimize=True)
-        block[..., 0] += around(grown, self.depth)
-        size = 3 * self.faces.shape[1]
-        add_blocks((scale * self.p) * block.reshape(-1, size, size), slots, data)
-
-
-def _crossing(a: Floats) -> Floats:
-    """[a]x (..., 3, 3) with [a]x b = a x b."""
-    crossed: Floats = np.cross(a[..., None, :], np.eye(3)).swapaxes(-1, -2)
-    return crossed
+    def _slopes(self, x: Floats) -> Floats:
+        """As of a slice, with rings that grow as they move out."""
+        block = super()._slopes(x)
+        N, _, _, w = self._rule
+        areas = w[:, :, None] * np.cross(*self._tangents(x))
+        block[..., 0] += around(np.einsum("qa,qb,fqi->faib", N, N, areas, optimize=True), self.depth)
+        return block

@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.solvers.energies.blocks import add_blocks, definite
 from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
 from softmark.solvers.energies.rod_kinematics import Segments, segments_of
 from softmark.solvers.energies.rod_section import RodStiffness
@@ -109,10 +110,8 @@ class RodElastic(Energy):
         """Exact tangent, symmetric out of balance too; `projected` clamps its local eigenvalues at zero."""
         local = self.local_hessians(x)
         if projected:
-            w, V = np.linalg.eigh(local)
-            local = (V * np.maximum(w, 0.0)[:, None, :]) @ V.swapaxes(1, 2)
-        # what is held, at -1, is counted in front and left out
-        data += np.bincount(slots.ravel() + 1, local.ravel(), len(data) + 1)[1:] * scale
+            local = definite(local)
+        add_blocks(scale * local, slots, data)
 
     def local_hessians(self, x: Floats) -> Floats:
         """B^T l C B plus the geometric part, (n, 12, 12)."""

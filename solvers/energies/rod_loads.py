@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.solvers.energies.blocks import add_blocks, cross_matrix, definite
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.rod_rotation import rotation
 
@@ -27,11 +28,6 @@ def _in_material(x: Floats, nodes: Ints, vectors: Floats) -> Floats:
     """Vectors (k, 3) in space, in the material axes of nodes (k,)."""
     found: Floats = np.einsum("kji,kj->ki", rotation(x.reshape(-1, 7)[nodes, 3:]), vectors)
     return found
-
-
-def _add(data: Floats, slots: Ints, blocks: Floats) -> None:
-    keep = slots >= 0
-    np.add.at(data, slots[keep], blocks.reshape(slots.shape)[keep])
 
 
 @dataclass(frozen=True)
@@ -78,9 +74,8 @@ class RodArms(Energy):
         both = np.einsum("ki,kj->kij", F, a)
         local = np.einsum("ki,ki->k", F, a)[:, None, None] * np.eye(3) - 0.5 * (both + both.swapaxes(1, 2))
         if projected:
-            w, V = np.linalg.eigh(local)
-            local = (V * np.maximum(w, 0.0)[:, None, :]) @ V.swapaxes(1, 2)
-        _add(data, slots, scale * local)
+            local = definite(local)
+        add_blocks(scale * local, slots, data)
 
     def rounding(self, x: Floats) -> float:
         """Far below that of the rod."""
@@ -113,10 +108,7 @@ class RodMoments(Energy):
         if projected:
             return
         m = _in_material(x, self.nodes, self.moments)
-        local = np.zeros((len(m), 3, 3))
-        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-            local[:, i, j], local[:, j, i] = 0.5 * m[:, k], -0.5 * m[:, k]
-        _add(data, slots, scale * local)
+        add_blocks(-0.5 * scale * cross_matrix(m), slots, data)
 
     def rounding(self, x: Floats) -> float:
         """Far below that of the rod."""

@@ -21,7 +21,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.files.closed import Closed
-from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked
+from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked, sharing, sides_of
 from softmark.solvers.mesh.files.near import closest
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
@@ -190,17 +190,9 @@ def _upright(points: Floats, cells: Ints) -> Ints:
 
 def _whole(points: Floats, cells: Ints) -> tuple[Floats, Ints, tuple[str, ...]]:
     """Without the little that hangs on by an edge or a node, or by nothing: the rest is one by its faces."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    sides = np.sort(cells[:, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]].reshape(-1, 3), axis=1)
-    number = np.unique(sides, axis=0, return_inverse=True)[1].ravel()
-    count = len(cells)
-    links = coo_matrix((np.ones(4 * count), (np.repeat(np.arange(count), 4), number + count)),
-                       shape=(count + int(number.max()) + 1,) * 2)  # fmt: skip
-    part = connected_components(links, directed=False)[1][:count]
-    volumes = Mesh(points, cells).volumes
-    sizes = np.bincount(part, volumes)
+    mesh = Mesh(points, cells)
+    part = sharing(sides_of(mesh)[2].reshape(len(cells), -1))
+    sizes = np.bincount(part, mesh.volumes)
     main = int(np.argmax(sizes))
     rest = 1.0 - float(sizes[main] / sizes.sum())
     repairs: tuple[str, ...] = ()

@@ -109,7 +109,7 @@ class Slice(Flat):
         return self.region.fault
 
     @property
-    def convex(self) -> bool:  # type: ignore[override]
+    def convex(self) -> bool:
         """As the region is."""
         return self.region.convex
 

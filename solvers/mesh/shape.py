@@ -183,12 +183,16 @@ class Shape:
     prebuilt: ClassVar[bool] = False  # its cells are those of a file, and a size has no part in them
     flat: ClassVar[bool] = False  # it is a region of a plane, for plane problems
     gap: ClassVar[str] = "hollow"  # why a point between others that it holds may be outside, where it is not convex
-    convex: ClassVar[bool] = False  # it holds all between two points that it holds: known, and true
 
     @property
     def fault(self) -> str:
         """Why no body has this shape, where its fields do not go together; "" where they do."""
         return ""
+
+    @property
+    def convex(self) -> bool:
+        """Whether it holds all between two points that it holds: known, and true."""
+        return False
 
     @property
     def file(self) -> str:

@@ -36,8 +36,6 @@ from softmark.solvers.mesh.tube import Tube
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Floats, Mesh
     from softmark.solvers.mesh.shape import Surface
-else:
-    pass
 
 
 @dataclass(frozen=True)

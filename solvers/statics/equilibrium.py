@@ -138,25 +138,12 @@ def _given(newton: Newton) -> Floats:
     newton.relax()
     left = problem.target - (x - problem.rest)[problem.fixed]
     if np.abs(left).max(initial=0.0) > AWAY * problem.extent:
-        x = _onward(newton, x, left)
+        x = newton.follow(x, left, 1.0)  # without the body, whole cells beside a support would be squeezed
     x[problem.fixed] = problem.rest[problem.fixed] + problem.target
     if not np.isfinite(newton.strain(x)):
         raise NotConverged("the state to start from is outside the domain of the law", tuple(newton.history))
     newton.moved = float(np.linalg.norm((x - problem.rest) / problem.weights))
     return x
-
-
-def _onward(newton: Newton, x: Floats, left: Floats) -> Floats:
-    """A state whose supports move on by what is left (c,), and the body with them as its tangent there says.
-
-    Without the body, whole cells beside a support would be squeezed by all of its motion. Raises NotConverged.
-    """
-    problem = newton.problem
-    newton.problem = replace(problem, target=left)
-    try:
-        return newton.carry(x, 1.0, 1.0)
-    finally:
-        newton.problem = problem
 
 
 def _settled(newton: Newton, x: Floats) -> Equilibrium:

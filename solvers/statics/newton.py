@@ -72,10 +72,15 @@ class Newton:
 
         Raises NotConverged where that leaves the domain of the law.
         """
-        self._promised = None
         if not self.problem.moves:
+            self._promised = None
             return x
-        d = self._following(x, self.problem.imposed(load, load + fraction), load, False)
+        return self.follow(x, self.problem.imposed(load, load + fraction), load)
+
+    def follow(self, x: Floats, moved: Floats, load: float) -> Floats:
+        """The same of supports that move by increments (c,), whatever imposes them. Raises NotConverged."""
+        self._promised = None
+        d = self._following(x, moved, load, False)
         y = self._moved(x, d, 1.0)
         if not np.isfinite(self.strain(y)):
             raise NotConverged("the supports' motion leaves the domain of the law", tuple(self.history))

@@ -21,14 +21,23 @@ ROUNDED = 1e-6  # of the usual stress: deviators below are those of an even pres
 TINY = float(np.finfo(np.float64).tiny)
 
 
-def _norm(six: Floats) -> Floats:
-    """Of tensors (n, 6) by SYMMETRIC: (n,)."""
+def norm_of(six: Floats) -> Floats:
+    """The norm of tensors (n, 6) by SYMMETRIC: (n,)."""
     norm: Floats = np.sqrt((TWICE * six**2).sum(axis=1))
     return norm
 
 
+def _deviator(values: Floats) -> Floats:
+    """The norm of the deviator (n,), from that of the stress and from its trace: |s|^2 = |sigma|^2 - (tr sigma)^2 / 3.
+
+    Of values as `Stresses` has them, or of how far cells differ from these in the mean square.
+    """
+    norm: Floats = np.sqrt(np.maximum(norm_of(values[:, :6]) ** 2 - values[:, 15] ** 2 / 3.0, 0.0))
+    return norm
+
+
 def _share(left: Floats, size: Floats) -> Floats:
-    share: Floats = _norm(left) / np.maximum(size, TINY)
+    share: Floats = norm_of(left) / np.maximum(size, TINY)
     return share
 
 
@@ -55,11 +64,11 @@ class Stresses:
         return self._tensors(self.values_at_nodes())
 
     def values(self, X: Floats) -> Floats:
-        """Cauchy stress by SYMMETRIC, Pa, and the nine components of du/dX, at points X (n, 3): (n, 15)."""
+        """At points X (n, 3) stress, Pa, du/dX of nine components, trace of stress, Pa, and Green's strain: (n, 22)."""
         return self._recovered.at(X)
 
     def values_at_nodes(self) -> Floats:
-        """The same at every node (nodes, 15); no numbers where it has no cells."""
+        """The same at every node (nodes, 22); no numbers where it has no cells."""
         return self._recovered.everywhere()
 
     def shared(self, X: Floats) -> int:
@@ -76,22 +85,20 @@ class Stresses:
 
     def unresolved(self, X: Floats) -> Floats:
         """By how much stresses of the cells around X (n, 3) differ from what is recovered of them (n,), Pa."""
-        return _norm(self._recovered.left(X)[:, :6])
+        return norm_of(self._recovered.left(X)[:, :6])
 
     def disagreement(self, X: Floats, of: Part) -> Floats:
         """By what share cells around X (n, 3) differ (n,): of the tensor there, or of what is usual where that is more.
 
-        `of` the stress, of its deviator, which a pressure would hide, or of the strain. Of the deviator, mean squares
-        of differences follow from those of the stress and of its trace: |s|^2 = |sigma|^2 - (tr sigma)^2 / 3.
+        `of` the stress, of its deviator, which a pressure would hide, or of the strain.
         """
         values, left = self._recovered.at(X), self._recovered.left(X)
         if of == "strain":
-            return _share(left[:, 16:], np.maximum(_norm(values[:, 16:]), self.usual[1]))
+            return _share(left[:, 16:], np.maximum(norm_of(values[:, 16:]), self.usual[1]))
         if of == "stress":
-            return _share(left[:, :6], np.maximum(_norm(values[:, :6]), self.usual[0]))
-        apart = np.sqrt(np.maximum(_norm(left[:, :6]) ** 2 - left[:, 15] ** 2 / 3.0, 0.0))
-        size = np.sqrt(np.maximum(_norm(values[:, :6]) ** 2 - values[:, 15] ** 2 / 3.0, 0.0))
-        found: Floats = apart / np.maximum(np.maximum(size, self.usual[2]), ROUNDED * max(self.usual[0], TINY))
+            return _share(left[:, :6], np.maximum(norm_of(values[:, :6]), self.usual[0]))
+        size = np.maximum(_deviator(values), self.usual[2])
+        found: Floats = _deviator(left) / np.maximum(size, ROUNDED * max(self.usual[0], TINY))
         return found
 
     def sampled(self) -> None:

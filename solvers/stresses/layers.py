@@ -17,7 +17,7 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.groups import same_rows
 from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Floats, Mesh
-from softmark.solvers.stresses.field import TWICE, Part, Stresses
+from softmark.solvers.stresses.field import Part, Stresses, norm_of
 from softmark.solvers.stresses.sampled import State
 
 if TYPE_CHECKING:
@@ -55,9 +55,10 @@ class Layers(Stresses):
         for own, here in self._owners(X):
             values = own.values(X[here])
             found = found if found.size else np.full((len(X), values.shape[1]), np.nan)
-            larger = _size(values) > size[here]
+            own_size = _size(values)
+            larger = own_size > size[here]
             found[here[larger]] = values[larger]
-            size[here] = np.maximum(size[here], _size(values))
+            size[here] = np.maximum(size[here], own_size)
         return found
 
     def values_at_nodes(self) -> Floats:
@@ -146,5 +147,5 @@ class Layers(Stresses):
 
 def _size(values: Floats) -> Floats:
     """The norm of stress (n,), Pa; of nodes that a material does not have, below any."""
-    norm: Floats = np.sqrt((TWICE * values[:, :6] ** 2).sum(axis=1))
+    norm = norm_of(values[:, :6])
     return np.where(np.isnan(norm), -1.0, norm)

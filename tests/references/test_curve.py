@@ -6,6 +6,7 @@ import math
 import random
 import statistics
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -18,9 +19,9 @@ from softmark.references.tables import columns
 MM, N = Quantity(1e-3, units.LENGTH), Quantity(1.0, units.FORCE)
 
 
-def curve(*files: Path, y: tuple[str, ...] = ("f",), **more: object) -> CurveFromFile:
-    given = {"x_unit": MM, "y_unit": N, "uncertainty": Quantity(0.0, units.NONE), **more}
-    return CurveFromFile(tuple(map(str, files)), "x", y, **given)  # type: ignore[arg-type]
+def curve(*files: Path, y: tuple[str, ...] = ("f",), **more: Any) -> CurveFromFile:
+    given: dict[str, Any] = {"x_unit": MM, "y_unit": N, "uncertainty": Quantity(0.0, units.NONE), **more}
+    return CurveFromFile(tuple(map(str, files)), "x", y, **given)
 
 
 def written(folder: Path, text: str, name: str = "a.csv") -> Path:

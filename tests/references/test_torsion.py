@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -52,8 +53,9 @@ def test_its_displacements_keep_the_volume_and_have_that_energy() -> None:
 
 
 def test_what_it_does_not_hold_for() -> None:
-    for changes in ({"poisson": 0.4999}, {"radius": 0.0}, {"shear_modulus": -1.0}, {"angle": math.inf}):
+    wrong: list[dict[str, Any]] = [{"poisson": 0.4999}, {"radius": 0.0}, {"shear_modulus": -1.0}, {"angle": math.inf}]
+    for changes in wrong:
         with pytest.raises(Refused):
-            replace(ROD, **changes)  # type: ignore[arg-type]
+            replace(ROD, **changes)
     with pytest.raises(Refused):
         ROD.displacement(np.zeros(3))

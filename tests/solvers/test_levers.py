@@ -266,6 +266,32 @@ def test_supports_are_set_exactly_whatever_the_start_says(law: Maker) -> None:
     np.testing.assert_allclose(found.x, exact, atol=1e-7 * np.abs(exact).max())
 
 
+class Straight:
+    """A way that is as if there were none: in proportion to the load, in one step."""
+
+    longest = 1.0
+
+    def __init__(self, target: np.ndarray) -> None:
+        self.target = target
+
+    def at(self, share: float) -> np.ndarray:
+        return share * self.target
+
+
+def test_supports_on_a_way_move_on_from_a_start_by_what_is_left(law: Maker) -> None:
+    """To the last digit as without a way: from half the way, not once more by all of it."""
+    problem = corotated(law)
+    lifted = np.tile([0.0, 0.0, 5e-3], len(problem.fixed) // 3)
+    start = equilibrium(replace(problem, target=0.5 * lifted)).x
+    usual, found = (
+        equilibrium(replace(problem, target=lifted, way=way, start=start)) for way in (None, Straight(lifted))
+    )
+    assert usual.started
+    assert found.started
+    assert found.iterations == usual.iterations
+    np.testing.assert_array_equal(found.x, usual.x)
+
+
 # ------------------------------------------------------------------ pressures that a step promises
 
 

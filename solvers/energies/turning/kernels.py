@@ -30,15 +30,11 @@ def turn(x: Floats, X: Floats, q0: Floats, at: Floats, q: Floats, T: Floats) -> 
     for k in range(x.shape[0]):
         a, b, c = x[k, 3], x[k, 4], x[k, 5]
         m = a * a + b * b + c * c
-        if m < 0.01:  # what is left out of each series is below rounding
+        if m < 0.01:  # what is left out of the series is below rounding
             s = 0.5 - m * (1.0 / 48.0 - m * (1.0 / 3840.0 - m / 645120.0))
-            p = 0.5 - m * (1.0 / 24.0 - m * (1.0 / 720.0 - m * (1.0 / 40320.0 - m / 3628800.0)))
-            r = 1.0 / 6.0 - m * (1.0 / 120.0 - m * (1.0 / 5040.0 - m / 362880.0))
         else:
-            size = math.sqrt(m)
-            s = math.sin(0.5 * size) / size
-            p = (1.0 - math.cos(size)) / m
-            r = (size - math.sin(size)) / (m * size)
+            s = math.sin(0.5 * math.sqrt(m)) / math.sqrt(m)
+        p, r = _curved(m)
         w = math.cos(0.5 * math.sqrt(m))
         a, b, c = s * a, s * b, s * c
         q[k, 0] = q0[k, 0] * w - q0[k, 1] * a - q0[k, 2] * b - q0[k, 3] * c
@@ -54,6 +50,16 @@ def turn(x: Floats, X: Floats, q0: Floats, at: Floats, q: Floats, T: Floats) -> 
             j, h = (i + 1) % 3, (i + 2) % 3
             T[k, h, j] -= p * x[k, 3 + i]
             T[k, j, h] += p * x[k, 3 + i]
+
+
+@part
+def _curved(m: float) -> tuple[float, float]:
+    """(1 - cos t) / t^2 and (t - sin t) / t^3 for m = t^2: what is left out of each series is below rounding."""
+    if m < 0.01:
+        p = 0.5 - m * (1.0 / 24.0 - m * (1.0 / 720.0 - m * (1.0 / 40320.0 - m / 3628800.0)))
+        return p, 1.0 / 6.0 - m * (1.0 / 120.0 - m * (1.0 / 5040.0 - m / 362880.0))
+    t = math.sqrt(m)
+    return (1.0 - math.cos(t)) / m, (t - math.sin(t)) / (m * t)
 
 
 @part
@@ -266,11 +272,9 @@ def _exponential(x: float, y: float, z: float, E: Floats, T: Floats) -> None:
     m = x * x + y * y + z * z
     if m < 0.01:
         s = 1.0 - m / 6.0 * (1.0 - m / 20.0 * (1.0 - m / 42.0 * (1.0 - m / 72.0)))
-        p = 0.5 * (1.0 - m / 12.0 * (1.0 - m / 30.0 * (1.0 - m / 56.0 * (1.0 - m / 90.0))))
-        r = (1.0 - m / 20.0 * (1.0 - m / 42.0 * (1.0 - m / 72.0 * (1.0 - m / 110.0)))) / 6.0
     else:
-        t = math.sqrt(m)
-        s, p, r = math.sin(t) / t, (1.0 - math.cos(t)) / m, (t - math.sin(t)) / (m * t)
+        s = math.sin(math.sqrt(m)) / math.sqrt(m)
+    p, r = _curved(m)
     E[0, 0], E[0, 1], E[0, 2] = 1.0 - p * (y * y + z * z), p * x * y - s * z, p * x * z + s * y
     E[1, 0], E[1, 1], E[1, 2] = p * x * y + s * z, 1.0 - p * (x * x + z * z), p * y * z - s * x
     E[2, 0], E[2, 1], E[2, 2] = p * x * z - s * y, p * y * z + s * x, 1.0 - p * (x * x + y * y)

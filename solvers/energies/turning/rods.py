@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.solvers.energies.blocks import add_blocks, cross_matrix, definite
 from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
 from softmark.solvers.energies.rod import RodElastic
 from softmark.solvers.energies.turning import kernels
@@ -112,10 +113,7 @@ class TurningRod(Energy):
         places = np.arange(own.size, dtype=slots.dtype).reshape(own.shape)
         plain = np.tile(np.eye(3), (len(T), 1, 1))
         self._run((at, q, plain), 1.0, _NO_FORCES, places, own.ravel())
-        w, V = np.linalg.eigh(0.5 * (own + own.swapaxes(1, 2)))
-        local = (V * np.maximum(w, 0.0)[:, None, :]) @ V.swapaxes(1, 2)
-        # what is held, at -1, is counted in front and left out
-        data += np.bincount(slots.ravel() + 1, local.ravel(), len(data) + 1)[1:] * scale
+        add_blocks(scale * definite(0.5 * (own + own.swapaxes(1, 2))), slots, data)
 
     def rounding(self, x: Floats) -> float:
         """What rounding of positions leaves in the forces, N."""
@@ -187,13 +185,9 @@ class TurnedLoad(Energy):
         g, local = np.zeros(x.size), np.zeros((*self.stencils.shape, 3))
         self.energy.add_gradient(state, g)
         self.energy.add_hessian(state, local.reshape(-1), np.arange(local.size).reshape(local.shape))
-        half = 0.5 * g[self.stencils]
-        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-            local[:, k, j] += half[:, i]
-            local[:, j, k] -= half[:, i]
+        local += cross_matrix(0.5 * g[self.stencils])
         turned = local @ self.chart.turned(x)[2][self.stencils[:, 0] // 6]
-        keep = slots >= 0
-        np.add.at(data, slots[keep], scale * turned[keep])
+        add_blocks(scale * turned, slots, data)
 
     def rounding(self, x: Floats) -> float:
         """Of the load."""

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.files.flaws import COINCIDENT, UnreadableMesh, at, used
-from softmark.solvers.mesh.files.near import crossing
+from softmark.solvers.mesh.files.flaws import COINCIDENT, UnreadableMesh, at, components, sharing, used
+from softmark.solvers.mesh.files.near import crossing, ends_of
 from softmark.solvers.mesh.mesh import Floats, Ints
 
 OPEN = 0.02  # of the area of a surface: holes as large are no defects of it
@@ -106,8 +106,6 @@ def _nothing(why: str) -> UnreadableMesh:
 
 def _joined(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Floats, Ints]:
     """Points at one place made one: each triangle of an STL file has its own. Triangles without extent are dropped."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
     exact, number = np.unique(points, axis=0, return_inverse=True)
@@ -119,11 +117,10 @@ def _joined(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Floats
     extent = float(np.linalg.norm(np.ptp(exact, axis=0)))
     pairs = cKDTree(exact).query_pairs(min(COINCIDENT * extent, 0.01 * float(np.median(edges))), output_type="ndarray")
     if len(pairs):
-        links = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(exact),) * 2)
-        part = connected_components(links, directed=False)[1]
+        part = components(len(exact), *pairs.T)
         first = np.unique(part, return_index=True)[1]
         repairs.append(f"{_count(len(exact) - len(first), 'point')} joined to others next to them")
-        exact, triangles = exact[first], part[triangles].astype(np.int64)
+        exact, triangles = exact[first], part[triangles]
         flat = _twice(triangles)
     if flat.any():
         repairs.append(f"{_count(int(flat.sum()), 'triangle')} without area dropped")
@@ -164,7 +161,7 @@ def _once(triangles: Ints, repairs: list[str]) -> Ints:
 
 def _edges(triangles: Ints) -> tuple[Ints, NDArray[np.bool_], Ints]:
     """The edges of all triangles (3 t,): their numbers, whether they go up, and how often each number is there."""
-    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    ends = ends_of(triangles)
     number, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)[1:]
     return number.ravel().astype(np.int64), ends[:, 0] < ends[:, 1], count
 
@@ -179,14 +176,10 @@ def _partners(triangles: Ints) -> tuple[Ints, Ints, NDArray[np.bool_]]:
 
 def _turned(points: Floats, triangles: Ints, repairs: list[str]) -> Ints:
     """Neighbours look the same way: of each patch the fewer triangles are turned. Raises UnreadableMesh."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     a, b, alike = _partners(triangles)
     n = len(triangles)
     rows, columns = np.concatenate([a, a + n]), np.concatenate([np.where(alike, b, b + n), np.where(alike, b + n, b)])
-    links = coo_matrix((np.ones(len(rows)), (rows, columns)), shape=(2 * n, 2 * n))
-    part = connected_components(links, directed=False)[1]
+    part = components(2 * n, rows, columns)
     upright, turned = part[:n], part[n:]
     if (upright == turned).any():
         place = points[triangles[int(np.argmax(upright == turned))]].mean(axis=0)
@@ -208,7 +201,7 @@ def _turned(points: Floats, triangles: Ints, repairs: list[str]) -> Ints:
 def _capped(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Floats, Ints, float]:
     """Holes closed, each by a fan around its middle; and the area that was missing, m^2."""
     number, _, count = _edges(triangles)
-    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)[count[number] == 1]
+    ends = ends_of(triangles)[count[number] == 1]
     if not len(ends):
         return points, triangles, 0.0
     loops = _loops(ends[:, ::-1])
@@ -257,7 +250,7 @@ def _loops(ends: Ints) -> list[list[int]]:
 
 def _shells(points: Floats, triangles: Ints, repairs: list[str]) -> Ints:
     """The outer shell looks outward, and hollows within it inward; specks are left out. Raises UnreadableMesh."""
-    part = _parts(len(points), triangles)
+    part = _parts(triangles)
     shells = [triangles[part == k] for k in range(int(part.max()) + 1)]
     volumes = np.array([signed(points, shell) for shell in shells])
     thickness = np.array([2.0 * abs(v) / areas(points, s).sum() for v, s in zip(volumes, shells, strict=True)])
@@ -283,16 +276,9 @@ def _shells(points: Floats, triangles: Ints, repairs: list[str]) -> Ints:
     return kept
 
 
-def _parts(count: int, triangles: Ints) -> Ints:
+def _parts(triangles: Ints) -> Ints:
     """Which shell each triangle belongs to (t,): shells share no edge."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    number = _edges(triangles)[0]
-    links = coo_matrix((np.ones(len(number)), (np.repeat(np.arange(len(triangles)), 3), number + len(triangles))),
-                       shape=(len(triangles) + int(number.max()) + 1,) * 2)  # fmt: skip
-    part = connected_components(links, directed=False)[1][: len(triangles)]
-    found: Ints = np.unique(part, return_inverse=True)[1].astype(np.int64)
+    found: Ints = np.unique(sharing(_edges(triangles)[0].reshape(-1, 3)), return_inverse=True)[1].astype(np.int64)
     return found
 
 

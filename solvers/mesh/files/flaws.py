@@ -83,7 +83,7 @@ def checked(points: Floats, cells: Ints, kind: str, coincident: str = "refuse") 
     if coincident == "refuse":
         _uncut(mesh, number)
     _one_piece(mesh)
-    sides = _sides(mesh)
+    sides = sides_of(mesh)
     _faces_of_two(mesh, *sides)
     _hinged(mesh, *sides[1:])
     _through_itself(mesh)
@@ -176,12 +176,7 @@ def twins(points: Floats, cells: Ints) -> Ints:
 
 def merged(points: Floats, cells: Ints) -> tuple[Floats, Ints]:
     """Nodes that lie at one place made one, which lies where the first of them did."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    pairs = twins(points, cells)
-    links = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
-    part = connected_components(links, directed=False)[1]
+    part = components(len(points), *twins(points, cells).T)
     first = np.unique(part, return_index=True)[1]
     kept, renumbered = np.unique(first[part][cells], return_inverse=True)
     return points[kept], renumbered.reshape(cells.shape)
@@ -203,13 +198,21 @@ def _uncut(mesh: Mesh, number: Ints) -> None:
 # ------------------------------------------------------------------ how cells hang together
 
 
-def _components(count: int, rows: Ints, columns: Ints) -> Ints:
+def components(count: int, rows: Ints, columns: Ints) -> Ints:
+    """Which component each of so many is of (count,), where those in `rows` hang together with those in `columns`."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
     links = coo_matrix((np.ones(len(rows)), (rows, columns)), shape=(count, count))
     part: Ints = connected_components(links, directed=False)[1].astype(np.int64)
     return part
+
+
+def sharing(numbers: Ints) -> Ints:
+    """Which component each row of numbers (n, k) is of (n,): rows that have one in common hang together."""
+    count, each = numbers.shape
+    part = components(count + int(numbers.max()) + 1, np.repeat(np.arange(count), each), count + numbers.ravel())
+    return part[:count]
 
 
 def _told(mesh: Mesh, part: Ints) -> str:
@@ -224,7 +227,7 @@ def _told(mesh: Mesh, part: Ints) -> str:
 def _one_piece(mesh: Mesh) -> None:
     """Refuse islands."""
     width = mesh.cells.shape[1]
-    part = _components(len(mesh.points), np.repeat(mesh.cells[:, 0], width - 1), mesh.cells[:, 1:].ravel())
+    part = components(len(mesh.points), np.repeat(mesh.cells[:, 0], width - 1), mesh.cells[:, 1:].ravel())
     count = int(part.max()) + 1
     if count > 1:
         raise UnreadableMesh(
@@ -233,7 +236,7 @@ def _one_piece(mesh: Mesh) -> None:
         )  # fmt: skip
 
 
-def _sides(mesh: Mesh) -> tuple[Ints, Ints, Ints]:
+def sides_of(mesh: Mesh) -> tuple[Ints, Ints, Ints]:
     """Facets of all cells (m s, c) by their corners, their own cells, and which of them are the same (m s,)."""
     element = mesh.element
     own = np.array(element.facets)
@@ -276,7 +279,7 @@ def _hinged(mesh: Mesh, cell: Ints, same: Ints) -> None:
     """Refuse parts that hang together by an edge or a node alone, about which they turn freely."""
     order = np.argsort(same, kind="stable")
     inner = order[np.isin(same[order], np.flatnonzero(np.bincount(same) == 2))].reshape(-1, 2)
-    part = _components(len(mesh.cells), cell[inner[:, 0]], cell[inner[:, 1]])
+    part = components(len(mesh.cells), cell[inner[:, 0]], cell[inner[:, 1]])
     count = int(part.max()) + 1
     if count == 1:
         return

@@ -19,7 +19,7 @@ from softmark.solvers.mesh.group import Group
 from softmark.solvers.mesh.groups import faces_of
 from softmark.solvers.mesh.mesh import Ints
 
-CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
+CORNERS = abaqus_sets.SHELLS | {"triangle7": 3}
 VALUES = 1000  # different numbers on cells, more of which are a result and no names
 FACES = ":faces"
 

@@ -31,13 +31,17 @@ def pairs(places: Floats, reach: Floats, corners: Floats) -> Iterator[tuple[Ints
                 yield which, group[np.concatenate(lists).astype(np.int64)]
 
 
+def ends_of(triangles: Ints) -> Ints:
+    """Both points of each edge of triangles (t, 3), as these go around: (3 t, 2)."""
+    return triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+
+
 def crossing(points: Floats, triangles: Ints) -> NDArray[np.bool_]:
     """Which triangles (t,) an edge of another goes through, and those that have such an edge.
 
     Triangles with a common point are left out: neighbours share theirs. Source of the test: Moeller and Trumbore 1997.
     """
-    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    ends, of = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)
+    ends, of = np.unique(np.sort(ends_of(triangles), axis=1), axis=0, return_inverse=True)
     of = of.reshape(-1, 3)
     X, edge = points[triangles], points[ends]
     half = 0.5 * np.linalg.norm(edge[:, 1] - edge[:, 0], axis=1)
