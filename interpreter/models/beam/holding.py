@@ -45,7 +45,7 @@ def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats, Turns | 
     """
     held = _held(case, stations, 1.0)
     found, target = held.finished()
-    way = held.turns(found, target, 6)
+    way = held.turns(found, target, points_of(case, np.array(stations)), 6)
     if way is not None:
         _held(case, stations, way.early)  # on the way there supports must agree too
     return found, target, way
