@@ -35,7 +35,8 @@ def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]
         return {}, None
     carried = found.solution.carried()
     scale, allowed = _measures(carried, known, float(found.solution.facts.get("residual") or 0.0))
-    if scale == 0.0 or scale <= _noise(voucher, found):
+    again, noise, unknown = _again(voucher, found) if scale != 0.0 else ({}, 0.0, None)
+    if scale <= noise:  # which is all that there is where a body is moved as a whole
         nothing = {"force": 0.0, "moment": 0.0, "allowed": 0.0, "apart": None, "reason": "nothing acts"}
         return {"reactions": nothing}, None
     force, moment = _relative(_total(carried, known), carried, scale)
@@ -48,21 +49,20 @@ def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]
             f"its supports and loads do not balance: {force:.1e} of the largest load is left of forces, and "
             f"{moment:.1e} of it times the extent of the body of moments"
         )
-    try:
-        apart, noise = _found_again(voucher, found, carried, known, scale)
-    except Unchecked as unknown:
-        return {"reactions": facts | {"apart": None, "reason": str(unknown)}}, reason
+    if unknown is not None:
+        return {"reactions": facts | {"apart": None, "reason": unknown}}, reason
+    apart = _apart(carried, known, again, scale)
     if reason is None and not apart * scale <= max(allowed, _unsure(found.case) * scale) + noise:
         reason = f"the reaction of a support is {apart:.1e} of the largest load away from what other formulas find"
     return {"reactions": facts | {"apart": apart}}, reason
 
 
-def _noise(voucher: Voucher, found: Found) -> float:
-    """What rounding leaves of reactions, N: all that there is where a body is moved as a whole."""
+def _again(voucher: Voucher, found: Found) -> tuple[Mapping[str, Wrench], float, str | None]:
+    """Reactions by other formulas, what rounding leaves of them, N, and why there are none, if there are none."""
     try:
-        return voucher.reactions(found)[1]
-    except Unchecked:
-        return 0.0
+        return *voucher.reactions(found), None
+    except Unchecked as unknown:
+        return {}, 0.0, str(unknown)
 
 
 def _unsure(case: Case) -> float:
@@ -102,17 +102,14 @@ def _measures(carried: Carried, known: Mapping[str, Reaction], residual: float) 
     return scale, EXACT * scale + AGREES * residual * float(np.sqrt(n) * max(norms)) + rounding
 
 
-def _found_again(
-    voucher: Voucher, found: Found, carried: Carried, known: Mapping[str, Reaction], scale: float
-) -> tuple[float, float]:
-    """How far reactions are from those by other formulas, and what rounding may make of that, N. Raises Unchecked."""
-    again, noise = voucher.reactions(found)
+def _apart(carried: Carried, known: Mapping[str, Reaction], again: Mapping[str, Wrench], scale: float) -> float:
+    """How far reactions are from those by other formulas."""
     most = 0.0
     for name, own in known.items():
         other = again[name]
         apart = Wrench(np.array(own.force) - other.force, np.array(own.moment) - other.moment)
         most = max(most, *_relative(apart, carried, scale))
-    return most, noise
+    return most
 
 
 def summed(masks: Mapping[str, Any], left: Floats, x: Floats, axial: bool = False) -> dict[str, Wrench]:

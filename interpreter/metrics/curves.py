@@ -117,11 +117,7 @@ def slope(x: Floats, y: Floats, share: float) -> float:
     int (x - m) y dx / int (x - m)^2 dx about the middle m, by Simpson's rule, which is exact for these.
     """
     x, y = first(x, y, share)
-    middle, h = 0.5 * (x[0] + x[-1]), np.diff(x)
-    a, b = x[:-1] - middle, x[1:] - middle
-    p, q = y[:-1], y[1:]
-    above = (h * (a * p + (a + b) * (p + q) + b * q)).sum() / 6.0
-    return float(above / ((x[-1] - x[0]) ** 3 / 12.0))
+    return _turn(x, x - 0.5 * (x[0] + x[-1]), y)
 
 
 def tilt(x: Floats, u: Floats, share: float) -> float:
@@ -129,8 +125,13 @@ def tilt(x: Floats, u: Floats, share: float) -> float:
     x, u = first(x, u, share)
     middle = 0.5 * (x[0] + x[-1])
     u = np.interp(at := np.unique(np.append(x, middle)), x, u)
-    a, b, h = np.abs(at[:-1] - middle), np.abs(at[1:] - middle), np.diff(at)
-    above = (h * (a * u[:-1] + (a + b) * (u[:-1] + u[1:]) + b * u[1:])).sum() / 6.0
+    return _turn(at, np.abs(at - middle), u)
+
+
+def _turn(x: Floats, arm: Floats, y: Floats) -> float:
+    """int arm y dx / int (x - m)^2 dx, of what is straight between the x."""
+    a, b, p, q = arm[:-1], arm[1:], y[:-1], y[1:]
+    above = (np.diff(x) * (a * p + (a + b) * (p + q) + b * q)).sum() / 6.0
     return float(above / ((x[-1] - x[0]) ** 3 / 12.0))
 
 
@@ -143,9 +144,8 @@ def first(x: Floats, y: Floats, share: float) -> tuple[Floats, Floats]:
 
 def within(x: Floats, d: Floats, u: Floats) -> float:
     """The share of the range on which |d| <= u, both straight between the x."""
-    zeros = _zeros(x, d)
-    at = np.unique(np.concatenate([x, zeros]))
-    gap = np.abs(np.interp(at, x, d)) - np.interp(at, x, u)  # straight between these
+    at, d = _refined(x, d)
+    gap = np.abs(d) - np.interp(at, x, u)  # straight between these
     at, gap = _refined(at, gap)
     inside = 0.5 * (gap[:-1] + gap[1:]) <= 0.0
     return float(np.diff(at)[inside].sum() / (x[-1] - x[0]))

@@ -202,7 +202,7 @@ def _selected(probe: Declared, case: Case, mesh: Mesh) -> tuple[Floats, Floats]:
     where, whole = probe.thing.where, Pieces(mesh.points[mesh.cells], np.arange(len(mesh.cells)))
     members.check((r for r in case.groups if r.thing.name in where.groups), mesh)
     found = [
-        within(own, whole.chosen(np.flatnonzero(_mask(which, len(mesh.cells)))), mesh.extent)
+        within(own, whole.chosen(np.arange(len(mesh.cells))[which]), mesh.extent)
         for own, which in members.apart(where, members.of_cells(mesh))
     ]
     corners, sizes = (np.concatenate([getattr(part, name) for part in found]) for name in ("corners", "sizes"))
@@ -211,12 +211,6 @@ def _selected(probe: Declared, case: Case, mesh: Mesh) -> tuple[Floats, Floats]:
         faces = [region for region, name in asked.items() if (mesh.groups or {})[name].kind == "faces"]
         raise _nothing(probe, faces)
     return corners, sizes
-
-
-def _mask(which: Any, count: int) -> NDArray[np.bool_]:
-    found = np.zeros(count, dtype=np.bool_)
-    found[which] = True
-    return found
 
 
 def drawn(case: Case) -> ProbePoints:

@@ -7,7 +7,6 @@ import math
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, fault
 from softmark.interpreter.problem.stretches import coverage, inside
-from softmark.interpreter.results.loads import Vector
 from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.supports import Fixed, Turned
@@ -15,6 +14,7 @@ from softmark.references.cantilever import Refused
 from softmark.references.torsion import TwistedCylinder
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
+from softmark.solvers.mesh.shape import cross, moved
 from softmark.solvers.mesh.shapes import Cylinder
 
 ALIGNED = 1e-9  # of a direction, and of the radius: how far the turn may lie beside the axis
@@ -43,9 +43,9 @@ def _cylinder(case: Case) -> TwistedCylinder:
     held, turned = _ends(case)
     root, axis = shape.root, shape.axis
     if held == 1:
-        root, axis = _beyond(root, axis, shape.length), _beyond((0.0, 0.0, 0.0), axis, -1.0)
-    away = _beyond(turned.through, root, -1.0)
-    if math.hypot(*_cross(turned.axis, axis)) > ALIGNED or math.hypot(*_cross(away, axis)) > ALIGNED * shape.radius:
+        root, axis = moved(root, (shape.length, axis)), moved((0.0, 0.0, 0.0), (-1.0, axis))
+    away = moved(turned.through, (-1.0, root))
+    if math.hypot(*cross(turned.axis, axis)) > ALIGNED or math.hypot(*cross(away, axis)) > ALIGNED * shape.radius:
         raise Refused("it is not turned about its own axis", "the axis and `through` are those of the cylinder")
     angle = sum(a * b for a, b in zip(turned.rotation, axis, strict=True))
     mu, nu = case.material.shear_modulus, case.material.poisson
@@ -76,19 +76,9 @@ def at_rest(case: Case, cylinder: TwistedCylinder) -> AtRest:
     found, none = {}, (0.0, 0.0, 0.0)
     for support in case.supports:
         turned = isinstance(support.thing, Turned)
-        at = _beyond(cylinder.root, cylinder.axis, cylinder.length if turned else 0.0)
+        at = moved(cylinder.root, (cylinder.length if turned else 0.0, cylinder.axis))
         sign = 1.0 if turned else -1.0
-        force = _beyond(none, cylinder.axis, -sign * cylinder.thrust)
-        moment = _beyond(none, cylinder.axis, sign * cylinder.torque)
-        found[support.name] = Reaction(force, _beyond(moment, _cross(at, force), 1.0), at, moment)
+        force = moved(none, (-sign * cylinder.thrust, cylinder.axis))
+        moment = moved(none, (sign * cylinder.torque, cylinder.axis))
+        found[support.name] = Reaction(force, moved(moment, (1.0, cross(at, force))), at, moment)
     return AtRest(found, {}, cylinder.energy)
-
-
-def _beyond(at: Vector, way: Vector, far: float) -> Vector:
-    """at + far way."""
-    x, y, z = (a + far * w for a, w in zip(at, way, strict=True))
-    return x, y, z
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

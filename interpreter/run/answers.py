@@ -42,7 +42,7 @@ class Work:
     views: dict[str, View] = field(default_factory=dict)
     measured: dict[str, Any] = field(default_factory=dict)  # what references of measured data hold
     places: dict[str, ProbePoints] = field(default_factory=dict)  # of probes
-    surfaces: dict[str, ProbePoints] = field(default_factory=dict)  # of bodies, for pictures
+    surfaces: dict[str, ProbePoints] = field(default_factory=dict)  # of bodies, for pictures, in all states
     drawn: dict[str, np.ndarray] = field(default_factory=dict)  # displacements there, by reference
     compiling: bool = False  # kernels, which is said once
 
@@ -51,7 +51,9 @@ class Work:
         return case_for(self.scene, declared)
 
     def place(self, probe: Declared) -> ProbePoints:
-        """The points of a probe, found once. Raises Fault."""
+        """The points of a probe, found once: in all states the same but those of tracked points. Raises Fault."""
+        if self.before is not None and probe.thing.tracked is None:
+            return self.before.place(probe)
         if probe.name not in self.places:
             case = case_of(self.scene, probe.thing.body)
             self.places[probe.name] = place_of(probe, case, lambda name: self.measured[name].X)
@@ -92,6 +94,7 @@ def works_of(scene: Scene, plan: Plan, options: Options, warnings: Sequence[Diag
     for number, value in enumerate(states):
         work = Work(in_state(scene, number), plan, options, list(warnings), state=value)
         if works:
-            work.before, work.started, work.meshes = works[-1], works[0].started, works[0].meshes
+            work.before, work.started = works[-1], works[0].started
+            work.meshes, work.surfaces = works[0].meshes, works[0].surfaces
         works.append(work)
     return tuple(works)

@@ -34,12 +34,11 @@ def carried(work: Work, view: View, X: Floats) -> tuple[CarriedNumber, ...]:
         tensors = field.at(X)
     except Undefined as undefined:
         return tuple(_number(metrics, None, str(undefined)) for metrics in asked)
-    found = []
+    found, mesh = [], work.prepared[view.name][0].mesh
+    edge = limitless(replace(asked[0][0].thing, over="largest"), view.case, mesh, X)  # of all numbers of stress alike
     for metrics in asked[:MOST]:
         values = metrics[0].thing.values(tensors)
         if np.all(np.isfinite(values)):
-            mesh = work.prepared[view.name][0].mesh
-            edge = limitless(replace(metrics[0].thing, over="largest"), view.case, mesh, X)
             size = metrics[0].thing.usual(field)
             apart = float(np.mean(field.disagreement(X, metrics[0].thing.made_of) > APART))
             found.append(replace(_number(metrics, values, None), size=size, apart=apart, limitless=edge))

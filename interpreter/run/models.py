@@ -115,8 +115,9 @@ def _begun(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[fl
         return Solution("skipped", f"the state before it, {percent(work.before.state)}, has no answer", {}), [], []
     if before.mesh is None:
         return _timed(work, name, prepared)
-    found, wall, cpu = _timed(work, name, prepared.after(before.mesh))
-    if not _at_rest_again(found, before.mesh):
+    begun = prepared.after(before.mesh)
+    found, wall, cpu = _timed(work, name, begun)
+    if begun is prepared or not _at_rest_again(found, before.mesh):
         return found, wall, cpu
     again, more, cpu_more = _timed(work, name, prepared)
     return again, list(map(add, wall, more)), list(map(add, cpu, cpu_more))

@@ -34,13 +34,16 @@ def unfinished(works: Sequence[Work]) -> Report:
 def finished(works: Sequence[Work]) -> Report:
     """What came of everything that was asked for."""
     for work in works:
-        _measure(work, partial=False)
+        _measure(work, partial=False, coloured=work is works[-1])
         work.warn(loose(work.scene, work.models))
     return _report(works, partial=False)
 
 
-def _measure(work: Work, partial: bool) -> None:
-    """Metrics and shapes of what is there; in an unfinished report, of what is new since the last."""
+def _measure(work: Work, partial: bool, coloured: bool = False) -> None:
+    """Metrics and shapes of what is there; in an unfinished report, of what is new since the last.
+
+    Where the scene asks for stress, shapes may be `coloured` by it: a page shows that of the last state alone.
+    """
     results: list[dict[str, Any]] = [work.models, work.references]
     for kept in results:
         for name, result in kept.items():
@@ -48,7 +51,7 @@ def _measure(work: Work, partial: bool) -> None:
                 continue
             metrics, errors = metrics_of(work.scene, work.views[name], work.views, [w.views for w in work.earlier])
             shape = _shape(work, name, errors) if work.options.draw and not partial else None
-            if shape is not None and kept is work.models and asks(work.scene):
+            if coloured and shape is not None and kept is work.models and asks(work.scene):
                 shape = _coloured(work, name, shape)
             kept[name] = replace(result, metrics=metrics, shape=shape or result.shape)
 

@@ -181,9 +181,8 @@ def _looked_at(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
         raise Unchecked("constraints of so many elements are not looked at again")
     rod, arm = rod_of(found)
     inside, by = rod.forces()
-    outside, fixed = np.zeros_like(inside), beam.held()
-    outside[:] = beam.loads(rod) * _per_length(found)
-    scale = _per_length(found)
+    scale, fixed = _per_length(found), beam.held()
+    outside = beam.loads(rod) * scale
     inside, by = inside * scale, by * scale[:, None, None]
     if rod.rigid:
         inside = inside + _carried(inside - outside, by, fixed)

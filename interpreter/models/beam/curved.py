@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerMass, Turning
+from softmark.interpreter.vocabulary.supports import Displaced, Fixed
 from softmark.solvers.mesh.shape import Prism
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def refusals(declared: Declared, case: Case) -> list[Diagnostic]:
         if not isinstance(load.thing.action, PerMass | PerArea | AtPoint | Turning):
             found.append(_refused(declared, load, f"does not take the load `{load.name}`"))
     for support in case.supports:
-        if type(support.thing).__name__ not in ("Fixed", "Displaced"):
+        if type(support.thing) not in (Fixed, Displaced):
             found.append(_refused(declared, support, f"does not take the support `{support.name}`"))
     return found
 

@@ -45,7 +45,7 @@ def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats, Turns | 
     """
     held = _held(case, stations, 1.0)
     found, target = held.finished()
-    way = held.turns(found, target, 6)
+    way = held.turns(found, target, points_of(case, np.array(stations)), 6)
     if way is not None:
         _held(case, stations, way.early)  # on the way there supports must agree too
     return found, target, way
@@ -62,9 +62,9 @@ def _held(case: Case, stations: Sequence[float], share: float) -> Held:
         for node in np.flatnonzero(whole(support.thing.where, case.prism, tuple(stations))).tolist():
             held.rows.append(point_rows(points[node : node + 1] - held.centre, components))
             held.rows.append(np.eye(6)[[3 + t for t in turns]] * case.prism.length)
+            moved = support.thing.moved(points[node : node + 1], share)[0].tolist()
             for c in components:
-                moved = float(support.thing.moved(points[node : node + 1], share)[0, c])
-                held.impose(6 * node + c, moved, support, points[node], AXES[c])
+                held.impose(6 * node + c, moved[c], support, points[node], AXES[c])
             for turn in _body_axes(case.prism.axis, turns):
                 angle = share * float(axes[turn] @ np.array(support.thing.rotation))
                 held.impose(

@@ -392,15 +392,12 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
 
 def _made(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
     """The mesh of a shape; with the groups of its file where the case has some. Raises Fault as `mesh_of` says."""
+    kind = sliced(model.element)
     if not case.groups:
-        return shape.mesh(sliced(model.element), model.size or 0.0, cuts)  # a file's has no size but its own
+        return shape.mesh(kind, model.size or 0.0, cuts)  # a file's has no size but its own
     from softmark.interpreter.problem import members
 
-    mesh = (
-        shape.named(sliced(model.element))
-        if shape.prebuilt
-        else shape.mesh(sliced(model.element), model.size or 0.0, cuts)
-    )
+    mesh = shape.named(kind) if shape.prebuilt else shape.mesh(kind, model.size or 0.0, cuts)
     members.check(case.groups, mesh)
     return mesh
 

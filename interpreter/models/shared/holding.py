@@ -51,25 +51,23 @@ class Held:
     unknowns: int = -1  # how many degrees of freedom there are, where holding them all is refused
     values: dict[int, tuple[float, Declared]] = field(default_factory=dict)
     rows: list[Floats] = field(default_factory=lambda: [np.zeros((0, 6))])
-    places: dict[int, Floats] = field(default_factory=dict)  # the points that the degrees of freedom are of
 
     def impose(self, dof: int, value: float, support: Declared, place: Floats, along: str, angle: bool = False) -> None:
         """Hold a degree of freedom of a point. Raises Fault where another support holds it to another value."""
         known, owner = self.values.setdefault(dof, (value, support))
-        self.places.setdefault(dof, place)
         if self.case.wide:  # nodes beyond the selection are the first's that asks
             return
         if abs(known - value) > SAME * max(abs(known), abs(value)):
             raise conflict((owner, known), (support, value), place, along, units.ANGLE if angle else units.LENGTH)
 
-    def turns(self, fixed: Ints, target: Floats, per_node: int) -> Turns | None:
-        """How these come there, `per_node` at each node, where some of them turn."""
+    def turns(self, fixed: Ints, target: Floats, points: Floats, per_node: int) -> Turns | None:
+        """How these come there, `per_node` at each of the nodes (n, 3), m, where some of them turn."""
         if not any(support.thing.turns for support in self.case.supports):
             return None
         from softmark.interpreter.models.shared.turning import turns_of
 
         owners = {dof: owner for dof, (_, owner) in self.values.items()}
-        return turns_of(owners, fixed.tolist(), self.places, per_node, target)
+        return turns_of(owners, fixed, points, per_node, target)
 
     def finished(self) -> tuple[Ints, Floats]:
         """The degrees of freedom in order, and their values. Raises Fault where a body at rest is free to move."""
@@ -99,7 +97,7 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
     """
     held = _solid_held(case, mesh, measured, 1.0)
     fixed, target = held.finished()
-    way = held.turns(fixed, target, 3)
+    way = held.turns(fixed, target, mesh.points, 3)
     if way is not None:
         _solid_held(case, mesh, measured, way.early)  # on the way there supports must agree too
     return fixed, target, way

@@ -55,21 +55,21 @@ class Turns:
         return found
 
 
-def turns_of(owners: Mapping[int, Declared], held: Sequence[int], places: Mapping[int, Floats], per_node: int,
+def turns_of(owners: Mapping[int, Declared], held: Ints, points: Floats, per_node: int,
              target: Floats) -> Turns | None:  # fmt: skip
-    """Of degrees of freedom that are `held`, `per_node` of each node; None where nothing turns.
+    """Of degrees of freedom that are `held` (c,), `per_node` of each of the nodes (n, 3), m; None where nothing turns.
 
-    `owners` and `places`: who holds each, and the point (3,) that it is of, m; of a rotation it is not asked for.
+    `owners`: who holds each. Rotations are not on circles.
     """
-    own: dict[str, list[tuple[int, int]]] = {}
-    for number, dof in enumerate(held):
+    own: dict[str, list[int]] = {}
+    for number, dof in enumerate(held.tolist()):
         if owners[dof].thing.turns and dof % per_node < 3:
-            own.setdefault(owners[dof].name, []).append((number, dof))
+            own.setdefault(owners[dof].name, []).append(number)
     circles = []
-    for pairs in own.values():
-        numbers, dofs = (np.array(column, dtype=np.int64) for column in zip(*pairs, strict=True))
-        X = np.array([places[dof] for dof in dofs.tolist()])
-        circles.append(OnCircles(owners[pairs[0][1]].thing, numbers, X, dofs % per_node))
+    for numbers in own.values():
+        dofs = held[numbers]
+        thing, places = owners[int(dofs[0])].thing, np.array(numbers, dtype=np.int64)
+        circles.append(OnCircles(thing, places, points[dofs // per_node], dofs % per_node))
     return Turns(target, circles) if circles else None
 
 
