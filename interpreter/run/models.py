@@ -62,7 +62,7 @@ def solve(work: Work, name: str) -> None:
     solution, wall, cpu = _begun(work, name, prepared)
     solution = stressed(work.scene, declared, case, watched(work.scene, declared, case, prepared, solution))
     history = solution.history
-    known = facts(case, prepared.mesh) | _filled(case, prepared)
+    known = facts(case, prepared.mesh) | _body(case, prepared) | _filled(case, prepared)
     solution = replace(solution, facts=solution.facts | known)
     clock = {
         "setup_s": Timing((setup,)),
@@ -129,6 +129,15 @@ def _at_rest_again(found: Solution, before: Moved) -> bool:
         return False
     now, then = (float(np.abs(moved.displacement).max(initial=0.0)) for moved in (found.mesh, before))
     return now <= NEAR_REST * then
+
+
+def _body(case: Case, prepared: Prepared) -> dict[str, Any]:
+    """What a mesh has of a body whose surface is known; nothing is imported for others, nor without a mesh."""
+    if case.shape.skin is None or prepared.mesh is None:
+        return {}
+    from softmark.interpreter.models.shared.meshing import space_facts
+
+    return space_facts(case.shape, prepared.mesh)
 
 
 def _filled(case: Case, prepared: Prepared) -> dict[str, Any]:

@@ -215,6 +215,16 @@ class Shape:
         return None
 
     @property
+    def skin(self) -> float | None:
+        """Exact area of its surface, m^2, where it is known."""
+        return None
+
+    @property
+    def lacks(self) -> str:
+        """Why it has no mesh of hexahedra; "" where it has one, and of a file."""
+        return ""
+
+    @property
     def even(self) -> float | None:
         """Sizes that are this by whole numbers give similar meshes, m; None where there are none such."""
         return None

@@ -15,8 +15,10 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.arc import Arc
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rectangle
+from softmark.solvers.mesh.extruded import Extruded
 from softmark.solvers.mesh.filled import Filled
 from softmark.solvers.mesh.flat import Quadrilateral, QuarterRing
+from softmark.solvers.mesh.revolved import Cone, Revolved
 from softmark.solvers.mesh.sections import Disc, Rectangle
 from softmark.solvers.mesh.shape import (
     Bounds,
@@ -237,6 +239,9 @@ SHAPES: dict[str, type[Shape]] = {
     "box": Box,
     "arc": Arc,
     "tube": Tube,
+    "cone": Cone,
+    "extruded": Extruded,
+    "revolved": Revolved,
     "sphere": Sphere,
     "ellipsoid": Ellipsoid,
     "spherical_shell": SphericalShell,

@@ -250,7 +250,7 @@ _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "files": '"file.csv"',
     "texts": '"force"', "amount": "1 mm", "direction": "-z", "condition": "x <= 0 mm",
     "components": "(x, y)", "names": "[NAME_OF_MODEL, NAME_OF_MODEL]", "list": "[10, 5, 2.5] mm",
-    "target": "NAME_OF_PARAMETER", "targets": "[NAME_OF_PARAMETER]",
+    "points": "[(5, 0), (20, 0), (20, 10)] mm", "target": "NAME_OF_PARAMETER", "targets": "[NAME_OF_PARAMETER]",
     "variants": "[10, 5, 2.5] mm",
 }  # fmt: skip
 
