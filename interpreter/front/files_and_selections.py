@@ -16,7 +16,7 @@ from softmark.interpreter.vocabulary.loads import Follower, PerArea, Turning
 from softmark.references.curve import CurveFromFile
 from softmark.solvers.elements import ELEMENTS, element_of
 from softmark.solvers.elements.cells import Tetrahedron
-from softmark.solvers.mesh.filled import Filled
+from softmark.solvers.mesh.filled import Enclosed
 from softmark.solvers.mesh.shape import Shape
 
 CHEAP = 4_000_000  # bytes of a table that is read when a scene is checked
@@ -36,7 +36,7 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
             continue
         own = model.thing.own_mesh
         shape, at = (own, model.at("mesh")) if own is not None else (case.shape, case.body.at("shape"))
-        if isinstance(shape, Filled):
+        if isinstance(shape, Enclosed):
             from softmark.interpreter.front import surfaces  # nothing of it where no surface is filled
 
             found = surfaces.doubts(model, case, shape)

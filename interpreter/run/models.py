@@ -28,7 +28,7 @@ from softmark.interpreter.results.report import ModelResult, Timing
 from softmark.interpreter.results.states import ANSWERED, percent
 from softmark.interpreter.run import probes
 from softmark.interpreter.run.answers import Work
-from softmark.solvers.mesh.filled import Filled
+from softmark.solvers.mesh.filled import Enclosed
 
 if TYPE_CHECKING:
     from softmark.solvers.statics.equilibrium import Iteration
@@ -142,11 +142,11 @@ def _body(case: Case, prepared: Prepared) -> dict[str, Any]:
 
 def _filled(case: Case, prepared: Prepared) -> dict[str, Any]:
     """How the mesh of a filled surface stands to it; nothing of another body, and nothing is imported for it."""
-    if not isinstance(case.shape, Filled):
+    if not isinstance(case.shape, Enclosed):
         return {}
     from softmark.interpreter.models.shared import filled
 
-    return filled.facts(prepared.mesh)
+    return filled.facts(case.shape, prepared.mesh)
 
 
 def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:

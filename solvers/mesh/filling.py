@@ -36,13 +36,15 @@ LOST = 1e-3  # of the volume: what hangs on by an edge may be left out if it is 
 
 @dataclass(frozen=True)
 class Filling:
-    """How a surface was filled: by what, in how many seconds of CPU, no farther from it than `tolerance` (m).
+    """How a surface was filled, with cells of about `size` (m): by what, in how many seconds of CPU, no farther from it
+    than `tolerance` (m).
 
     `repairs` are those of the surface and of its mesh, in words; `beside` are nodes of the mesh's surface that could
     not be moved onto the other; `digest` is that of points and tetrahedra.
     """
 
     surface: Closed
+    size: float
     tolerance: float
     mesher: str
     seconds: float
@@ -83,7 +85,7 @@ def filled(surface: Closed, size: float, tolerance: float) -> FilledMesh:
     points, beside = _onto(surface, Mesh(points, cells), REACH * tolerance)
     mesh = checked(points, cells, "tet4")
     digest = hashlib.sha256(mesh.points.tobytes() + mesh.cells.tobytes()).hexdigest()[:12]
-    how = Filling(surface, tolerance, name, seconds, digest, (*surface.repairs, *repairs), beside)
+    how = Filling(surface, size, tolerance, name, seconds, digest, (*surface.repairs, *repairs), beside)
     return FilledMesh(mesh.points, mesh.cells, mesh.kind, filling=how)
 
 

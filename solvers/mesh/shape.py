@@ -181,6 +181,7 @@ class Shape:
     """The geometry of a body, of which nothing else is said."""
 
     prebuilt: ClassVar[bool] = False  # its cells are those of a file, and a size has no part in them
+    enclosed: ClassVar[bool] = False  # it is filled with tetrahedra, and asks a mesher for them
     flat: ClassVar[bool] = False  # it is a region of a plane, for plane problems
     gap: ClassVar[str] = "hollow"  # why a point between others that it holds may be outside, where it is not convex
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.arc import Arc
+from softmark.solvers.mesh.combined import Difference, Intersection, Union
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rectangle
 from softmark.solvers.mesh.extruded import Extruded
@@ -249,4 +250,7 @@ SHAPES: dict[str, type[Shape]] = {
     "quarter_ring": QuarterRing,
     "mesh": MeshFile,
     "filled": Filled,
+    "union": Union,
+    "difference": Difference,
+    "intersection": Intersection,
 }

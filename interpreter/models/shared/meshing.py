@@ -12,7 +12,6 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.problem.case import fault
 from softmark.solvers.elements import moments
 from softmark.solvers.mesh.distort import TooPoor, distorted, qualities, worst
-from softmark.solvers.mesh.filled import Filled
 from softmark.solvers.mesh.mesh import areas
 
 if TYPE_CHECKING:
@@ -81,7 +80,7 @@ def sliver_note(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnosti
 
 def filled_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
     """Warnings about a mesh that fills a surface."""
-    if not isinstance(case.shape, Filled):
+    if not case.shape.enclosed:
         return ()
     from softmark.interpreter.models.shared import filled  # nothing of it where no surface is filled
 
