@@ -83,6 +83,11 @@ class Extruded(Shape):
         return 2.0 * abs(polygons.signed(self.corners)) + around * self.height
 
     @property
+    def gradable(self) -> tuple[str, ...]:
+        """Along it, and across a section whose sides go along the coordinates."""
+        return ("x", "y", "z") if polygons.square(self.corners) else (self.along,)
+
+    @property
     def spans(self) -> dict[str, Span]:
         """Its own coordinates, m: x, y and z."""
         low, high = self.bounds

@@ -20,9 +20,9 @@ from zipfile import BadZipFile
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.files.closed import Closed
+from softmark.solvers.mesh.files.closed import Closed, normals
 from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked, sharing, sides_of
-from softmark.solvers.mesh.files.near import closest
+from softmark.solvers.mesh.files.near import closest, ends_of
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 MESHER = "pytetwild"
@@ -31,6 +31,7 @@ MEANT = "1"  # to be raised when the same input is to give another mesh
 UNREAD = (OSError, ValueError, KeyError, EOFError, BadZipFile)  # what a file of arrays that is cut off may raise
 REACH = 3.0  # tolerances: how far from the surface a node of the mesh's own may lie to be moved onto it
 SHRUNK = 0.3  # of its volume: what a cell keeps at the least when its nodes are moved
+SHARP = 0.64  # cosine of 50 degrees: facets that meet at a larger angle meet at an edge of the body
 LOST = 1e-3  # of the volume: what hangs on by an edge may be left out if it is no more
 
 
@@ -206,11 +207,31 @@ def _whole(points: Floats, cells: Ints) -> tuple[Floats, Ints, tuple[str, ...]]:
     return points[kept], renumbered.reshape(cells.shape).astype(np.int64), repairs
 
 
+def _features(surface: Closed) -> tuple[Ints, Ints]:
+    """Sharp edges of a surface, and its corners, where three or more of them meet: as triangles without an area."""
+    n = normals(surface.points, surface.triangles)
+    ends = np.sort(ends_of(surface.triangles), axis=1)
+    edges, number, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    order = np.argsort(number.ravel(), kind="stable")
+    first = np.cumsum(count) - count
+    two = np.flatnonzero(count == 2)
+    one, other = order[first[two]] // 3, order[first[two] + 1] // 3
+    sharp = edges[two[np.einsum("ei,ei->e", n[one], n[other]) < SHARP]]
+    points, meeting = np.unique(sharp, return_counts=True)
+    return sharp[:, [0, 1, 1]], np.repeat(points[meeting > 2][:, None], 3, axis=1)
+
+
 def _onto(surface: Closed, mesh: Mesh, reach: float) -> tuple[Floats, int]:
-    """Nodes of the mesh's surface moved onto that of the file as far as cells stay sound; and how many are beside."""
+    """Nodes of the mesh's surface moved onto that of the file as far as cells stay sound; and how many are beside.
+
+    Next to a sharp edge of it they are moved onto the edge, and next to a corner onto that: so flat faces are flat.
+    """
     outer = np.unique(mesh.facets)
     there, far = closest(mesh.points[outer], surface.points, surface.triangles, reach)
     moves = np.isfinite(far)
+    for sharp in _features(surface):
+        sharper, away = closest(mesh.points[outer], surface.points, sharp, reach)
+        there[np.isfinite(away)] = sharper[np.isfinite(away)]
     before = mesh.volumes
     while True:
         points = mesh.points.copy()

@@ -13,10 +13,9 @@ import numpy as np
 from softmark.solvers.mesh.cuts import Cut, along
 from softmark.solvers.mesh.divisions import divisions
 from softmark.solvers.mesh.mesh import Floats, Ints
-from softmark.solvers.mesh.polygons import Corners, edges, ends, extent, turns
+from softmark.solvers.mesh.polygons import Corners, edges, ends, square, turns
 from softmark.solvers.mesh.structured import PlaneMesh, grid, grid_of, line_of
 
-SQUARE = 1e-9  # of a length: sides along an axis may be off it by that
 LARGE = 1.0  # sizes: the circle of a triangle may be as large as an equilateral triangle's of twice the size, and a bit
 THIN = 1.3  # radius of a triangle's circle over its shortest edge: 22.6 degrees is the least angle then
 SHORTEST = 0.2  # of the size, and of the shortest side: no side is halved to less
@@ -33,12 +32,6 @@ def quads(corners: Corners, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMes
     if len(corners) == 4 and min(turns(corners)) > 0.3:
         return _bilinear(corners, size)
     return _in_three(*triangles(corners, 2.0 * size))
-
-
-def square(corners: Corners) -> bool:
-    """Whether all its sides go along the axes."""
-    slack = SQUARE * extent(corners)
-    return all(min(abs(a - c), abs(b - d)) <= slack for (a, b), (c, d) in edges(corners))
 
 
 # ------------------------------------------------------------------ grids

@@ -111,6 +111,12 @@ def convex(corners: Corners) -> bool:
     return min(turns(corners)) >= -SAME
 
 
+def square(corners: Corners) -> bool:
+    """Whether all its sides go along the axes."""
+    slack = SAME * extent(corners)
+    return all(min(abs(a - c), abs(b - d)) <= slack for (a, b), (c, d) in edges(corners))
+
+
 def _touch(one: tuple[Place, Place], other: tuple[Place, Place], slack: float) -> bool:
     """Whether two sides have a point in common that is no corner of both."""
     shared = set(one) & set(other)

@@ -246,6 +246,11 @@ class Cone(Revolution):
         return max(self.radius, self.end) / 2.5
 
     @property
+    def gradable(self) -> tuple[str, ...]:
+        """Along the axis."""
+        return ("along",)
+
+    @property
     def spans(self) -> dict[str, Span]:
         """Its own coordinates: the share of the radius, the angle around the axis, and the place along it, m."""
         return {"share": (0.0, 1.0), "turn": (0.0, 2.0 * math.pi), "along": (0.0, self.length)}

@@ -103,7 +103,9 @@ def tapered(length: float, radius: float, end: float, size: float, kind: str, cu
     largest = max(radius, end)
     section = disc(largest, size)
     below = length if end else (1.0 - CAP) * length
-    points, cells, colour = extrude(section, below, size, tuple(c for c in cuts if c.axis != "along" or c.at < below))
+    points, cells, colour = extrude(
+        section, below, size, tuple(c for c in cuts if c.graded or c.axis != "along" or c.at < below)
+    )
     if not end:
         points[:, 2] -= _sunk(section, points[:, 2], length)
     points[:, :2] *= ((radius + (end - radius) * points[:, 2] / length) / largest)[:, None]

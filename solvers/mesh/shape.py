@@ -221,6 +221,11 @@ class Shape:
         return None
 
     @property
+    def gradable(self) -> tuple[str, ...]:
+        """Those of its own coordinates along which its meshes can be graded."""
+        return ()
+
+    @property
     def lacks(self) -> str:
         """Why it has no mesh of hexahedra; "" where it has one, and of a file."""
         return ""
@@ -393,6 +398,11 @@ class RoundPrism(Prism):
     def root(self) -> Vector3:
         """Where the axis starts, m."""
         return self.origin
+
+    @property
+    def gradable(self) -> tuple[str, ...]:
+        """Along the axis, and across a wall."""
+        return ("along",) if self.section.hollow is None else ("radius", "along")
 
     @property
     def spans(self) -> dict[str, Span]:

@@ -139,6 +139,11 @@ class Box(Prism):
         return min(self.size) / 2
 
     @property
+    def gradable(self) -> tuple[str, ...]:
+        """All of its own coordinates."""
+        return ("x", "y", "z")
+
+    @property
     def spans(self) -> dict[str, Span]:
         """Its own coordinates, m: x, y and z."""
         return {n: (o, o + s) for n, o, s in zip("xyz", self.origin, self.size, strict=True)}

@@ -57,7 +57,10 @@ def line_of(low: float, high: float, size: float, at: Iterable[float], cuts: tup
     known = sorted({low, high, *at})
     ends = [low, *(b for a, b in pairwise(known) if b - a > SAME * (high - low))]
     ends[-1] = high
-    found = [_line(a, b, divisions(b - a, size), tuple(c for c in cuts if a < c.at < b)) for a, b in pairwise(ends)]
+    found = [
+        _line(a, b, divisions(b - a, size), tuple(c for c in cuts if c.graded or a < c.at < b))
+        for a, b in pairwise(ends)
+    ]
     return np.concatenate([found[0], *(more[1:] for more in found[1:])])
 
 
