@@ -34,7 +34,7 @@ def test_cells_are_so_many_times_shorter_there_and_grow_evenly() -> None:
 
 
 def test_half_the_size_is_graded_alike() -> None:
-    """Every other line of the finer grid is one of the coarser: 14 and 28 cells, where numbers are not rounded apart."""
+    """Every other line of the finer grid is one of the coarser: of 14 and 28 cells, as numbers are rounded alike."""
     coarse, fine = (lines(0.0, 80.0, n, [CLAMP]) or [] for n in (10, 20))
     assert (len(coarse), len(fine)) == (15, 29)
     np.testing.assert_allclose(fine[::2], coarse, rtol=1e-9)
