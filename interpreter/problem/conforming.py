@@ -48,10 +48,13 @@ def cuts_for(where: Condition, shape: Shape) -> Cuts:
 def graded(where: Condition, shape: Shape, finer: float) -> Cuts:
     """Where meshes of a shape are finer by a factor: at the borders of a condition, as far as a coordinate is theirs.
 
-    The ends of the body are such places too. Cells reach their size over a part of the body's extent there.
+    The ends of the body are such places too. Cells reach their size over a part of the body's extent there. Those of a
+    filled surface are finer where the condition holds.
     """
-    if where.groups or not shape.gradable:
+    if where.groups or not (shape.gradable or shape.enclosed):
         return ()
+    if shape.enclosed:
+        return (Cut("", 0.0, finer=finer, where=where),)
     asking, found = _Asking(shape, where), dict[tuple[str, float], Cut]()
     for border in where.borders:
         for axis, at in (*asking.ends(border), *asking.places(border)):

@@ -12,6 +12,7 @@ from softmark.solvers.mesh.filled import Enclosed, Filled, seen
 from softmark.solvers.mesh.shape import Bounds, Shape, Vector3, moved
 
 if TYPE_CHECKING:
+    from softmark.solvers.mesh.cuts import Cut
     from softmark.solvers.mesh.files.closed import Closed
     from softmark.solvers.mesh.filling import FilledMesh
     from softmark.solvers.mesh.shape import Surface
@@ -104,9 +105,9 @@ class Combined(Enclosed):
         coarse, fine = (_closed(self, _stamp(self), here, halved).volume for halved in (0, 1))
         return 4.0 / 3.0 * (fine - coarse)
 
-    def filling(self, size: float) -> FilledMesh:
-        """Four-node tetrahedra with edges of about `size` (m). Raises UnreadableMesh."""
-        return _filled(self, _stamp(self), self.fineness(size), size, self.near(size))
+    def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
+        """Four-node tetrahedra with edges of about `size` (m), less where cuts say so. Raises UnreadableMesh."""
+        return _filled(self, _stamp(self), self.fineness(size), size, self.near(size), graded)
 
     def surface(self, size: float) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of its surface, outward. Raises UnreadableMesh."""
@@ -206,7 +207,9 @@ def _skin(shape: Shape, facets: float, halved: int) -> Surface:
 
 
 @lru_cache(maxsize=8)
-def _filled(shape: Combined, stamp: Any, facets: float, size: float, tolerance: float) -> FilledMesh:
+def _filled(
+    shape: Combined, stamp: Any, facets: float, size: float, tolerance: float, graded: tuple[Cut, ...]
+) -> FilledMesh:
     from softmark.solvers.mesh.filling import filled
 
-    return filled(_closed(shape, stamp, facets), size, tolerance)
+    return filled(_closed(shape, stamp, facets), size, tolerance, graded)

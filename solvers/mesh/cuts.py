@@ -8,6 +8,7 @@ from __future__ import annotations
 from bisect import bisect
 from collections.abc import Iterable, Sequence
 from itertools import accumulate, pairwise
+from typing import Any
 
 from softmark.records import dataclass
 
@@ -23,6 +24,7 @@ class Cut:
 
     `thin`: everything between it and the nearest end of the body is held, so that the layer may be as thin as it likes.
     Of a graded one cells are `finer` by that factor there, and reach their size over `reach` (m), evenly.
+    Of a filled surface that is so where a condition `holds(x, y, z, extent)`, and `axis` is no coordinate.
     `turn` (rad) is the direction of the normal of a chord of a disc, from the first transverse axis.
     """
 
@@ -32,6 +34,7 @@ class Cut:
     turn: float = 0.0
     finer: float = 1.0
     reach: float = 0.0
+    where: Any = None
 
     @property
     def graded(self) -> bool:

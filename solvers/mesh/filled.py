@@ -41,16 +41,19 @@ class Enclosed(Shape):
         """How far a mesh of cells of a size may be from the surface, m."""
         return self.tolerance or NEAR * size
 
-    def filling(self, size: float) -> FilledMesh:
-        """Four-node tetrahedra with edges of about `size` (m). Raises UnreadableMesh."""
+    def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
+        """Four-node tetrahedra with edges of about `size` (m), less where cuts say so. Raises UnreadableMesh."""
         raise NotImplementedError(f"{type(self).__name__} is not filled")
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> FilledMesh:
-        """Tetrahedra with edges of about `size` (m), straight and uncut. Raises UnreadableMesh, UnknownElement."""
+        """Tetrahedra with edges of about `size` (m), straight and uncut, less where cells are to be finer.
+
+        Raises UnreadableMesh, UnknownElement.
+        """
         from softmark.solvers.mesh.files.reading import converted
         from softmark.solvers.mesh.filling import FilledMesh
 
-        made = self.filling(size)
+        made = self.filling(size, tuple(cut for cut in cuts if cut.where is not None))
         mesh = converted(made, kind, "five")
         return FilledMesh(mesh.points, mesh.cells, mesh.kind, filling=made.filling)
 
@@ -111,9 +114,9 @@ class Filled(Enclosed):
         """The surface, repaired, for cells of any size. Raises UnreadableMesh."""
         return _closed(self.path, self.unit, seen(self.path))
 
-    def filling(self, size: float) -> FilledMesh:
-        """Four-node tetrahedra with edges of about `size` (m). Raises UnreadableMesh."""
-        return _filled(self.path, self.unit, seen(self.path), size, self.near(size))
+    def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
+        """Four-node tetrahedra with edges of about `size` (m), less where cuts say so. Raises UnreadableMesh."""
+        return _filled(self.path, self.unit, seen(self.path), size, self.near(size), graded)
 
     def surface(self, size: float = 0.0) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of the file's surface, repaired, outward. Raises UnreadableMesh."""
@@ -141,7 +144,7 @@ def _closed(path: str, unit: float, stamp: Seen) -> Closed:
 
 
 @lru_cache(maxsize=8)
-def _filled(path: str, unit: float, stamp: Seen, size: float, tolerance: float) -> FilledMesh:
+def _filled(path: str, unit: float, stamp: Seen, size: float, tolerance: float, graded: tuple[Cut, ...]) -> FilledMesh:
     from softmark.solvers.mesh.filling import filled
 
-    return filled(_closed(path, unit, stamp), size, tolerance)
+    return filled(_closed(path, unit, stamp), size, tolerance, graded)

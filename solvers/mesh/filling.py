@@ -15,15 +15,18 @@ import time
 from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.solvers.mesh.cuts import Cut
 from softmark.solvers.mesh.files.closed import Closed, normals
 from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked, sharing, sides_of
 from softmark.solvers.mesh.files.near import closest, ends_of
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+from softmark.solvers.mesh.sizing import sizes
 
 MESHER = "pytetwild"
 MISSING, FAILED = "E575", "E576"
@@ -72,16 +75,19 @@ def mesher() -> str:
         ) from None  # fmt: skip
 
 
-def filled(surface: Closed, size: float, tolerance: float) -> FilledMesh:
+def filled(surface: Closed, size: float, tolerance: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
     """Four-node tetrahedra with edges of about `size` (m), no farther from the surface than `tolerance` (m).
 
-    Raises UnreadableMesh.
+    Where conditions of graded cuts hold they are so many times shorter. Raises UnreadableMesh.
     """
     name = mesher()
     key = hashlib.sha256(repr((name, MEANT, size, tolerance)).encode())
     key.update(surface.points.tobytes())
     key.update(surface.triangles.tobytes())
-    points, cells, seconds = _kept(key.hexdigest()) or _made(key.hexdigest(), surface, size, tolerance)
+    field = sizes(surface, size, graded) if graded else {}
+    for name in sorted(field):
+        key.update(field[name].tobytes())
+    points, cells, seconds = _kept(key.hexdigest()) or _made(key.hexdigest(), surface, size, tolerance, field)
     points, cells, repairs = _whole(points, _upright(points, cells))
     points, beside = _onto(surface, Mesh(points, cells), REACH * tolerance)
     mesh = checked(points, cells, "tet4")
@@ -93,6 +99,7 @@ def filled(surface: Closed, size: float, tolerance: float) -> FilledMesh:
 # ------------------------------------------------------------------ the mesher, and what it made before
 
 Made = tuple[Floats, Ints, float]
+Field = dict[str, Any]  # arrays of a mesh, and of sizes at its points, as the mesher calls them
 
 
 def _folder() -> Path | None:
@@ -121,9 +128,9 @@ def _read(file: Path) -> Made:
     return points, cells, seconds
 
 
-def _made(key: str, surface: Closed, size: float, tolerance: float) -> Made:
+def _made(key: str, surface: Closed, size: float, tolerance: float, field: Field) -> Made:
     """Filled now, and kept; what another process kept in the meantime is taken instead. Raises UnreadableMesh."""
-    points, cells, seconds = _filled(surface, size, tolerance)
+    points, cells, seconds = _filled(surface, size, tolerance, **field)
     folder = _folder()
     if folder is None:
         return points, cells, seconds
@@ -140,13 +147,15 @@ def _made(key: str, surface: Closed, size: float, tolerance: float) -> Made:
     return _kept(key) or (points, cells, seconds)
 
 
-def _filled(surface: Closed, size: float, tolerance: float) -> Made:
+def _filled(surface: Closed, size: float, tolerance: float, **field: Any) -> Made:
     """By the mesher, in a process of its own and in units of the body's extent. Raises UnreadableMesh."""
     origin, extent = surface.points.mean(axis=0), surface.extent
+    if field:
+        field |= {"bg_vertices": (field["bg_vertices"] - origin) / extent, "bg_values": field["bg_values"] / extent}
     with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
         given, wanted = Path(folder, "surface.npz"), Path(folder, "mesh.npz")
         np.savez(given, points=(surface.points - origin) / extent, triangles=surface.triangles, size=size / extent,
-                 tolerance=tolerance / extent)  # fmt: skip
+                 tolerance=tolerance / extent, **field)  # fmt: skip
         command = [sys.executable, "-m", "softmark.solvers.mesh.files.tetwild", str(given), str(wanted)]
         before = _spent()
         done = subprocess.run(  # in that folder, for it writes what nobody asked for

@@ -8,6 +8,8 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
+from softmark.interpreter.language.conditions import Condition, Term
+from softmark.interpreter.problem.conforming import graded
 from softmark.solvers.mesh.combined import Combined, Difference, Intersection, Union
 from softmark.solvers.mesh.files.flaws import UnreadableMesh
 from softmark.solvers.mesh.flat import QuarterRing
@@ -89,6 +91,32 @@ def test_no_body_or_two_are_refused(shape: Combined, code: str) -> None:
     with pytest.raises(UnreadableMesh) as refused:
         shape.closed(R)
     assert refused.value.code == code
+
+
+@needs_both
+@pytest.mark.slow
+def test_cells_are_finer_where_a_condition_holds() -> None:
+    """At a face less than half as long as far away, where a fourth is asked for; and the body is the same."""
+    shape = BODIES["drilled"][0]
+    low = Condition.comparison("<=", Term.coordinate(2), Term.constant(0.0), 1)
+    mesh = shape.mesh("tet4", R / 2, graded(low, shape, 4.0))
+    X = mesh.points[mesh.cells]
+    edges, height = np.linalg.norm(X[:, 0] - X[:, 1], axis=1), X.mean(axis=1)[:, 2]
+    near, far = edges[height < 0.2 * R].mean(), edges[height > 1.6 * R].mean()
+    assert near < 0.45 * far
+    assert mesh.filling is not None
+    assert float(mesh.volumes.sum()) == pytest.approx(mesh.filling.surface.volume, rel=2e-3)
+
+
+@needs_both
+@pytest.mark.slow
+def test_flat_faces_are_flat() -> None:
+    """Nodes next to a sharp edge lie on it: those of a face of the cube are in its plane to the last digits."""
+    mesh = BODIES["a corner taken"][0].mesh("tet4", R / 2)
+    outer = mesh.points[np.unique(mesh.facets)]
+    near = np.abs(outer[:, 2] - 2 * R) < 0.05 * R
+    assert near.sum() > 20
+    assert np.abs(outer[near, 2] - 2 * R).max() < 1e-12
 
 
 @needs_both

@@ -69,7 +69,7 @@ class Fem(Model):
     nodes of plane faces move within them, those of straight edges along them, others stay.
     `finer` and `towards` grade the mesh: at the border of a condition, where that is a plane or a circle that a mesh of
     the shape can follow, cells are so many times shorter across it, and have their `size` again half the body's extent
-    away. A mesh of half the size is graded alike.
+    away; in a filled surface they are as much smaller where it holds. A mesh of half the size is graded alike.
     `start` names another model of the body whose solution Newton's method starts from, on a coarser mesh or with a
     cheaper strain; what that one takes is part of what this one takes.
     """
