@@ -87,7 +87,9 @@ SHAPED: dict[str, dict[str, Any]] = {
     "tube": {"length": 0.04, "radius": 0.01, "inner": 0.006},
     "cone": {"length": 0.04, "radius": 0.015},
     "extruded": {"corners": ((0.0, 0.0), (0.04, 0.0), (0.04, 0.01), (0.01, 0.01), (0.01, 0.03)), "height": 0.01},
-    "revolved": {"corners": ((0.0, 0.0), (0.02, 0.0), (0.02, 0.01), (0.01, 0.01), (0.01, 0.03), (0.0, 0.03))},
+    "revolved": {
+        "corners": ((0.0, 0.0), (0.01, 0.0), (0.01, 0.005), (0.006, 0.005), (0.006, 0.012), (0.0, 0.012)),
+    },
     "sphere": {"radius": 0.01},
     "ellipsoid": {"semiaxes": (0.02, 0.01, 0.015)},
     "spherical_shell": {"radius": 0.01, "inner": 0.005},
