@@ -129,7 +129,8 @@ class Union(Combined):
     Curved sides are made of flat facets, whose size is half that of a model's cells, and the surfaces of both are
     united exactly (manifold3d, the extra `solids`: `pip install "softmark[solids]"`). What that encloses is filled with
     tetrahedra by the extra `meshing`, as `filled` says. The report has the volume that the facets miss, and how the
-    mesh stands to its surface. Three bodies are a union of a union.
+    mesh stands to its surface. Conditions are asked of the facets, which lie inside a ball and inside a hole: borders
+    along curved sides need room. Three bodies are a union of a union.
     """
 
     operation = "union"
