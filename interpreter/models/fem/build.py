@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import cache, reduce
 from operator import add
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -52,7 +52,7 @@ from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.mesh.files.reading import UnreadableMesh
 from softmark.solvers.mesh.interpolation import Integration, integration
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.reduced.cells import BY_CELL
+from softmark.solvers.reduced.cells import of_cells
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
@@ -230,8 +230,7 @@ def _one_cell(energy: AnyEnergy) -> AnyEnergy:
     if isinstance(energy, Together):
         return replace(energy, parts=tuple(_one_cell(part) for part in energy.parts))
     known: Any = energy  # one of the dataclasses of solvers/energies over cells
-    over_cells = [f.name for f in fields(known) if f.name in BY_CELL]
-    one: AnyEnergy = replace(known, **{name: getattr(known, name)[:1] for name in over_cells})
+    one: AnyEnergy = replace(known, **of_cells(known, slice(0, 1)))
     return one
 
 
@@ -350,8 +349,19 @@ def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> E
     """One rotation for each cell, and its stiffness at rest, in full or selectively integrated."""
     G, rest = elementwise.mean(elastic.dNdX, elastic.w), np.eye(3)[None]
     parts = elastic_parts(mesh, elastic, case.material, "small", model.integration == "selective")
-    K = np.sum([elementwise.stiffness(e.dNdX, e.w, e.law.dPdF(rest)[0]) for e in parts], axis=0)
+    K = np.sum([_at_rest(e, rest) for e in parts], axis=0)
     return ElementRotation(mesh.points, mesh.cells, G, K, rotations)
+
+
+def _at_rest(e: Elastic, rest: Floats) -> Floats:
+    """The stiffness of each cell at rest (m, 3a, 3a), N/m: of each modulus, which is a weight where it varies."""
+    if not e.varies:
+        return elementwise.stiffness(e.dNdX, e.w, e.law.dPdF(rest)[0])
+    law: Any = e.law
+    unit = (replace(law.law, mu=1.0, lam=0.0), replace(law.law, mu=0.0, lam=1.0))
+    each = ((law.law.mu, unit[0]), (law.law.lam, unit[1]))
+    K: Floats = np.sum([elementwise.stiffness(e.dNdX, e.w * c, one.dPdF(rest)[0]) for c, one in each], axis=0)
+    return K
 
 
 def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
