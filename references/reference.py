@@ -17,6 +17,7 @@ class Reference:
     """
 
     how: ClassVar[How] = "solved"
+    graded: ClassVar[bool] = False  # whether it knows bodies whose constants vary in space, where it is solved
     table: ClassVar[str] = ""  # what a file is that is not such a one, for messages
     about: ClassVar[Literal["cantilever", "torsion"]] = "cantilever"  # what it is solved for
     kind: ClassVar[str]  # what it is, in a word or two

@@ -34,6 +34,7 @@ class Isotropic:
     # What of the two moduli a law keeps, 0 in the parts of a law that is taken apart. No fields: scenes do not see them
     shear_share = 1.0
     volume_share = 1.0
+    varying = ("young", "poisson", "density")  # constants that may vary in space
     thin = False  # in plane stress (plane_stress.py)
 
     @property
@@ -88,6 +89,11 @@ class Isotropic:
         return bool((spare <= 0.0).all() if is_array(spare) else spare <= 0.0)
 
     @property
+    def uniform(self) -> bool:
+        """Whether each of its constants is one number, the same everywhere."""
+        return all(isinstance(value, float | int) for value in constants(self).values())
+
+    @property
     def sampled(self) -> bool:
         """Whether constants of it are arrays, a value for every point of integration (varying.py)."""
         return any(is_array(value) for value in constants(self).values())
@@ -117,12 +123,9 @@ class Isotropic:
         return None
 
 
-CONSTANTS = ("young", "poisson", "density")
-
-
 def constants(material: Any) -> dict[str, Any]:
-    """The constants of a material by their names."""
-    return {name: getattr(material, name) for name in CONSTANTS}
+    """The constants of a material that may vary, by their names."""
+    return {name: getattr(material, name) for name in material.varying}
 
 
 def is_array(value: Any) -> bool:

@@ -29,7 +29,7 @@ from softmark.interpreter.models.shared.holding import solid_supports
 from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
 from softmark.interpreter.models.shared.meshing import filled_notes, mesh_facts, sliver_note, with_quality
 from softmark.interpreter.models.shared.on_mesh import OnMesh
-from softmark.interpreter.models.shared.pieces import Piece, pieces
+from softmark.interpreter.models.shared.pieces import Piece, pieces, sampled
 from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, fault
@@ -199,8 +199,7 @@ class PreparedSolid(OnMesh):
     def _kirchhoff(self) -> Iterator[Elastic]:
         """The cells of St Venant-Kirchhoff solids in finite strain."""
         for own in self.pieces:
-            law = law_for(own.case.material, self.model.strain)
-            if isinstance(law, StVenantKirchhoff):
+            if self.model.strain == "finite" and isinstance(own.case.material.finite_law(), StVenantKirchhoff):
                 yield elastic_of(own.case, own.mesh, own.parts, self.model.strain)
 
     def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
@@ -258,8 +257,9 @@ def at_rest(
     """The static problem, and the integration over its mesh, or another of the same body. Raises Fault."""
     mesh = mesh_of(model, declared, case, workshop) if mesh is None else mesh
     parts = integration(mesh)
-    elastic = elastic_of(case, mesh, parts, model.strain)
-    each = pieces(case, mesh, parts)
+    elastic = elastic_of(case.plain, mesh, parts, model.strain)
+    each = sampled(pieces(case, mesh, parts))
+    formulations.must_be_compressible(declared, each)
     internal, twins = formulations.of_parts(model, each, energies)
     fixed, target, way = solid_supports(case, mesh, workshop.measured)
     applied = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
@@ -370,7 +370,7 @@ def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
 
 
 def _mass(model: Fem, each: Sequence[Piece]) -> Any:
-    return reduce(add, (mass_matrix(p.mesh, p.parts, p.case.material.density, model.mass) for p in each))
+    return reduce(add, (mass_matrix(p.mesh, p.parts, p.density, model.mass) for p in each))
 
 
 def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Mesh:

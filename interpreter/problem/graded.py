@@ -1,0 +1,96 @@
+"""Materials whose constants vary in space: what is known of them before anything is built."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+from typing import Any
+
+from softmark.interpreter.language import units
+from softmark.interpreter.language.profiles import Profile
+from softmark.interpreter.problem.case import Case, Fault, fault
+from softmark.solvers.materials.isotropic import constants
+
+ALONG = 9  # places along each axis of the body's box that are looked at before anything is built
+UNKNOWN = {"young": 1e30, "poisson": 0.0, "density": 1000.0}  # of what only files tell: nothing is doubted of it
+
+
+def profiles(material: Any) -> dict[str, Profile]:
+    """The constants of a material that vary in space, by their names."""
+    return {name: value for name, value in constants(material).items() if isinstance(value, Profile)}
+
+
+def graded(case: Case) -> bool:
+    """Whether anything of a case is made of a material whose constants vary in space."""
+    return any(profiles(material) for material in case.materials)
+
+
+def typical(case: Case, material: Any) -> Any:
+    """A material with numbers in place of what varies: means over the body's box, of Poisson's ratio the largest.
+
+    For what is said of it before anything is built, and for orders of magnitude. One of constant numbers is itself.
+    """
+    new: dict[str, float] = {}
+    for name, profile in profiles(material).items():
+        seen = [v for _, v in _looked(case, profile) if math.isfinite(v)]
+        if not seen:
+            new[name] = UNKNOWN[name]
+        else:
+            new[name] = max(-0.999, min(0.5, max(seen))) if name == "poisson" else abs(math.fsum(seen)) / len(seen)
+    if not new:
+        return material
+    of = getattr(material, "of", None)
+    return replace(material, **new, **({} if of is None else {"of": replace(of, **new)}))
+
+
+def _looked(case: Case, profile: Profile) -> Iterator[tuple[tuple[float, ...], float]]:
+    """Places of the body's box, and the constant there."""
+    if case.shape.bounds is None or profile.fields:
+        return
+    low, high = case.shape.bounds
+    axes = ([a + (b - a) * i / (ALONG - 1) for i in range(ALONG)] for a, b in zip(low, high, strict=True))
+    for place in product(*axes):
+        yield place, profile.value(place)
+
+
+def faults(case: Case) -> Iterator[Fault]:
+    """Constants that are out of their range somewhere in the body, as far as a look at some places tells."""
+    for i, material in enumerate(case.materials):
+        for profile in profiles(material).values():
+            for place, value in _looked(case, profile):
+                if not allowed(profile, value) and _within(case, i, place):
+                    yield out_of_range(case, profile, value, place)
+                    break
+
+
+def _within(case: Case, number: int, place: Any) -> bool:
+    """Whether a place is of the material of this number, as far as coordinates tell: groups of files are left out."""
+    if not case.shape.contains(place) or case.shape.bounds is None:
+        return False
+    extent = math.dist(*case.shape.bounds)
+    for i, part in enumerate(case.parts, start=1):
+        where = part.thing.where
+        if where.groups:
+            return False
+        if bool(where.holds(*place, extent)) != (i == number):
+            return False
+    return True
+
+
+def allowed(profile: Profile, value: float) -> bool:
+    """Whether a value is one that the constant may have."""
+    return math.isfinite(value) and (profile.limits is None or value in profile.limits)
+
+
+def out_of_range(case: Case, profile: Profile, value: float, place: Any) -> Fault:
+    """A Fault of a constant that has no value at a place, or one that it must not have."""
+    at = profile.at or case.body.at("material")
+    where = units.show_all(tuple(float(c) for c in place), units.LENGTH)
+    shown = units.show(value, profile.dimension) if math.isfinite(value) else "not a number"
+    limits = "a number" if profile.limits is None else profile.limits.words(profile.dimension)
+    return fault(
+        "E327", at, f"`{profile.name}` must be {limits} all over `{case.body.name}`", f"it is {shown} at {where}",
+        f"coordinates are those before deformation; bound it, as in `{profile.name} = max(..., ...)`",
+    )  # fmt: skip
