@@ -22,6 +22,7 @@ from softmark.interpreter.language.units import LENGTH, NONE, Dimension
 
 KIND = "field"  # of what a value may be read from
 
+
 class Fields(Protocol):
     """What of an expression is read from files."""
 

@@ -53,4 +53,5 @@ def _mixed(part: Elastic, material: Isotropic, strain: str) -> Elastic:
     laws = parts_for(material, strain) if strain == "finite" else None
     if laws is None or not volumetric(laws[1]) or part.law == laws[0] or type(part) is not Elastic:
         return part
-    return MixedPoints(part.cells, part.dNdX, part.w, part.law, drag=part.drag, volume=laws[1])
+    volume = part.law if volumetric(part.law) else laws[1]
+    return MixedPoints(part.cells, part.dNdX, part.w, part.law, drag=part.drag, volume=volume)
