@@ -74,16 +74,21 @@ def moduli(E: Floats, nu: Floats) -> tuple[Floats, Floats]:
 def terms(material: object, strain: str, selective: bool) -> tuple[VaryingTerm, ...] | None:
     """The parts of the stress of a law; None where no formula is known."""
     law = {"small": solids.small_stress, "corotational": solids.corotational_stress}.get(strain) or _finite(material)
-    if law is None or (selective and strain == "finite" and isinstance(material, NeoHookeanIsochoric)):
+    if law is None:
         return None
     if not selective:
         return (_term(law),)
 
+    def kept(mu: Floats, lam: Floats) -> Floats:
+        """What of lam stays at every point: of K the shear of this law has up to 5 mu/3."""
+        own = strain == "finite" and isinstance(material, NeoHookeanIsochoric)
+        return np.clip(lam, -mu, mu) if own else 0.0 * lam
+
     def shear(mu: Floats, lam: Floats) -> Stress:
-        return law(mu, 0.0 * lam)
+        return law(mu, kept(mu, lam))
 
     def volume(mu: Floats, lam: Floats) -> Stress:  # energies are linear in the two moduli
-        return lambda F: law(mu, lam)(F) - law(mu, 0.0 * lam)(F)
+        return lambda F: law(mu, lam)(F) - law(mu, kept(mu, lam))(F)
 
     return _term(shear), _term(volume, centre=True)
 

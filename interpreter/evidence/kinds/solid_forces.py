@@ -153,7 +153,7 @@ def checked_body(model: Fem, case: Case, points: Floats, cells: Any, kind: str, 
     strain = "small" if turned else model.strain
     own = varying.terms(case.plain.material, strain, model.integration == "selective")
     if model.integration not in ("full", "selective") or own is None:
-        raise Unchecked("there is no other formula for a law of this integration whose constants vary")
+        raise Unchecked(f"there is no other formula for a {type(case.material).__name__} whose constants vary")
     if case.material.thin:
         own = tuple(varying.relaxed(term) for term in own)
     constants = constants_of(case)

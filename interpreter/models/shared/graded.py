@@ -26,7 +26,7 @@ from softmark.interpreter.problem.graded import allowed, out_of_range, profiles
 from softmark.records import dataclass
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.materials.varying import averaged, with_constants
+from softmark.solvers.materials.varying import averaged, changed, with_constants
 from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 
@@ -69,6 +69,20 @@ def _sampled(case: Case, mesh: Mesh, rule: Rule) -> Any:
             _must_be_allowed(case, profile, found, at)
             new.setdefault(name, found)
     return with_constants(case.material, new)
+
+
+def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
+    """A material with arrays for what varies: at the points of a rule (m, q), or as cells of one point have it (m, 1).
+
+    For what is told of a solution: its constants are in their range at the points that it was solved with.
+    """
+    own = ELEMENTS[mesh.element.finer].quadrature() if mesh.element.constant else rule
+    X = places(mesh, own)
+    found = with_constants(material, {n: values(p, X) for n, p in profiles(material).items()})
+    if not mesh.element.constant:
+        return found
+    mean = averaged(found, np.broadcast_to(own[1], X.shape[:2]))
+    return changed(mean, lambda a: np.repeat(a, len(rule[1]), axis=1))
 
 
 def places(mesh: Mesh, rule: Rule) -> Floats:
