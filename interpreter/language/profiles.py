@@ -10,12 +10,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
-from softmark.interpreter.language.units import NONE, Dimension
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.language.schema import Interval
     from softmark.interpreter.language.scene import Location
+    from softmark.interpreter.language.schema import Interval
+    from softmark.interpreter.language.units import Dimension
 
     Floats = Any  # (n,) of numpy, which is not imported here
     Reading = Callable[[Any, Floats], Floats]  # of a field, at points (n, 3) in m: its values (n,) in SI
@@ -45,10 +45,10 @@ class Profile:
 
     root: Node
     said: str
-    name: str = ""
-    dimension: Dimension = NONE
-    limits: Interval | None = field(default=None, compare=False, repr=False)
-    at: Location | None = field(default=None, compare=False, repr=False)  # where it stands
+    name: str
+    dimension: Dimension
+    limits: Interval | None = field(compare=False, repr=False)
+    at: Location = field(compare=False, repr=False)  # where it stands
 
     @property
     def fields(self) -> tuple[Any, ...]:

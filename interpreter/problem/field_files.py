@@ -57,7 +57,7 @@ class Image:
 
 @dataclass(frozen=True)
 class OnMesh:
-    """Numbers of the nodes (n,) or of the cells (m,) of a mesh; its cells share no nodes, so that each is known by one."""
+    """Numbers of the nodes or of the cells of a mesh, whose cells share no nodes: each node is of one cell."""
 
     mesh: Any
     numbers: Floats  # of each node (m a,)

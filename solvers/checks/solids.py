@@ -401,14 +401,13 @@ def weights_of(
         volumes = w * gradients(points, some, kind, xi)[1]  # (m, q)
         if depth:  # of whole rings
             volumes = volumes * (2.0 * np.pi / depth * (points[some][:, :, 0] @ N.T))
-        if callable(density):  # what are volumes are masses from here on
-            volumes = volumes * density(np.einsum("qa,mai->mqi", N, points[some]).reshape(-1, 3)).reshape(volumes.shape)
+        X = np.einsum("qa,mai->mqi", N, points[some]).reshape(-1, 3) if callable(density) else None
+        volumes = volumes * (density if X is None else density(X).reshape(volumes.shape))  # masses from here on
         share = volumes @ N
         if how == "lumped":  # Hinton, Rock and Zienkiewicz (1976)
             square = volumes @ N**2
             share = square * (volumes.sum(axis=1) / square.sum(axis=1))[:, None]
-        each = share.ravel() if callable(density) else density * share.ravel()
-        carried += np.bincount(some.ravel(), each, minlength=nodes)
+        carried += np.bincount(some.ravel(), share.ravel(), minlength=nodes)
     return carried
 
 

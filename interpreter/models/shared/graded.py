@@ -20,10 +20,11 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.profiles import Profile
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.field_files import loaded, reading
 from softmark.interpreter.problem.graded import allowed, out_of_range, profiles
 from softmark.records import dataclass
+from softmark.references.measured import Unreadable
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.materials.varying import averaged, changed, with_constants
@@ -42,14 +43,23 @@ LOST = 1e-6  # of an integral: what a finer rule finds less is rounding, or next
 
 
 def values(profile: Profile, X: Floats) -> Floats:
-    """A constant at points X (..., 3), m: (...)."""
-    found: Floats = profile.values(X.reshape(-1, 3), reading).reshape(X.shape[:-1])
+    """A constant at points X (..., 3), m: (...). Raises Fault where a file that it is read from cannot be used."""
+    try:
+        found: Floats = profile.values(X.reshape(-1, 3), reading).reshape(X.shape[:-1])
+    except Unreadable as error:
+        raise unusable(profile, error) from error
     return found
+
+
+def unusable(profile: Profile, error: Unreadable) -> Fault:
+    """A Fault of a file that a constant cannot be read from."""
+    problem = f"the field of `{profile.name}` cannot be used: {error.name}: {error.reason}"
+    return Fault(diagnostic("E410", profile.at, problem, "cannot be used", error.remedy))
 
 
 def at_points(own: Piece) -> Piece:
     """The cells of a material that varies, with its constants at their points of integration. Raises Fault."""
-    mesh, material = own.mesh, own.case.material
+    mesh = own.mesh
     constant = mesh.element.constant
     rule = ELEMENTS[mesh.element.finer].quadrature() if constant else mesh.element.quadrature()
     sampled = _sampled(own.case, mesh, rule)
@@ -223,6 +233,24 @@ def _each(case: Case, mesh: Mesh) -> Iterator[tuple[str, Profile, Spread]]:
     yield from mesh.selections[key]
 
 
+def of_cells(case: Case, mesh: Mesh) -> dict[str, Floats]:
+    """The means over cells (m,) of every constant that varies somewhere in the body, SI."""
+    from softmark.interpreter.models.shared.pieces import pieces
+
+    each = pieces(case, mesh, integration(mesh))
+    names = dict.fromkeys(name for own in each for name in profiles(own.case.material))
+    found = {name: np.empty(len(mesh.cells)) for name in names}
+    rule = _fine(mesh.kind)
+    for own in each:
+        w = integration(own.mesh, rule=rule).w
+        for name, known in found.items():
+            constant = getattr(own.case.material, name)
+            if isinstance(constant, Profile):
+                constant = (values(constant, places(own.mesh, rule)) * w).sum(axis=1) / w.sum(axis=1)
+            known[own.which] = constant
+    return found
+
+
 def facts(case: Case, mesh: Mesh) -> dict[str, Any]:
     """The `graded` of what a report says of a solution."""
     return {"graded": {f"{of}.{profile.name}": spread.facts() for of, profile, spread in _each(case, mesh)}}
@@ -237,13 +265,12 @@ def lost(case: Case, mesh: Mesh) -> float:
 def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
     """Warnings where a mesh is too coarse for what varies, or the body reaches beyond a field."""
     for of, profile, spread in _each(case, mesh):
-        at = profile.at or case.body.at("material")
         if spread.outside > BEYOND:
             low, high = (units.show(float(f"{v:.4g}"), profile.dimension) for v in spread.there)
             got = low if low == high else f"{low} to {high}"
             yield diagnostic(
-                "W336", at, f"{100 * spread.outside:.3g} % of the volume of `{of}` lies outside of the field of its"
-                f" `{profile.name}`", f"it has {got} there",
+                "W336", profile.at, f"{100 * spread.outside:.3g} % of the volume of `{of}` lies outside of the field of"
+                f" its `{profile.name}`", f"it has {got} there",
                 "places outside have the value of the nearest place that has one: look at `origin`, `x`, `z` and"
                 " `length` of the field, or at the body's place",
             )  # fmt: skip
@@ -251,7 +278,8 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
             yield diagnostic(
                 "W337", declared.at("size" if declared.thing.own_mesh is None else "mesh"),
                 f"`{profile.name}` changes by more than {STEEP:g} times within cells of `{declared.name}` with"
-                f" {100 * spread.steep:.3g} % of the volume of `{of}`", f"up to {spread.contrast:.3g} times in one cell",
+                f" {100 * spread.steep:.3g} % of the volume of `{of}`",
+                f"up to {spread.contrast:.3g} times in one cell",
                 "a cell has a polynomial for its displacements, whatever its material does: use a finer mesh, or a"
                 " region with nodes where the constant jumps",
             )  # fmt: skip

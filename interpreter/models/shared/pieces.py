@@ -84,3 +84,12 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
 
         found = (*found, *graded.notes(declared, case, mesh))
     return found
+
+
+def of_cells(case: Case, mesh: Any) -> Any:
+    """What gives the constants that vary, of the cells of a mesh that is deformed, for files; None of none."""
+    if case.uniform or mesh is None:
+        return None
+    from softmark.interpreter.models.shared import graded
+
+    return lambda: graded.of_cells(case, mesh.mesh)
