@@ -34,13 +34,19 @@ def problem_of(reference: Declared, case: Case) -> Any:
         from softmark.interpreter.problem.torsion_theory import cylinder_of
 
         return cylinder_of(reference, case)
+    if reference.thing.about == "bar":
+        from softmark.interpreter.problem.bar_theory import bar_of
+
+        return bar_of(reference, case)
     return cantilever_of(reference, case)
 
 
 def solved(reference: Declared, case: Case) -> Theory:
     """What it says. Raises Fault, and whatever solving it may."""
     problem = problem_of(reference, case)
-    found: Theory = (reference.thing.twisted if reference.thing.about == "torsion" else reference.thing.solve)(problem)
+    thing = reference.thing
+    solve = {"torsion": "twisted", "bar": "stretched"}.get(thing.about, "solve")
+    found: Theory = getattr(thing, solve)(problem)
     return found
 
 

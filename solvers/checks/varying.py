@@ -102,7 +102,8 @@ def _term(of: Moduli, centre: bool = False) -> VaryingTerm:
 
 def _finite(material: object) -> Moduli | None:
     """A law of finite strain with all of lam in its shape: P = mu shape(F, lam / mu)."""
-    if (known := FINITE.get(type(material))) is None:
+    of = getattr(material, "of", None) or material  # of a plate: the law of the solid that it is made of
+    if (known := FINITE.get(type(of))) is None:
         return None
     shape = known[0]
     return lambda mu, lam: lambda F: mu[:, None, None] * shape(F, lam / mu)

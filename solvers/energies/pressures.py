@@ -42,7 +42,7 @@ class MixedSolid(Energy):
     modulus in Pa over the size of a cell in m, so that all unknowns are lengths and all equations forces. `pressures`
     (m, b) are their places in x, `Np` (q, b) their shape functions, `compliance` is 1/M in 1/Pa, one for all or of each
     point (m, q). Continuous linear pressures in ten-node tetrahedra are stable (Taylor and Hood 1973; Boffi, Brezzi and
-    Fortin 2013, section 8.8); one in each hexahedron, Q1/P0, is that of Simo, Taylor and Pister (1985), and is not quite.
+    Fortin 2013, section 8.8); one in each hexahedron, Q1/P0, is that of Simo, Taylor and Pister (1985), not quite.
     """
 
     saddle = True
