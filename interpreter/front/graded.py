@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Scene
-from softmark.interpreter.problem.case import Case, Fault, case_for, case_of
-from softmark.interpreter.problem.graded import faults, graded, profiles
+from softmark.interpreter.problem.case import Fault, case_for, case_of
+from softmark.interpreter.problem.graded import faults, varying
 
 
 def unsound(scene: Scene) -> Iterator[Diagnostic]:
@@ -18,29 +18,16 @@ def unsound(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def untaken(scene: Scene) -> Iterator[Diagnostic]:
-    """Models and references that know a material that is the same everywhere alone."""
-    for kind in ("model", "reference"):
-        for worker in scene.asked(kind).values():
-            if worker.thing.graded or (kind == "reference" and worker.thing.how != "solved"):
-                continue
-            try:
-                case = case_for(scene, worker)
-            except Fault:
-                continue
-            if graded(case):
-                names = " and ".join(f"`{name}`" for name in varying(case))
-                yield diagnostic("E328" if kind == "model" else "E329", worker.at(),
-                                 f"`{worker.name}` knows a material that is the same everywhere, and {names} of"
-                                 f" `{case.body.name}` {'vary' if ' and ' in names else 'varies'} in space",
-                                 "one value of each constant", _remedy(kind))  # fmt: skip
-
-
-def varying(case: Case) -> tuple[str, ...]:
-    """The constants that vary, of any of its materials."""
-    return tuple(dict.fromkeys(name for material in case.materials for name in profiles(material)))
-
-
-def _remedy(kind: str) -> str:
-    if kind == "model":
-        return "use `fem(...)`, which takes every constant at its points of integration"
-    return "compare with what was measured or published, or with a finer model: `self_converged(...)`"
+    """Models that know a material that is the same everywhere alone; references say so themselves."""
+    for model in scene.asked("model").values():
+        if model.thing.graded:
+            continue
+        try:
+            case = case_for(scene, model)
+        except Fault:
+            continue
+        if not case.uniform:
+            yield diagnostic("E328", model.at(),
+                             f"`{model.name}` knows a material that is the same everywhere, and {varying(case)} in space",
+                             "one value of each constant",
+                             "use `fem(...)`, which takes every constant at its points of integration")  # fmt: skip

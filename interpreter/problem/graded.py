@@ -10,6 +10,7 @@ from typing import Any
 
 from softmark.interpreter.language import units
 from softmark.interpreter.language.profiles import Profile
+from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.solvers.materials.isotropic import constants
 
@@ -22,9 +23,22 @@ def profiles(material: Any) -> dict[str, Profile]:
     return {name: value for name, value in constants(material).items() if isinstance(value, Profile)}
 
 
-def graded(case: Case) -> bool:
-    """Whether anything of a case is made of a material whose constants vary in space."""
-    return any(profiles(material) for material in case.materials)
+def varying(case: Case) -> str:
+    """Which constants of any of its materials vary, in words: "`young` and `density` of `bar` vary"."""
+    names = dict.fromkeys(f"`{name}`" for material in case.materials for name in profiles(material))
+    return f"{' and '.join(names)} of `{case.body.name}` {'varies' if len(names) == 1 else 'vary'}"
+
+
+def must_be_uniform(reference: Declared, case: Case) -> None:
+    """Raises Fault for a theory of bodies that are the same everywhere, of one that is not."""
+    if case.uniform or reference.thing.graded:
+        return
+    raise fault(
+        "E329", reference.at(), f"`{reference.name}` is solved for one value of each constant, and {varying(case)} in space",
+        "one value of each constant",
+        "compare with what was measured or published, or with a finer model: `self_converged(...)`; `graded_bar(...)` knows"
+        " a bar that varies along its axis",
+    )  # fmt: skip
 
 
 def typical(case: Case, material: Any) -> Any:

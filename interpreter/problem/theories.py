@@ -30,6 +30,10 @@ class Theory(Protocol):
 
 def problem_of(reference: Declared, case: Case) -> Any:
     """The numbers that a reference is solved for. Raises Fault where an assumption of it is broken."""
+    if not case.uniform:
+        from softmark.interpreter.problem.graded import must_be_uniform
+
+        must_be_uniform(reference, case)
     if reference.thing.about == "torsion":
         from softmark.interpreter.problem.torsion_theory import cylinder_of
 
