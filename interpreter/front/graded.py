@@ -28,6 +28,7 @@ def untaken(scene: Scene) -> Iterator[Diagnostic]:
             continue
         if not case.uniform:
             yield diagnostic("E328", model.at(),
-                             f"`{model.name}` knows a material that is the same everywhere, and {varying(case)} in space",
+                             f"`{model.name}` knows a material that is the same everywhere, and {varying(case)} in"
+                             " space",
                              "one value of each constant",
                              "use `fem(...)`, which takes every constant at its points of integration")  # fmt: skip

@@ -34,10 +34,11 @@ def must_be_uniform(reference: Declared, case: Case) -> None:
     if case.uniform or reference.thing.graded:
         return
     raise fault(
-        "E329", reference.at(), f"`{reference.name}` is solved for one value of each constant, and {varying(case)} in space",
+        "E329", reference.at(),
+        f"`{reference.name}` is solved for one value of each constant, and {varying(case)} in space",
         "one value of each constant",
-        "compare with what was measured or published, or with a finer model: `self_converged(...)`; `graded_bar(...)` knows"
-        " a bar that varies along its axis",
+        "compare with what was measured or published, or with a finer model: `self_converged(...)`; `graded_bar(...)`"
+        " knows a bar that varies along its axis",
     )  # fmt: skip
 
 
