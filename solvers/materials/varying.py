@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
 from softmark.solvers.materials.components import precision
-from softmark.solvers.materials.isotropic import Isotropic, constants
+from softmark.solvers.materials.isotropic import Isotropic
 
 if TYPE_CHECKING:
     import numpy as np
@@ -120,8 +120,6 @@ def averaged(material: Isotropic, w: Array) -> Isotropic:
     """
     mu, lam = (_mean(a, w) for a in (material.shear_modulus, material.lame_lambda))
     each = {"young": mu * (3.0 * lam + 2.0 * mu) / (lam + mu), "poisson": 0.5 * lam / (lam + mu)}
-    if isinstance(material.density, np.ndarray):
-        each["density"] = _mean(material.density, w)
     return with_constants(material, each)
 
 
@@ -135,8 +133,3 @@ def with_constants(material: Isotropic, new: dict[str, Any]) -> Isotropic:
 def _mean(a: Array | float, w: Array) -> Array:
     mean: Array = (np.broadcast_to(a, w.shape) * w).sum(axis=1, keepdims=True) / w.sum(axis=1, keepdims=True)
     return mean
-
-
-def spread(material: Isotropic) -> dict[str, Array]:
-    """The constants of a sampled material that are arrays, by their names."""
-    return {name: value for name, value in constants(material).items() if isinstance(value, np.ndarray)}

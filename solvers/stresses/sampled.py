@@ -48,12 +48,12 @@ class State:
 
     def _means(self) -> Isotropic:
         """The material of a cell as a whole: of the means of its moduli, where it varies within."""
-        if self.material.uniform:
-            return self.material
+        rule = self.mesh.element.quadrature()
+        if not (known := self._made_of(rule)).sampled:
+            return known
         from softmark.solvers.materials.varying import averaged
 
-        rule = self.mesh.element.quadrature()
-        return averaged(self._made_of(rule), integration(self.mesh, rule=rule).w)
+        return averaged(known, integration(self.mesh, rule=rule).w)
 
     def sampled(self, rule: Rule) -> tuple[Floats, Floats, Floats]:
         """Points X (m, q, 3) in m, Cauchy stress (m, q, 6) in Pa by SYMMETRIC, and H = du/dX (m, q, 9).

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.shared.pieces import Piece
     from softmark.solvers.mesh.interpolation import Rule
 
+OF_LAWS = ("young", "poisson")  # constants that laws are made of: masses have points of their own
 FINE = 4  # Gauss points along each axis of a hexahedron by which integrals are looked at again
 STEEP = 2.0  # largest value of a constant within a cell by the smallest: beyond, the cell is too coarse for it
 MANY = 0.01  # of the volume of the body: in such cells without a warning
@@ -63,21 +64,22 @@ def at_points(own: Piece) -> Piece:
     constant = mesh.element.constant
     rule = ELEMENTS[mesh.element.finer].quadrature() if constant else mesh.element.quadrature()
     sampled = _sampled(own.case, mesh, rule)
-    if constant:
+    if constant and sampled.sampled:
         sampled = averaged(sampled, np.broadcast_to(rule[1], (len(mesh.cells), len(rule[1]))))
     case = replace(own.case, other_material=sampled)
     return replace(own, case=case, graded=own.case)
 
 
 def _sampled(case: Case, mesh: Mesh, rule: Rule) -> Any:
-    """The material with arrays (m, q) for what varies. Raises Fault for values that it must not have."""
+    """The material with arrays (m, q) for what varies of its law. Raises Fault for values that it must not have."""
     X, new = places(mesh, rule), {}
     corners = mesh.points[mesh.cells]
     for name, profile in profiles(case.material).items():
         for at in (X, corners):
             found = values(profile, at)
             _must_be_allowed(case, profile, found, at)
-            new.setdefault(name, found)
+            if at is X and name in OF_LAWS:
+                new[name] = found
     return with_constants(case.material, new)
 
 
@@ -88,8 +90,8 @@ def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
     """
     own = ELEMENTS[mesh.element.finer].quadrature() if mesh.element.constant else rule
     X = places(mesh, own)
-    found = with_constants(material, {n: values(p, X) for n, p in profiles(material).items()})
-    if not mesh.element.constant:
+    found = with_constants(material, {n: values(p, X) for n, p in profiles(material).items() if n in OF_LAWS})
+    if not (mesh.element.constant and found.sampled):
         return found
     mean = averaged(found, np.broadcast_to(own[1], X.shape[:2]))
     return changed(mean, lambda a: np.repeat(a, len(rule[1]), axis=1))
