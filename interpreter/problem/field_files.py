@@ -19,6 +19,7 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 MESHES = (".vtu", ".vtk")
+IMAGES = (".nrrd", ".nhdr", ".nii", ".nii.gz")
 KEPT = 8  # files
 EDGE = 1e-6  # of a voxel, and of the extent of a mesh: what is as near to the outside lies within
 
@@ -94,6 +95,9 @@ def loaded(field: Field) -> Image | OnMesh:
 
 @lru_cache(maxsize=KEPT)
 def _loaded(field: Field, file: Path, stamp: int) -> Image | OnMesh:
+    if not file.name.lower().endswith((*MESHES, *IMAGES)):
+        known = f"{', '.join((*IMAGES, *MESHES)[:-1])} and {MESHES[-1]}"
+        raise Unreadable(file.name, f"fields are read from {known}", "convert the file to one of them")
     try:
         return _mesh(field, file) if file.name.lower().endswith(MESHES) else _image(field, file)
     except Unreadable:
@@ -108,10 +112,12 @@ def _image(field: Field, file: Path) -> Image:
 
     if field.array:
         raise Unreadable(file.name, "an image has one array, without a name", "leave `array` out")
-    if file.name.lower().endswith((".npy", ".npz", ".dcm", ".ima")):
-        raise Unreadable(file.name, "fields are read from .nrrd, .nhdr, .nii, .nii.gz, .vtu and .vtk",
-                         "convert the file to one of them")  # fmt: skip
-    volume = read_volume(file, None, field.length)
+    try:
+        volume = read_volume(file, None, field.length)
+    except Unreadable as error:  # which speaks of the fields of a reference
+        remedy = error.remedy.replace("`unit`", "`length`").replace("unit = 1 mm", "length = 1 mm")
+        remedy = "write the size of its voxels into its header" if "`spacing`" in remedy else remedy
+        raise Unreadable(file.name, error.reason, remedy) from None
     frame = Frame(1.0, field.x, field.z, field.origin)
     A = frame.rotation(file.name)
     return Image(

@@ -15,6 +15,7 @@ from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.solvers.materials.isotropic import constants
 
 ALONG = 9  # places along each axis of the body's box that are looked at before anything is built
+ORDINARY = 0.3  # Poisson's ratio
 UNKNOWN = {"young": 1e30, "poisson": 0.0, "density": 1000.0}  # of what only files tell: nothing is doubted of it
 
 
@@ -53,7 +54,9 @@ def typical(case: Case, material: Any) -> Any:
         if not seen:
             new[name] = UNKNOWN[name]
         else:
-            new[name] = max(-0.999, min(0.5, max(seen))) if name == "poisson" else abs(math.fsum(seen)) / len(seen)
+            most = max(seen)  # above its range, which is said, it stands for a solid like others
+            largest = max(-0.999, most if most <= 0.5 else ORDINARY)
+            new[name] = largest if name == "poisson" else abs(math.fsum(seen)) / len(seen)
     if not new:
         return material
     of = getattr(material, "of", None)
@@ -74,10 +77,10 @@ def faults(case: Case) -> Iterator[Fault]:
     """Constants that are out of their range somewhere in the body, as far as a look at some places tells."""
     for i, material in enumerate(case.materials):
         for profile in profiles(material).values():
-            for place, value in _looked(case, profile):
-                if not allowed(profile, value) and _within(case, i, place):
-                    yield out_of_range(case, profile, value, place)
-                    break
+            seen = ((p, v) for p, v in _looked(case, profile) if not allowed(profile, v) and _within(case, i, p))
+            worst = max(seen, key=lambda found: abs(found[1]) if math.isfinite(found[1]) else math.inf, default=None)
+            if worst is not None:
+                yield out_of_range(case, profile, worst[1], worst[0])
 
 
 def _within(case: Case, number: int, place: Any) -> bool:

@@ -1,4 +1,4 @@
-"""Fields from files: NRRD, NIfTI and VTU give the same numbers at the same places of the scene, however they lie there."""
+"""Fields from files: NRRD, NIfTI and VTU give the same numbers at the same places, however they lie in the scene."""
 
 from __future__ import annotations
 
@@ -123,11 +123,11 @@ def test_a_file_that_changes_is_read_again(tmp_path: Path) -> None:
     import os
 
     nrrd = pytest.importorskip("nrrd")
-    file, (at, X) = nrrd_file(tmp_path), places(5)
+    file, X = nrrd_file(tmp_path), places(5)[1]
     field = Field(str(file), UNIT)
     before = reading(field, X)
-    nrrd.write(str(file), 2.0 * NUMBERS, {"space directions": STEPS.T, "space origin": CORNER, "space units": ["mm"] * 3,
-                                          "space": "left-posterior-superior"})  # fmt: skip
+    values, header = nrrd.read(str(file))
+    nrrd.write(str(file), 2.0 * values, header)
     os.utime(file, ns=(1, 1))
     assert reading(field, X) == pytest.approx(2.0 * before)
 

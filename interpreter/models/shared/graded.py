@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.interpolation import Rule
 
 OF_LAWS = ("young", "poisson")  # constants that laws are made of: masses have points of their own
-FINE = 4  # Gauss points along each axis of a hexahedron by which integrals are looked at again
+FINE = 3  # Gauss points along each axis of a hexahedron by which integrals are looked at again
 STEEP = 2.0  # largest value of a constant within a cell by the smallest: beyond, the cell is too coarse for it
 MANY = 0.01  # of the volume of the body: in such cells without a warning
 BEYOND = 1e-3  # of the volume of the body: outside of a field without a warning
@@ -73,9 +73,9 @@ def at_points(own: Piece) -> Piece:
 def _sampled(case: Case, mesh: Mesh, rule: Rule) -> Any:
     """The material with arrays (m, q) for what varies of its law. Raises Fault for values that it must not have."""
     X, new = places(mesh, rule), {}
-    corners = mesh.points[mesh.cells]
+    others = (mesh.points[mesh.cells], places(mesh, _fine(mesh.kind)))
     for name, profile in profiles(case.material).items():
-        for at in (X, corners):
+        for at in (X, *others):
             found = values(profile, at)
             _must_be_allowed(case, profile, found, at)
             if at is X and name in OF_LAWS:
