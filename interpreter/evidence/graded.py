@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy import ndimage
 
-from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.language.profiles import Profile
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.field_files import Image, loaded, reading
@@ -35,7 +34,7 @@ def again(field: Field, X: Floats) -> Floats:
 
 
 def values(constant: Any, X: Floats) -> Floats:
-    """A constant of a material at points X (n, 3), m: (n,). Raises Unchecked where arithmetic disagrees with itself."""
+    """A constant of a material at points X (n, 3), m: (n,). Raises ValueError where arithmetic is not one."""
     if not isinstance(constant, Profile):
         return np.full(len(X), float(constant))
     found: Floats = constant.values(X, again)
@@ -43,7 +42,7 @@ def values(constant: Any, X: Floats) -> Floats:
         some = np.linspace(0, len(X) - 1, min(LOOKED, len(X))).astype(int)
         plain = np.array([constant.value(tuple(map(float, X[i]))) for i in some])
         if not np.allclose(found[some], plain, rtol=AGREE, atol=0.0):
-            raise Unchecked(f"`{constant.name}` comes to other numbers one by one than all at once")
+            raise ValueError(f"`{constant.name}` comes to other numbers one by one than all at once")
     return found
 
 
@@ -64,7 +63,7 @@ def lost(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
 
     A stiffness that is off by a share in every cell moves an answer by that share at most.
     """
-    from softmark.interpreter.models.shared.graded import lost as of_mesh
+    from softmark.interpreter.models.shared.pieces import lost as of_mesh
 
     mesh = None if whole.prepared is None else whole.prepared.mesh
     left = 0.0 if mesh is None else of_mesh(whole.case, mesh)

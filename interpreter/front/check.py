@@ -376,7 +376,7 @@ def _regions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _graded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Materials that vary in space: nothing is imported for scenes without any."""
     if any(not case_of(scene, body).uniform for body in scene.of_kind("body")):
-        from softmark.interpreter.front import graded
+        from softmark.interpreter.problem import graded
 
         for ask in (graded.unsound, graded.untaken):
             yield from ask(scene)

@@ -59,6 +59,7 @@ class Profile:
         """At points X (n, 3), m: (n,); not a number where it has none."""
         import numpy as np
 
+        X = np.asarray(X, dtype=np.float64)
         with np.errstate(all="ignore"):
             found = _on_arrays(self.root, X, read, np)
         return np.array(np.broadcast_to(found, len(X)), dtype=np.float64)

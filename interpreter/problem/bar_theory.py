@@ -17,9 +17,9 @@ from softmark.references.graded_bar import PulledBar
 from softmark.solvers.mesh.shape import Prism, cross, dot, moved
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
-    import numpy as np
+    Floats = Any  # (n,) of numpy, which is not imported where a scene is checked
 
 ALIGNED = 1e-9  # of a vector: how far it may lie beside the axis
 SAME = 1e-9  # of a constant: how far its values across a section may differ
@@ -102,26 +102,47 @@ def _component(load: Declared, vector: Any, axis: Any) -> float:
     return float(dot(vector, axis))
 
 
-def _along(case: Case, constant: Any, root: Any, axis: Any) -> Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]:
-    """A constant by the distance from the held end, m. Raises Refused where it varies across a section."""
-    import numpy as np
+def _along(case: Case, constant: Any, root: Any, axis: Any) -> Callable[[Floats], Floats]:
+    """A constant by the distance from the held end, m. Raises Refused where it varies across a section.
 
+    What is read from a file is looked at when the reference is solved.
+    """
     if not isinstance(constant, Profile):
-        return lambda s: np.full(len(s), float(constant))
+        return lambda s: s * 0.0 + float(constant)
+    if not constant.fields:
+        for along, across in _sections(case.prism, root, axis):
+            own = constant.value(along)
+            _must_be_even(constant, own, [constant.value(place) for place in across])
+        return lambda s: constant.values(_on_axis(s, root, axis), None)
+    return lambda s: _read(case, constant, root, axis, s)
+
+
+def _read(case: Case, constant: Profile, root: Any, axis: Any, s: Floats) -> Floats:
+    """The same of one that is read from a file. Raises Refused."""
     from softmark.interpreter.problem.field_files import reading
 
-    def along(s: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-        found: np.ndarray[Any, Any] = constant.values(np.array(root) + s[:, None] * np.array(axis), reading)
-        return found
+    for along, across in _sections(case.prism, root, axis):
+        own, *others = constant.values([along, *across], reading)
+        _must_be_even(constant, own, others)
+    return constant.values(_on_axis(s, root, axis), reading)
 
-    shape = case.prism
-    stations = np.linspace(0.0, shape.length, STATIONS)
+
+def _on_axis(s: Floats, root: Any, axis: Any) -> Any:
+    """Points (n, 3), m, of the axis."""
+    import numpy as np
+
+    return np.array(root) + s[:, None] * np.array(axis)
+
+
+def _sections(shape: Any, root: Any, axis: Any) -> Iterator[tuple[Any, list[Any]]]:
+    """Points of the axis, and others of the section there, m."""
     _, first, second = shape.frame(0.0)
-    for u, v in shape.section.samples():
-        place = np.array(root) + stations[:, None] * np.array(axis) + u * np.array(first) + v * np.array(second)
-        across, own = constant.values(place, reading), along(stations)
-        if not np.all(np.abs(across - own) <= SAME * np.abs(own)):
-            raise Refused(
-                f"its `{constant.name}` varies across its sections", "the integral is one along the axis alone"
-            )
-    return along
+    for i in range(STATIONS):
+        middle = moved(root, (shape.length * i / (STATIONS - 1), axis))
+        yield middle, [moved(middle, (u, first), (v, second)) for u, v in shape.section.samples()]
+
+
+def _must_be_even(constant: Profile, own: float, others: list[float]) -> None:
+    """Raises Refused where a constant differs across a section."""
+    if not all(abs(other - own) <= SAME * abs(own) for other in others):
+        raise Refused(f"its `{constant.name}` varies across its sections", "the integral is one along the axis alone")

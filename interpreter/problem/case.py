@@ -102,9 +102,9 @@ class Case:
         """Its materials, with one number in place of each constant that varies in space: for orders of magnitude."""
         if self.uniform:
             return self.materials
-        from softmark.interpreter.problem.graded import typical
+        from softmark.interpreter.problem.typical import typical
 
-        return tuple(typical(self, material) for material in self.materials)
+        return tuple(typical(material, self.shape.bounds) for material in self.materials)
 
     @property
     def plain(self) -> Case:

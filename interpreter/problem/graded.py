@@ -1,27 +1,18 @@
-"""Materials whose constants vary in space: what is known of them before anything is built."""
+"""What cannot be of materials whose constants vary in space."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
-from itertools import product
 from typing import Any
 
+from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.profiles import Profile
-from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case, Fault, fault
-from softmark.solvers.materials.isotropic import constants
-
-ALONG = 9  # places along each axis of the body's box that are looked at before anything is built
-ORDINARY = 0.3  # Poisson's ratio
-UNKNOWN = {"young": 1e30, "poisson": 0.0, "density": 1000.0}  # of what only files tell: nothing is doubted of it
-
-
-def profiles(material: Any) -> dict[str, Profile]:
-    """The constants of a material that vary in space, by their names."""
-    return {name: value for name, value in constants(material).items() if isinstance(value, Profile)}
+from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.problem.case import Case, Fault, case_for, case_of, fault
+from softmark.interpreter.problem.typical import looked, profiles
 
 
 def varying(case: Case) -> str:
@@ -43,41 +34,13 @@ def must_be_uniform(reference: Declared, case: Case) -> None:
     )  # fmt: skip
 
 
-def typical(case: Case, material: Any) -> Any:
-    """A material with numbers in place of what varies: means over the body's box, of Poisson's ratio the largest.
-
-    For what is said of it before anything is built, and for orders of magnitude. One of constant numbers is itself.
-    """
-    new: dict[str, float] = {}
-    for name, profile in profiles(material).items():
-        seen = [v for _, v in _looked(case, profile) if math.isfinite(v)]
-        if not seen:
-            new[name] = UNKNOWN[name]
-        else:
-            most = max(seen)  # above its range, which is said, it stands for a solid like others
-            largest = max(-0.999, most if most <= 0.5 else ORDINARY)
-            new[name] = largest if name == "poisson" else abs(math.fsum(seen)) / len(seen)
-    if not new:
-        return material
-    of = getattr(material, "of", None)
-    return replace(material, **new, **({} if of is None else {"of": replace(of, **new)}))
-
-
-def _looked(case: Case, profile: Profile) -> Iterator[tuple[tuple[float, ...], float]]:
-    """Places of the body's box, and the constant there."""
-    if case.shape.bounds is None or profile.fields:
-        return
-    low, high = case.shape.bounds
-    axes = ([a + (b - a) * i / (ALONG - 1) for i in range(ALONG)] for a, b in zip(low, high, strict=True))
-    for place in product(*axes):
-        yield place, profile.value(place)
-
-
 def faults(case: Case) -> Iterator[Fault]:
     """Constants that are out of their range somewhere in the body, as far as a look at some places tells."""
     for i, material in enumerate(case.materials):
         for profile in profiles(material).values():
-            seen = ((p, v) for p, v in _looked(case, profile) if not allowed(profile, v) and _within(case, i, p))
+            seen = (
+                (p, v) for p, v in looked(profile, case.shape.bounds) if not allowed(profile, v) and _within(case, i, p)
+            )
             worst = max(seen, key=lambda found: abs(found[1]) if math.isfinite(found[1]) else math.inf, default=None)
             if worst is not None:
                 yield out_of_range(case, profile, worst[1], worst[0])
@@ -112,3 +75,26 @@ def out_of_range(case: Case, profile: Profile, value: float, place: Any) -> Faul
         f"it is {shown} at {where}",
         f"coordinates are those before deformation; bound it, as in `{profile.name} = max(..., ...)`",
     )  # fmt: skip
+
+
+def unsound(scene: Scene) -> Iterator[Diagnostic]:
+    """Constants that are out of their range somewhere in a body."""
+    for body in scene.of_kind("body"):
+        yield from (found.diagnostic for found in faults(case_of(scene, body)))
+
+
+def untaken(scene: Scene) -> Iterator[Diagnostic]:
+    """Models that know a material that is the same everywhere alone; references say so themselves."""
+    for model in scene.asked("model").values():
+        if model.thing.graded:
+            continue
+        try:
+            case = case_for(scene, model)
+        except Fault:
+            continue
+        if not case.uniform:
+            yield diagnostic("E328", model.at(),
+                             f"`{model.name}` knows a material that is the same everywhere, and {varying(case)} in"
+                             " space",
+                             "one value of each constant",
+                             "use `fem(...)`, which takes every constant at its points of integration")  # fmt: skip

@@ -8,10 +8,10 @@ and by how much its integral differs from that of a finer rule.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -22,7 +22,8 @@ from softmark.interpreter.language.profiles import Profile
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.field_files import loaded, reading
-from softmark.interpreter.problem.graded import allowed, out_of_range, profiles
+from softmark.interpreter.problem.graded import allowed, out_of_range
+from softmark.interpreter.problem.typical import profiles
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
 from softmark.solvers.elements import ELEMENTS
@@ -32,7 +33,6 @@ from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.pieces import Piece
     from softmark.solvers.mesh.interpolation import Rule
 
 OF_LAWS = ("young", "poisson")  # constants that laws are made of: masses have points of their own
@@ -58,16 +58,35 @@ def unusable(profile: Profile, error: Unreadable) -> Fault:
     return Fault(diagnostic("E410", profile.at, problem, "cannot be used", error.remedy))
 
 
-def at_points(own: Piece) -> Piece:
-    """The cells of a material that varies, with its constants at their points of integration. Raises Fault."""
+class Part(Protocol):
+    """The cells of one material (pieces.py)."""
+
+    @property
+    def case(self) -> Case:
+        """Of that material alone."""
+
+    @property
+    def mesh(self) -> Mesh:
+        """Of these cells, over all nodes."""
+
+    @property
+    def which(self) -> Any:
+        """Their numbers in the whole mesh."""
+
+    @property
+    def number(self) -> int:
+        """That of the material."""
+
+
+def at_points(own: Part) -> Case:
+    """The case of cells whose material varies, with its constants at their points of integration. Raises Fault."""
     mesh = own.mesh
     constant = mesh.element.constant
     rule = ELEMENTS[mesh.element.finer].quadrature() if constant else mesh.element.quadrature()
     sampled = _sampled(own.case, mesh, rule)
     if constant and sampled.sampled:
         sampled = averaged(sampled, np.broadcast_to(rule[1], (len(mesh.cells), len(rule[1]))))
-    case = replace(own.case, other_material=sampled)
-    return replace(own, case=case, graded=own.case)
+    return replace(own.case, other_material=sampled)
 
 
 def _sampled(case: Case, mesh: Mesh, rule: Rule) -> Any:
@@ -113,7 +132,7 @@ def _must_be_allowed(case: Case, profile: Profile, found: Floats, X: Floats) -> 
             raise out_of_range(case, profile, float(value), X.reshape(-1, 3)[i])
 
 
-def must_be_compressible(declared: Declared, own: Piece) -> None:
+def must_be_compressible(declared: Declared, own: Part) -> None:
     """Raises Fault where Poisson's ratio reaches 0.5 at points of a model without pressures."""
     nu = own.case.material.poisson
     if isinstance(nu, np.ndarray) and nu.max() >= 0.5:
@@ -220,14 +239,12 @@ def _outside(profile: Profile, X: Floats) -> Any:
     return np.any(found, axis=0) if found else None
 
 
-def _each(case: Case, mesh: Mesh) -> Iterator[tuple[str, Profile, Spread]]:
+def _each(case: Case, mesh: Mesh, parts: Sequence[Part]) -> Iterator[tuple[str, Profile, Spread]]:
     """Every constant that varies, of the body and of its parts, with the name of what it is of; found once a mesh."""
-    from softmark.interpreter.models.shared.pieces import pieces
-
     key = spread_of, case.materials, case.leaning
     if key not in mesh.selections:
         names, found = (case.body.name, *(part.name for part in case.parts)), []
-        for own in pieces(case, mesh, integration(mesh)):
+        for own in parts:
             for profile in profiles(own.case.material).values():
                 of = names[own.number]
                 found.append((of, profile, spread_of(own.case, own.mesh, profile)))
@@ -235,11 +252,8 @@ def _each(case: Case, mesh: Mesh) -> Iterator[tuple[str, Profile, Spread]]:
     yield from mesh.selections[key]
 
 
-def of_cells(case: Case, mesh: Mesh) -> dict[str, Floats]:
-    """The means over cells (m,) of every constant that varies somewhere in the body, SI."""
-    from softmark.interpreter.models.shared.pieces import pieces
-
-    each = pieces(case, mesh, integration(mesh))
+def of_cells(mesh: Mesh, each: Sequence[Part]) -> dict[str, Floats]:
+    """The means over cells (m,) of every constant that varies somewhere in the body, SI; `each` material's cells."""
     names = dict.fromkeys(name for own in each for name in profiles(own.case.material))
     found = {name: np.empty(len(mesh.cells)) for name in names}
     rule = _fine(mesh.kind)
@@ -253,20 +267,20 @@ def of_cells(case: Case, mesh: Mesh) -> dict[str, Floats]:
     return found
 
 
-def facts(case: Case, mesh: Mesh) -> dict[str, Any]:
+def facts(case: Case, mesh: Mesh, parts: Sequence[Part]) -> dict[str, Any]:
     """The `graded` of what a report says of a solution."""
-    return {"graded": {f"{of}.{profile.name}": spread.facts() for of, profile, spread in _each(case, mesh)}}
+    return {"graded": {f"{of}.{profile.name}": spread.facts() for of, profile, spread in _each(case, mesh, parts)}}
 
 
-def lost(case: Case, mesh: Mesh) -> float:
+def lost(case: Case, mesh: Mesh, parts: Sequence[Part]) -> float:
     """The largest share of an integral of a constant that a rule of a mesh misses, where it is more than rounding."""
-    found = max((spread.lost for _, _, spread in _each(case, mesh)), default=0.0)
+    found = max((spread.lost for _, _, spread in _each(case, mesh, parts)), default=0.0)
     return found if found > LOST else 0.0
 
 
-def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
+def notes(declared: Declared, case: Case, mesh: Mesh, parts: Sequence[Part]) -> Iterator[Diagnostic]:
     """Warnings where a mesh is too coarse for what varies, or the body reaches beyond a field."""
-    for of, profile, spread in _each(case, mesh):
+    for of, profile, spread in _each(case, mesh, parts):
         if spread.outside > BEYOND:
             low, high = (units.show(float(f"{v:.4g}"), profile.dimension) for v in spread.there)
             got = low if low == high else f"{low} to {high}"

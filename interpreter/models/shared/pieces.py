@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
@@ -46,7 +47,7 @@ def sampled(each: tuple[Piece, ...]) -> tuple[Piece, ...]:
         return each
     from softmark.interpreter.models.shared import graded
 
-    return tuple(own if own.case.uniform else graded.at_points(own) for own in each)
+    return tuple(own if own.case.uniform else replace(own, case=graded.at_points(own), graded=own.case) for own in each)
 
 
 def pieces(case: Case, mesh: Mesh, parts: Integration) -> tuple[Piece, ...]:
@@ -56,6 +57,20 @@ def pieces(case: Case, mesh: Mesh, parts: Integration) -> tuple[Piece, ...]:
     from softmark.interpreter.models.shared import regions
 
     return tuple(Piece(*own) for own in regions.pieces(case, mesh, parts))
+
+
+def _whole(case: Case, mesh: Mesh) -> tuple[Piece, ...]:
+    """The cells of every material, by the quadrature of their element."""
+    from softmark.solvers.mesh.interpolation import integration
+
+    return pieces(case, mesh, integration(mesh))
+
+
+def lost(case: Case, mesh: Mesh) -> float:
+    """The largest share of an integral of a constant that varies, which the quadrature of cells misses."""
+    from softmark.interpreter.models.shared import graded
+
+    return graded.lost(case, mesh, _whole(case, mesh))
 
 
 def facts(case: Case, mesh: Mesh | None) -> dict[str, Any]:
@@ -68,7 +83,7 @@ def facts(case: Case, mesh: Mesh | None) -> dict[str, Any]:
     if not case.uniform and mesh is not None:
         from softmark.interpreter.models.shared import graded
 
-        found |= graded.facts(case, mesh)
+        found |= graded.facts(case, mesh, _whole(case, mesh))
     return found
 
 
@@ -82,7 +97,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
     if not case.uniform:
         from softmark.interpreter.models.shared import graded
 
-        found = (*found, *graded.notes(declared, case, mesh))
+        found = (*found, *graded.notes(declared, case, mesh, _whole(case, mesh)))
     return found
 
 
@@ -92,4 +107,4 @@ def of_cells(case: Case, mesh: Any) -> Any:
         return None
     from softmark.interpreter.models.shared import graded
 
-    return lambda: graded.of_cells(case, mesh.mesh)
+    return lambda: graded.of_cells(mesh.mesh, _whole(case, mesh.mesh))
