@@ -74,9 +74,9 @@ class PulledBar:
 
     def _above(self, s: Array) -> Array:
         """int_s^L rho dt (n,), kg/m^2."""
-        return _integral(self.density, self.length, np.array([self.length]))[0] - _integral(
-            self.density, self.length, s
-        )
+        whole = _integral(self.density, self.length, np.array([self.length]))
+        found: Array = whole - _integral(self.density, self.length, s)
+        return found
 
     def stretched(self) -> StretchedBar:
         """What it does. Raises Refused where its integral is not known."""

@@ -55,7 +55,7 @@ class Profile:
         """The fields that are read for it, each once."""
         return tuple(dict.fromkeys(node.value for node in self.root.walk() if node.do == "field"))
 
-    def values(self, X: Any, read: Reading) -> Any:
+    def values(self, X: Any, read: Reading | None) -> Any:
         """At points X (n, 3), m: (n,); not a number where it has none."""
         import numpy as np
 
@@ -92,13 +92,15 @@ def _at_place(node: Node, place: Sequence[float]) -> Any:
     return _PLAIN[node.do](*(_at_place(part, place) for part in node.parts))
 
 
-def _on_arrays(node: Node, X: Any, read: Reading, np: Any) -> Any:
+def _on_arrays(node: Node, X: Any, read: Reading | None, np: Any) -> Any:
     match node.do:
         case "number":
             return node.value
         case "axis":
             return X[:, node.value]
         case "field":
+            if read is None:
+                raise ValueError("a field, and nothing that reads it")
             return read(node.value, X)
     parts = [_on_arrays(part, X, read, np) for part in node.parts]
     match node.do:

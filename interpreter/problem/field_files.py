@@ -121,8 +121,8 @@ def _image(field: Field, file: Path) -> Image:
     frame = Frame(1.0, field.x, field.z, field.origin)
     A = frame.rotation(file.name)
     return Image(
-        np.asarray(volume.values, dtype=np.float64), np.linalg.inv(A @ volume.axes),
-        frame.points(volume.origin[None], file.name)[0],
+        np.asarray(volume.values, dtype=np.float64), np.asarray(np.linalg.inv(A @ volume.axes), dtype=np.float64),
+        np.asarray(frame.points(volume.origin[None], file.name)[0], dtype=np.float64),
     )  # fmt: skip
 
 

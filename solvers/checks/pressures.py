@@ -148,7 +148,7 @@ def _stable(F: Floats, s: float) -> Floats:
     return first[:, None, None] * F + second[:, None, None] * _cofactor(F)
 
 
-FINITE: dict[type, tuple[Callable[[Floats, float], Floats], Measure, Stress]] = {
+FINITE: dict[type, tuple[Callable[[Floats, Any], Floats], Measure, Stress]] = {
     NeoHookean: (_neo_hookean, _logarithm, _inverse),
     NeoHookeanIsochoric: (_isochoric, _swelling, _cofactor),
     StVenantKirchhoff: (_kirchhoff, _green_trace, lambda F: F),

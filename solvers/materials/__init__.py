@@ -83,7 +83,8 @@ def law_for(material: Isotropic, strain: str) -> Law:
         from softmark.solvers.materials.plane_stress import PlaneStress
 
         law = PlaneStress(law)
-    return _at_points(material, law)
+    found: Law = _at_points(material, law)
+    return found
 
 
 def _at_points(material: Isotropic, law: Any) -> Any:

@@ -75,7 +75,8 @@ class Isotropic:
         stabilization for Stokes equations"). With less than lam = 4 mu/3 (nu = 2/7) the pressure keeps mu, or all of K
         where K is less.
         """
-        return self.shear_modulus * within(-2.0 / 3.0, self._ratio - 1.0, 1.0 / 3.0)
+        kept: float = self.shear_modulus * within(-2.0 / 3.0, self._ratio - 1.0, 1.0 / 3.0)
+        return kept
 
     @property
     def _ratio(self) -> float:
