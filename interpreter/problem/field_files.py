@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.problem.typical import profiles
 from softmark.interpreter.vocabulary.fields import Field
 from softmark.records import dataclass
 from softmark.references.data import find
 from softmark.references.measured import Frame, Unreadable
 from softmark.references.rationing import rationed, reason_of
+from softmark.solvers.materials.varying import with_constants
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -85,6 +87,12 @@ def reading(field: Field, X: Floats) -> Floats:
     """The values of a field at points X (n, 3), m: (n,), in SI. Raises Unreadable."""
     found: Floats = field.unit.value * loaded(field).values(np.asarray(X, dtype=np.float64))
     return found
+
+
+def material_at(material: Any, X: Floats) -> Any:
+    """A material with arrays (n,) for what varies of its law, at points X (n, 3), m. Raises Unreadable."""
+    found = {name: profile.values(X, reading) for name, profile in profiles(material).items() if name != "density"}
+    return with_constants(material, found)
 
 
 def loaded(field: Field) -> Image | OnMesh:

@@ -294,6 +294,23 @@ def test_a_scene_without_any_loads_none_of_this() -> None:
     assert {m for m in loaded if any(w in m for w in words)} <= {"softmark.references.graded_bar"}
 
 
+def test_energies_of_strains_take_the_moduli_of_each_point() -> None:
+    """w (lam tr(E)^2 + 2 mu E : E) of the strain I, with E = 1 + z and nu of a part of its own: 9 lam + 6 mu."""
+    from softmark.interpreter.metrics.strain_energy_norm import _energy
+    from softmark.interpreter.problem.case import case_of
+
+    more = """material other = linear_elastic(young = 30 kPa, poisson = 0.2 + 0.1 * z / 40 mm, density = 1000 kg/m^3)
+region rear = part(bar, where = z >= 20 mm, material = other)
+model  m = fem(hex8, strain = small, size = 10 mm)"""
+    case = case_of(softmark.loads(bar("10 kPa * (1 + z / 40 mm)", more, nu="0.25")).scene, "bar")
+    X = np.array([[0.005, 0.005, 0.01], [0.005, 0.005, 0.03]])
+    exact = sum(
+        e / (1.0 + nu) * (9.0 * nu / (1.0 - 2.0 * nu) + 3.0) * w
+        for e, nu, w in ((12.5e3, 0.25, 2.0), (30e3, 0.275, 3.0))
+    )
+    assert _energy(np.stack([np.eye(3)] * 2), np.array([2.0, 3.0]), case, X) == pytest.approx(exact, rel=1e-12)
+
+
 def test_names_of_kinds_are_still_free() -> None:
     """No new reserved words: things may be called `field` and `young`."""
     text = bar("young", "param young = 10 kPa\nmodel field = fem(hex8, strain = small, size = 10 mm)")

@@ -196,7 +196,7 @@ class Fem(Model):
             self.one_mesh(declared, case),
             *options.sized(self, declared, case),
             self._finite_law(declared, case),
-            self._locking(declared, case),
+            self.locking(declared, case),
             self._rotation(declared, case),
         ]
         found += options.explicit(self, declared, case)
@@ -257,7 +257,8 @@ class Fem(Model):
         free = self.integration == "selective" or self.formulation != "displacement"
         return not free and bool(poisson >= named(self.element).locks)
 
-    def _locking(self, declared: Declared, case: Case) -> Diagnostic | None:
+    def locking(self, declared: Declared, case: Case) -> Diagnostic | None:
+        """A warning where the element is visibly too stiff at the Poisson's ratio of the body."""
         nu = case.material.poisson
         if not self.locks_at(nu) or case.material.incompressible or case.material.thin:
             return None
