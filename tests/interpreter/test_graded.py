@@ -31,7 +31,7 @@ metric   far  = displacement(tip, along = +x)
 """
 QUICK = [
     "tet4, strain = corotational", "hex8, strain = finite, integration = selective",
-    "tet10, strain = finite, formulation = mixed", "hex8, strain = corotational, rotation = element",
+    "tet10, strain = small, formulation = mixed",
 ]  # fmt: skip
 ALL = [
     f"{element}, strain = {strain}{more}"
@@ -276,6 +276,23 @@ metric f = frequency(bar)"""
 
 
 @pytest.mark.slow
+def test_motions_keep_their_energy() -> None:
+    """The midpoint rule of a bar that is let go, of which all constants vary: next to nothing is gained."""
+    more = """analysis drop = dynamic(duration = 50 ms, step = 0.5 ms, integrator = midpoint)
+model h = fem(hex8, strain = finite, size = 10 mm, integration = selective)
+model e = fem(hex8, strain = small, size = 10 mm)
+model m = fem(hex8, strain = finite, size = 10 mm, formulation = mean_dilatation)"""
+    grow = "(1 + z / 40 mm)^2"
+    text = bar(f"10 kPa * {grow}", more, "0.2 + 0.2 * z / 40 mm", f"1000 kg/m^3 * {grow}", "neo_hookean")
+    report = softmark.loads(text.replace("(0, 0, 100) Pa", "(20, 0, 100) Pa")).run()
+    for model in report.models.values():
+        assert model.status == "converged", model.message
+        assert abs(model.solve["energy"]["drift"]) < 1e-5, model.solve[
+            "energy"
+        ]  # 2.6e-6 is the worst, of finite strain
+
+
+@pytest.mark.slow
 def test_precision_may_be_single() -> None:
     more = "\n".join(
         f"model {n} = fem(hex8, strain = finite, size = 5 mm{m})" for n, m in (("a", ""), ("b", ", precision = single"))
@@ -285,8 +302,7 @@ def test_precision_may_be_single() -> None:
 
 
 def test_a_scene_without_any_loads_none_of_this() -> None:
-    more = "model m = fem(hex8, strain = finite, size = 5 mm)\nmodel t = fem(tet4, strain = corotational, size = 5 mm)"
-    scene = bar("10 kPa", more, law="neo_hookean")
+    scene = bar("10 kPa", "model m = fem(hex8, strain = finite, size = 10 mm)", law="neo_hookean")
     told = f"import softmark, sys; softmark.loads('''{scene}''').run(); print(sorted(sys.modules))"
     done = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True)
     loaded = {m for m in eval(done.stdout.splitlines()[-1]) if m.startswith("softmark.")}
