@@ -350,3 +350,15 @@ def test_arrays_and_coordinates_agree_with_python() -> None:
         )  # fmt: skip
         assert found == pytest.approx(expected, rel=1e-13)
         assert profile.value((x, y, z)) == pytest.approx(expected, rel=1e-13)
+
+
+def test_a_part_that_no_support_touches_may_vary() -> None:
+    """Supports are looked at from the cells around them: of a part that has none of these nothing is asked."""
+    more = """material other = linear_elastic(young = 30 kPa * exp(z / 40 mm), poisson = 0, density = 1000 kg/m^3)
+region top = part(bar, where = z >= 20 mm, material = other)
+model  m = fem(hex8, strain = small, size = 10 mm)"""
+    report = softmark.loads(bar("10 kPa * (1 + z / 40 mm)", more)).run()
+    assert report.models["m"].solve["checks"]["residual"] < 1e-10
+    held = report.models["m"].reactions["low"].reaction
+    assert held is not None
+    assert held.force[2] == pytest.approx(-100.0 * 1e-4, rel=1e-9)

@@ -137,7 +137,7 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
 
     constants = constants_of(case)
     E, nu = constants(mesh.points[mesh.cells[which]].mean(axis=1))
-    mu = float((E / (2.0 * (1.0 + nu))).max())
+    mu = float((E / (2.0 * (1.0 + nu))).max(initial=0.0))
     return VaryingPressed(*body, split, mu, own, apart=varying(material, model.strain, constants))
 
 
@@ -158,7 +158,7 @@ def checked_body(model: Fem, case: Case, points: Floats, cells: Any, kind: str, 
         own = tuple(varying.relaxed(term) for term in own)
     constants = constants_of(case)
     mu, lam = varying.moduli(*constants(points[cells].reshape(-1, 3)))
-    stiff = float((6.0 * mu + 9.0 * np.abs(lam)).max())
+    stiff = float((6.0 * mu + 9.0 * np.abs(lam)).max(initial=0.0))
     return varying.VaryingBody(points, cells, kind, u, own, stiff, turned, case.depth, constants=constants)
 
 

@@ -290,7 +290,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh, parts: Sequence[Part]) -> 
                 "places outside have the value of the nearest place that has one: look at `origin`, `x`, `z` and"
                 " `length` of the field, or at the body's place",
             )  # fmt: skip
-        if profile.name == "poisson" and profile.fields:  # which nothing knew before it was read
+        if profile.name == "poisson" and (profile.fields or case.shape.bounds is None):  # not known before
             solid = replace(case.typical[0], poisson=spread.most)
             locks = declared.thing.locking(declared, replace(case, other_material=solid, parts=()))
             yield from () if locks is None else (locks,)
