@@ -217,6 +217,8 @@ class Binder:
 
     def value(self, field: Field, node: tree.Expression, place: Place) -> Any:
         """What an expression is as the value of a field. Raises Bad."""
+        if field.varies and (varying := forms.profile(self, field, node, place)) is not None:
+            return varying
         if field.form in forms.FORMS:
             return forms.FORMS[field.form](self, field, node, place)
         form = "value_object" if field.form == "value" else field.form
@@ -242,7 +244,7 @@ class Binder:
         return value.value
 
     def dimension(self, field: Field, node: tree.Expression, place: Place, value: Quantity | VectorValue) -> None:
-        """Refuse a value of another dimension than its field has. Raises Bad."""
+        """Refuse a value of another dimension than that of its field. Raises Bad."""
         due = field.dimension or units.NONE
         if value.dimension == due:
             return

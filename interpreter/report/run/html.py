@@ -51,6 +51,7 @@ SECTIONS: tuple[tuple[str, str, Callable[[Findings], str]], ...] = (
     ("filled", "Filled", filled.section_of),
     ("bodies", "Bodies", regions.bodies_of),
     ("regions", "Regions", regions.section_of),
+    ("varying", "Varying", regions.varying),
     ("loads", "Loads", loads.section_of),
     ("supports", "Supports", reactions.section_of),
     ("modes", "Modes", modes.section_of),
