@@ -18,8 +18,6 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism, Swept
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
 
@@ -31,9 +29,10 @@ class Beam6Dof(Model):
     Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, rotations
     are not limited. Two-node elements with one integration point, second order, independent of the path.
     Shear and axial flexibility are on unless they are switched off. Needs a cylinder, a tube, a box or an arc that is
-    slender; supports must take whole cross-sections. At rest a torque on an end face is the moment on that section, of
-    fixed direction; a force at a point beside the axis acts on an arm that turns with its section, where a node is put.
-    An `arc(...)` is free of stress as it is declared; of curved beams no motion, frequencies and line loads are known.
+    slender; supports must take whole cross-sections. A torque on an end face is the moment on that section, of
+    fixed direction; a force at a point beside the axis acts on an arm that turns with its section, where a node is put;
+    supports may turn. An `arc(...)` is free of stress as it is declared; of curved beams no motion, frequencies and
+    line loads are known.
 
     In motion, by every integrator: half the mass of a segment is at either end, with the rotary inertia of its
     sections. Rotations are found as vectors from where a step began and never summed, so that a beam may turn without
@@ -89,9 +88,6 @@ class Beam6Dof(Model):
     def _between(self, load: Declared, case: Case) -> str:
         """Why what turns a section cannot do that here, or nothing."""
         action = load.thing.action
-        turns = isinstance(action, Turning) or (isinstance(action, AtPoint) and station(case, action.at) is None)
-        if turns and isinstance(case.analysis, Dynamic):
-            return "turns a section, which beams take at rest alone"
         if not isinstance(action, AtPoint) or station(case, action.at) is not None:
             return ""
         place, slack = beside(case, action.at) or 0.0, 1e-6 * case.prism.length
@@ -144,14 +140,6 @@ class Beam6Dof(Model):
         except Fault as loose:
             return [loose.diagnostic]
         return []
-
-    def turns(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Errors for supports that turn: in motion it follows none."""
-        yield from super().turns(declared, case)
-        for support in case.supports:
-            if support.thing.turns and isinstance(case.analysis, Dynamic):
-                yield diagnostic("E519", support.at(), f"`{declared.name}` cannot turn `{support.name}` in motion",
-                                 "of a beam at rest alone", "use `fem(...)` for the motion")  # fmt: skip
 
     def _apart(self, case: Case) -> bool:
         """Whether all supports are clamps, no two of them take one section, and some section is free."""
