@@ -143,14 +143,16 @@ def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
     held.ravel()[fixed] = True
     applied = _loads(case, rest, stations)
     assembly = Assembly(6 * nodes, fixed, [elastic], _together(applied, rest))
+    space = RodChain(rest, held[:, :3])
     problem = Statics(
         assembly,
-        RodChain(rest, held[:, :3]),
+        space,
         rest,
         fixed,
         target,
         case.analysis.tolerance,
         case.analysis.max_iterations,
+        jumped=space.jumped,
         bold=False,
         extent=shape.length,
         weights=np.tile([1.0, 1.0, 1.0, *[1.0 / shape.length] * 3], nodes),
