@@ -19,7 +19,7 @@ from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.beam.words import Beam6Dof, station
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage, whole
-from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Routed, Turning
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.rods import CheckedRod, frames
@@ -85,6 +85,8 @@ class BeamLine:
                     m[0 if coverage(where, shape, 0.0) == "all" else -1] += np.array(moment)
                 case PerLength(begin=begin, end=end, force=q):
                     f += self._line(np.array(begin), np.array(end))[:, None] * np.array(q)
+                case Routed() as tendon:
+                    both += rod.pulled(*self._route(tendon))
                 case AtPoint(at=at, force=force) if station(self.case, at) is None:
                     X, axes = self.at_rest
                     off = np.array(at) - X
@@ -109,6 +111,19 @@ class BeamLine:
                 hats = np.array([np.interp(s, self.s, row) for row in np.eye(len(self.s))])
                 found += weight * (b - a) / 6.0 * hats
         return found
+
+    def _route(self, tendon: Routed) -> tuple[Floats, Floats, Floats]:
+        """The tension in the middle of every element (e,), N, and arms and slopes there (e, 3): sections are complex."""
+        shape = self.case.prism
+        (low, *first), (high, *last) = sorted(shape.own(p) for p in (tendon.begin, tendon.end))
+        ends = np.clip(self.s, low, high)
+        z = (0.5 * (ends[1:] + ends[:-1]) - low) / (high - low)
+        turn, begin = 1j * tendon.winding, complex(*first)
+        line = complex(*last) * np.exp(-turn) - begin
+        arm = np.exp(turn * z) * (begin + line * z)
+        slope = (np.exp(turn * z) * line + turn * arm) / (high - low)
+        arms, slopes = (np.stack([0.0 * z, f.real, f.imag], axis=1) for f in (arm, slope))
+        return tendon.tension * np.diff(ends) / np.diff(self.s), arms, slopes
 
     def held(self) -> NDArray[np.bool_]:
         """Forces and moments that supports carry (n, 6); of a partly held section, all moments."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, reduce
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +20,7 @@ from softmark.interpreter.models.shared.prepared import Meshless, Prepared, Solu
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Routed, Turning
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats
@@ -182,15 +182,25 @@ def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, 
 
 
 def _together(applied: Sequence[tuple[Declared, Energy]], rest: Floats) -> list[Energy]:
-    """All of them, forces at nodes in one."""
+    """All of them, forces at nodes in one, and tendons in another."""
     found = [energy for _, energy in applied]
     forces = sum((e.forces for e in found if isinstance(e, RodLoad)), np.zeros((rest.size // 7, 3)))
-    return [RodLoad(rest, forces), *(e for e in found if not isinstance(e, RodLoad))]
+    others = [e for e in found if not isinstance(e, RodLoad)]
+    if not any(isinstance(load.thing.action, Routed) for load, _ in applied):
+        return [RodLoad(rest, forces), *others]
+    from softmark.solvers.energies.rod_tendons import RodTendons
+
+    tendons = reduce(RodTendons.joined, (e for e in others if isinstance(e, RodTendons)))
+    return [RodLoad(rest, forces), *(e for e in others if not isinstance(e, RodTendons)), tendons]
 
 
 def _load(case: Case, load: Declared, rest: Floats, stations: Floats) -> Energy:
-    """One load: forces at nodes, or what turns the section of one."""
+    """One load: forces at nodes, what turns the section of one, or a tendon."""
     match load.thing.action:
+        case Routed() as action:
+            from softmark.interpreter.models.beam.tendons import tendon
+
+            return tendon(case, action, rest, stations)
         case Turning(where=where, moment=moment):
             from softmark.solvers.energies.rod_loads import RodMoments
 

@@ -21,11 +21,11 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.turning import Turning
-from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.energy import Energy, Floats, OverElements
 from softmark.solvers.energies.rod import RodLoad
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_state import displacement_at
-from softmark.solvers.energies.turning.rods import DeadRodLoad, RodChart, TurnedLoad, TurningRod
+from softmark.solvers.energies.turning.rods import DeadRodLoad, RodChart, TurnedElements, TurnedLoad, TurningRod
 from softmark.solvers.linear.chains import ChainSolver
 
 if TYPE_CHECKING:
@@ -109,4 +109,6 @@ def moving(
 
 def _in_motion(energy: Energy, chart: RodChart) -> Energy:
     """A load of the rod at rest."""
-    return DeadRodLoad(energy.forces) if isinstance(energy, RodLoad) else TurnedLoad(chart, energy)
+    if isinstance(energy, RodLoad):
+        return DeadRodLoad(energy.forces)
+    return TurnedElements(chart, energy) if isinstance(energy, OverElements) else TurnedLoad(chart, energy)

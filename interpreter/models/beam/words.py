@@ -13,7 +13,7 @@ from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.stretches import borders, coverage, coverages, inside, whole
 from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Routed, Turning
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism, Swept
 
@@ -40,7 +40,7 @@ class Beam6Dof(Model):
     Source: Simo (1985); Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); Brüls and Cardona (2010).
     """
 
-    loads = (PerMass, PerArea, Follower, Turning, AtPoint, PerLength)  # of which `_unfit` says more
+    loads = (PerMass, PerArea, Follower, Turning, AtPoint, PerLength, Routed)  # of which `_unfit` says more
     recovers = True
     finely = ("segments",)
 
@@ -80,7 +80,7 @@ class Beam6Dof(Model):
                         load.at(_PLACE.get(type(load.thing.action), "where")),
                         f"`{declared.name}` cannot represent the load `{load.name}`",
                         reason,
-                        "beams take gravity, traction and torques on an end face, forces and line loads on the axis",
+                        "beams take gravity, traction and torques on an end face, forces and line loads on the axis, tendons",
                     )
                 )
         return found
@@ -222,7 +222,7 @@ def _turns_free(case: Case, support: Declared) -> bool:
     return turns_free(case, support)
 
 
-_PLACE: dict[type, str] = {AtPoint: "at", PerLength: "from"}  # the field that says where a load acts
+_PLACE: dict[type, str] = {AtPoint: "at", PerLength: "from", Routed: "from"}  # the field that says where a load acts
 
 
 def _aligned(axis: tuple[float, ...]) -> bool:
@@ -241,6 +241,11 @@ def _unfit(load: Declared, case: Case) -> str:
                 return "a line without a length"
             on = station(case, begin) is not None and station(case, end) is not None
             return "" if on else "not along the axis of the beam"
+        case Routed(begin=begin, end=end):
+            ends = beside(case, begin), beside(case, end)
+            if None in ends:
+                return "beyond the ends of the beam"
+            return "" if ends[0] != ends[1] else "a tendon that does not run along the beam"
         case PerArea(where=where) | Turning(where=where):
             length = case.prism.length
             ends = [coverage(where, case.prism, s) for s in (0.0, length)]
@@ -250,10 +255,11 @@ def _unfit(load: Declared, case: Case) -> str:
 
 
 def _arms(case: Case) -> set[float]:
-    """Where eccentric forces act, m from the root."""
-    points = (load.thing.action.at for load in case.loads if isinstance(load.thing.action, AtPoint))
-    places = (beside(case, at) for at in points if station(case, at) is None)
-    return {s for s in places if s is not None}
+    """Where eccentric forces act and tendons end, m from the root."""
+    actions = [load.thing.action for load in case.loads]
+    points = [a.at for a in actions if isinstance(a, AtPoint) and station(case, a.at) is None]
+    ends = [p for a in actions if isinstance(a, Routed) for p in (a.begin, a.end)]
+    return {s for s in (beside(case, p) for p in (*points, *ends)) if s is not None}
 
 
 def beside(case: Case, point: tuple[float, float, float]) -> float | None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.energies.blocks import add_blocks, cross_matrix, definite
-from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
+from softmark.solvers.energies.energy import Energy, Floats, Ints, OverElements, no_stencils
 from softmark.solvers.energies.rod import RodElastic
 from softmark.solvers.energies.turning import kernels
 
@@ -188,6 +188,48 @@ class TurnedLoad(Energy):
         local += cross_matrix(0.5 * g[self.stencils])
         turned = local @ self.chart.turned(x)[2][self.stencils[:, 0] // 6]
         add_blocks(scale * turned, slots, data)
+
+    def rounding(self, x: Floats) -> float:
+        """Of the load."""
+        return self.energy.rounding(self.chart.state(x))
+
+
+@dataclass(frozen=True)
+class TurnedElements(Energy):
+    """A load on the elements of a rod at rest, an `energy` over positions and quaternions, over the unknowns of a chart.
+
+    Forces and tangents are as those of `TurnedLoad`, of each element by itself.
+    """
+
+    chart: RodChart
+    energy: OverElements
+    conservative: bool = False
+
+    @property
+    def stencils(self) -> Ints:
+        """Those of the load."""
+        return self.energy.stencils
+
+    def value(self, x: Floats) -> float:
+        """Of the load, J."""
+        return self.energy.value(self.chart.state(x))
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus its forces and its moments about the nodes' own axes."""
+        self.energy.add_gradient(self.chart.state(x), g, scale)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """The tangent of the forces; `projected` is that of the load."""
+        state = self.chart.state(x)
+        if projected:
+            self.energy.add_hessian(state, data, slots, scale, True)
+            return
+        T, nodes = self.chart.turned(x)[2], self.stencils[:, ::6] // 6
+        g, local = self.energy.local_forces(state), self.energy.local_hessians(state)
+        for side, own in enumerate((slice(3, 6), slice(9, 12))):
+            local[:, own, own] += cross_matrix(0.5 * g[:, own])
+            local[:, :, own] = local[:, :, own] @ T[nodes[:, side]]
+        add_blocks(scale * local, slots, data)
 
     def rounding(self, x: Floats) -> float:
         """Of the load."""

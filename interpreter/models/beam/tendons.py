@@ -1,0 +1,39 @@
+"""Tendons of a beam: where they run, as arms from the axis at the middles of its segments."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.vocabulary.loads import Routed
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.energies.rod_state import chain
+from softmark.solvers.energies.rod_tendons import RodTendons
+
+
+def tendon(case: Case, action: Routed, rest: Floats, stations: Floats) -> RodTendons:
+    """The energy of a tendon over a rod with nodes at stations (n,), m."""
+    begin, end = sorted(case.prism.own(p) for p in (action.begin, action.end))
+    low, high = (np.clip(s, begin[0], end[0]) for s in (stations[:-1], stations[1:]))
+    shares = (high - low) / np.diff(stations)
+    t = (0.5 * (low + high) - begin[0]) / (end[0] - begin[0])
+    arms, slopes = _beside(np.array(begin[1:]), np.array(end[1:]), action.winding, t)
+    slopes /= end[0] - begin[0]
+    tension = np.array([action.tension])
+    return RodTendons(rest, chain(len(stations)), arms[None], slopes[None], shares[None], tension)
+
+
+def _beside(first: Floats, last: Floats, winding: float, t: Floats) -> tuple[Floats, Floats]:
+    """Arms in material axes (m, 3) at parts t of the way between two places (2,) in the section, and their slopes by t.
+
+    The last place, unwound, and the first make a straight line; every point of it is turned by its part of the winding.
+    """
+    c, s = np.cos(winding), np.sin(winding)
+    unwound = np.array([c * last[0] + s * last[1], c * last[1] - s * last[0]])
+    line, way = (1.0 - t)[:, None] * first + t[:, None] * unwound, unwound - first
+    c, s = np.cos(winding * t), np.sin(winding * t)
+    arms, slopes = np.zeros((2, len(t), 3))
+    arms[:, 1], arms[:, 2] = c * line[:, 0] - s * line[:, 1], s * line[:, 0] + c * line[:, 1]
+    slopes[:, 1] = c * way[0] - s * way[1] - winding * arms[:, 2]
+    slopes[:, 2] = s * way[0] + c * way[1] + winding * arms[:, 1]
+    return arms, slopes

@@ -1,0 +1,120 @@
+"""Tendons of a rod: lines under tension that follow material points beside its axis, without friction.
+
+A tendon under a tension T that its course gives is a weight on a cord over a pulley: its energy is T times its length,
+whatever it touches on its way, so that forces and tangents follow from that. In material axes its direction is
+
+    y = Gamma + K x a + a',   length = integral of |y| ds,   t = y / |y|
+
+with Gamma (stretch and shears, e1 when straight) and K (twist and curvatures) of the rod, and a(s) the arm from its axis.
+It adds T t to the force and a x T t to the moment that sections carry. Source: Rucker and Webster (2011), IEEE Trans.
+Robot. 27, 1033-1044, whose equations of balance are the derivative of that energy.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.energies.blocks import add_blocks, cross_matrix, definite
+from softmark.solvers.energies.energy import Floats, Ints, OverElements
+from softmark.solvers.energies.rod_kinematics import Segments, segments_of
+from softmark.solvers.energies.rod_state import lengths
+
+SHORT = 1e-12  # of a segment: what is shorter has no direction
+
+
+@dataclass(frozen=True)
+class RodTendons(OverElements):
+    """Tendons (k,) under `tension` (k,), N, at `arms` (k, m, 3), m, in the middles of elements (m, 2).
+
+    E = sum of T l c |Gamma + K x a + a'|, less its value at rest, J, by the rule of one point that the rod has;
+    `slopes` (k, m, 3) are a', and `shares` (k, m) which part c of each element a tendon runs along.
+    """
+
+    rest: Floats
+    elements: Ints
+    arms: Floats
+    slopes: Floats
+    shares: Floats
+    tension: Floats
+    conservative: bool = True
+
+    @cached_property
+    def lengths(self) -> Floats:
+        """Undeformed lengths (m,) of the elements, m."""
+        return lengths(self.rest, self.elements)
+
+    @cached_property
+    def stencils(self) -> Ints:
+        """Six degrees of freedom of either node (m, 12)."""
+        found: Ints = (6 * self.elements[:, :, None] + np.arange(6)).reshape(-1, 12)
+        return found
+
+    def joined(self, other: RodTendons) -> RodTendons:
+        """Both, on the same rod."""
+        parts = [np.concatenate([getattr(self, n), getattr(other, n)]) for n in ("arms", "slopes", "shares", "tension")]
+        return RodTendons(self.rest, self.elements, *parts)
+
+    def _ways(self, segments: Segments) -> tuple[Floats, Floats]:
+        """y (k, m, 3) and |y| (k, m)."""
+        Gamma, K = segments.strains[:, :3], segments.strains[:, 3:]
+        y: Floats = Gamma + np.cross(K, self.arms) + self.slopes
+        return y, np.maximum(np.linalg.norm(y, axis=2), SHORT)
+
+    def paths(self, x: Floats) -> Floats:
+        """The lengths of the tendons (k,) in a state, m."""
+        found: Floats = (self.shares * self.lengths * self._ways(segments_of(x, self.elements, self.lengths))[1]).sum(1)
+        return found
+
+    @cached_property
+    def _at_rest(self) -> Floats:
+        return self.paths(self.rest)
+
+    def value(self, x: Floats) -> float:
+        """Potential, zero in the undeformed state, J."""
+        return float(self.tension @ (self.paths(x) - self._at_rest))
+
+    @cached_property
+    def _weights(self) -> Floats:
+        """T l c (k, m), N m."""
+        return np.asarray(self.tension[:, None] * self.shares * self.lengths)
+
+    def _carried(self, segments: Segments) -> Floats:
+        """l times the forces and moments that tendons add in the middles of the elements (m, 6)."""
+        y, size = self._ways(segments)
+        pull = (self._weights / size)[:, :, None] * y
+        found: Floats = np.concatenate([pull, np.cross(self.arms, pull)], axis=2).sum(axis=0)
+        return found
+
+    def local_forces(self, x: Floats) -> Floats:
+        """The gradient of each element (m, 12), N and N m."""
+        segments = segments_of(x, self.elements, self.lengths)
+        return segments.forces(self._carried(segments))
+
+    def local_hessians(self, x: Floats) -> Floats:
+        """Of each element (m, 12, 12): that of |y| by the strains, (1 - t t^T) / |y|, and what strains are curved by."""
+        segments = segments_of(x, self.elements, self.lengths)
+        y, size = self._ways(segments)
+        t = y / size[:, :, None]
+        across = np.eye(3) - t[..., :, None] * t[..., None, :]
+        by = np.concatenate([np.broadcast_to(np.eye(3), across.shape), -cross_matrix(self.arms)], axis=3)  # dy
+        weight = (self._weights / size)[:, :, None, None]
+        D = (by.swapaxes(2, 3) @ (weight * (across @ by))).sum(axis=0)
+        B = segments.gradients
+        found: Floats = B.swapaxes(1, 2) @ D @ B
+        return found + segments.hessians(self._carried(segments), np.zeros((len(self.lengths), 6)))
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus what the tendons do to the nodes: forces, N, and moments about the material axes, N m."""
+        g += np.bincount(self.stencils.ravel(), scale * self.local_forces(x).ravel(), len(g))
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Exact; `projected` clamps its local eigenvalues at zero."""
+        local = self.local_hessians(x)
+        add_blocks(scale * (definite(local) if projected else local), slots, data)
+
+    def rounding(self, x: Floats) -> float:
+        """Far below that of the rod."""
+        return 0.0
