@@ -6,6 +6,7 @@
     elastica           large deflections, bending alone
     simo_reissner      large deflections with shear and stretch
     small_deflection   the closed form for small ones
+    rucker_webster     a beam that tendons bend and twist in space, by the equations of `driven_rod`
     torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
 
     self_converged     the scene's own models refined: what is asked for; solving them is not done here
@@ -33,6 +34,7 @@ from softmark.references.ct_volume import CtVolume
 from softmark.references.curve import CurveFromFile
 from softmark.references.elastica import Elastica
 from softmark.references.markers import TrackedPoints
+from softmark.references.rucker_webster import RuckerWebster
 from softmark.references.self_converged import SelfConverged
 from softmark.references.simo_reissner import SimoReissner
 from softmark.references.small_deflection import SmallDeflection
@@ -45,6 +47,7 @@ REFERENCES: dict[str, type] = {
     "small_deflection": SmallDeflection,
     "simo_reissner": SimoReissner,
     "torsion": Torsion,
+    "rucker_webster": RuckerWebster,
     "self_converged": SelfConverged,
     "surface": SurfaceScan,
     "markers": TrackedPoints,

@@ -253,10 +253,10 @@ class Tendon(Load):
     It goes straight through the undeformed body from one point to another, or winds about the axis on its way, and is
     carried along as the beam bends: its force follows it. Guides have no friction, so that its tension is the same all
     along and its energy the tension times its length. Guides may lie outside the body, as those on discs do. Each end
-    is fixed to the section that it lies in, where a node is put: what pulls at it is within the beam, forces and moments
-    of a tendon add up to nothing, and supports carry none of it; a motor apart from the beam would take its pull from
-    the support at that end. A straight tendon at a distance d bends a beam to a curvature T d / (E I) and shortens it by
-    T / (E A). Beams with a straight axis take tendons, at rest and in motion.
+    is fixed to the section that it lies in, where a node is put: what pulls at it is within the beam, forces and
+    moments of a tendon add up to nothing, and supports carry none of it; a motor apart from the beam would take its
+    pull from the support at that end. A straight tendon at a distance d bends a beam to a curvature T d / (E I) and
+    shortens it by T / (E A). Beams with a straight axis take tendons, at rest and in motion.
     Source: Rucker and Webster (2011), IEEE Trans. Robot. 27, 1033-1044; Camarillo and others (2008), IEEE Trans.
     Robot. 24, 1262-1273.
     """

@@ -5,7 +5,7 @@ whatever it touches on its way, so that forces and tangents follow from that. In
 
     y = Gamma + K x a + a',   length = integral of |y| ds,   t = y / |y|
 
-with Gamma (stretch and shears, e1 when straight) and K (twist and curvatures) of the rod, and a(s) the arm from its axis.
+with Gamma (stretch and shears, e1 when straight) and K (twist and curvatures) of the rod, a(s) the arm from its axis.
 It adds T t to the force and a x T t to the moment that sections carry. Source: Rucker and Webster (2011), IEEE Trans.
 Robot. 27, 1033-1044, whose equations of balance are the derivative of that energy.
 """
@@ -68,6 +68,12 @@ class RodTendons(OverElements):
         found: Floats = (self.shares * self.lengths * self._ways(segments_of(x, self.elements, self.lengths))[1]).sum(1)
         return found
 
+    def nearest(self, x: Floats) -> Floats:
+        """To which part of their distance at rest the nearest neighbours among its guides have come (k,)."""
+        now, then = (self._ways(segments_of(s, self.elements, self.lengths))[1] for s in (x, self.rest))
+        found: Floats = np.where(self.shares > 0.0, now / then, np.inf).min(axis=1)
+        return found
+
     @cached_property
     def _at_rest(self) -> Floats:
         return self.paths(self.rest)
@@ -94,7 +100,7 @@ class RodTendons(OverElements):
         return segments.forces(self._carried(segments))
 
     def local_hessians(self, x: Floats) -> Floats:
-        """Of each element (m, 12, 12): that of |y| by the strains, (1 - t t^T) / |y|, and what strains are curved by."""
+        """Of each element (m, 12, 12): of |y| by the strains, (1 - t t^T) / |y|, and what strains are curved by."""
         segments = segments_of(x, self.elements, self.lengths)
         y, size = self._ways(segments)
         t = y / size[:, :, None]

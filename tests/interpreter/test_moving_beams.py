@@ -104,6 +104,7 @@ def test_a_clamp_that_moves_takes_the_bar_along() -> None:
     np.testing.assert_allclose(last, np.tile([0.0, 0.0, 0.02], (5, 1)), atol=1e-4)
 
 
+@pytest.mark.slow
 def test_what_turns_sections_comes_to_rest_where_the_static_analysis_is() -> None:
     """A torque on the end, a force on an arm and a clamp that turns, each on its course, and damped as above."""
     acting = """support grip = turned(bar, where = x <= 0 mm, axis = (1, 2, 2), angle = 50 deg{ramp})

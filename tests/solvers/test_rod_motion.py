@@ -291,7 +291,7 @@ def exactly() -> tuple[np.ndarray, np.ndarray]:
     return state, v
 
 
-QUICK = ("midpoint", "generalized_alpha")
+QUICK = ("midpoint",)
 
 
 @pytest.mark.parametrize("name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in INTEGRATORS])

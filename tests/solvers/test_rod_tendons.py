@@ -1,6 +1,6 @@
 """Tendons of rods: derivatives, the circle that a straight one bends a rod to, what adds up to nothing, and motion.
 
-Truths: finite differences of their lengths, closed forms, and the equations of Rucker and Webster (2011) in references/.
+Truths: finite differences of their lengths, and closed forms.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
+from softmark.solvers.dynamics.scheme import Motion
 from softmark.solvers.dynamics.turning import Turning
 from softmark.solvers.energies.rod import RodElastic
 from softmark.solvers.energies.rod_rotation import exponential, product, rotation
@@ -90,10 +91,12 @@ def test_what_a_tendon_does_adds_up_to_nothing() -> None:
     np.testing.assert_allclose((own + np.cross(nodes[:, :3], f[:, :3])).sum(axis=0), 0.0, atol=1e-14)
 
 
-@pytest.mark.parametrize("circles", [0.1, 1.0, 2.5])
+@pytest.mark.parametrize("circles", [0.1, pytest.param(1.0, marks=pytest.mark.slow), 2.5])
 def test_a_straight_tendon_bends_a_rod_to_a_circle(circles: float) -> None:
-    """Curvature T d / E I and stretch 1 - T / E A all along, which one point in each element has exactly; tolerance 1e-8
-    of the solution, hence 1e-7 of strains."""
+    """Curvature T d / E I and stretch 1 - T / E A all along, which one point in each element has exactly.
+
+    The solution has a tolerance of 1e-8, hence 1e-7 of strains.
+    """
     rest, d = straight(21), 0.01
     T = circles * 2 * np.pi / L * 1e6 * GUM.I2 / d
     elastic = RodElastic(rest, chain(21), GUM.stiffness)
@@ -119,6 +122,12 @@ def moving(nodes: int, fixed: np.ndarray, tension: float, name: str) -> Dynamics
     return Dynamics(Assembly(6 * nodes, fixed, [rod], [load]), M.ravel(), np.zeros(6 * nodes), np.zeros(6 * nodes),
                     fixed, integrator=INTEGRATORS[name](), lagged=False, linear=ChainSolver(), tolerance=1e-10,
                     turning=Turning(chart, where, np.ascontiguousarray(M[:, 3:])))  # fmt: skip
+
+
+def chart_of(problem: Dynamics) -> RodChart:
+    assert problem.turning is not None
+    assert isinstance(problem.turning.chart, RodChart)
+    return problem.turning.chart
 
 
 def test_the_tangent_in_motion_is_the_derivative_of_the_forces() -> None:
@@ -147,11 +156,10 @@ def test_a_free_rod_is_not_moved_by_its_tendon(name: str) -> None:
     """Pulled at once it bends, twists and vibrates: momentum stays nothing by every integrator, angular momentum by
     midpoint (to rounding, of what its parts have) and energies balance: of what the tendon brings, tension by way."""
     problem = moving(9, np.zeros(0, dtype=np.int64), 0.02, name)
-    chart, M = problem.turning.chart, np.asarray(problem.mass).reshape(-1, 6)
-    assert isinstance(chart, RodChart)
+    chart, M = chart_of(problem), np.asarray(problem.mass).reshape(-1, 6)
     step, duration = (1e-4, 0.03) if INTEGRATORS[name].explicit else (1e-3, 0.1)
 
-    def momenta(motion: object) -> np.ndarray:
+    def momenta(motion: Motion) -> np.ndarray:
         at, q, _ = chart.turned(motion.x)
         p = M * motion.v.reshape(-1, 6)
         each = np.cross(at, p[:, :3]) + np.einsum("nij,nj->ni", rotation(q), p[:, 3:])
@@ -167,11 +175,11 @@ def test_a_free_rod_is_not_moved_by_its_tendon(name: str) -> None:
     assert np.abs(track.energies["drift"]).max() < (0.6 if name in ("implicit_euler", "bdf2") else 0.02) * pulled
 
 
+@pytest.mark.slow
 def test_it_comes_to_rest_where_statics_finds_it() -> None:
     """Damped, from a tension that acts at once; to 1e-6 of the length."""
     problem = replace(moving(9, np.arange(6), 0.05, "bdf2"), damping=Rayleigh(alpha=11.0))
-    chart = problem.turning.chart
-    assert isinstance(chart, RodChart)
+    chart = chart_of(problem)
     end = march(problem, 3.0, 0.05, lambda m: chart.state(m.x)).observed[-1]
     rest = straight(9)
     held = np.zeros((9, 3), dtype=bool)

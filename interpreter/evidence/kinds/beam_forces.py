@@ -113,7 +113,7 @@ class BeamLine:
         return found
 
     def _route(self, tendon: Routed) -> tuple[Floats, Floats, Floats]:
-        """The tension in the middle of every element (e,), N, and arms and slopes there (e, 3): sections are complex."""
+        """The tension in the middle of every element (e,), N, and arms and slopes there (e, 3), by complex numbers."""
         shape = self.case.prism
         (low, *first), (high, *last) = sorted(shape.own(p) for p in (tendon.begin, tendon.end))
         ends = np.clip(self.s, low, high)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.vibrations import about, none
 from softmark.interpreter.models.beam import holding
@@ -96,8 +97,17 @@ class PreparedBeam(Meshless):
         modes = about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         if self.along is not None:
             modes = none("those of curved beams are not known yet: `fem(...)` finds them")
-        seen = replace(solution, notes=outcome.doubts(self.declared, found), vibrations=modes if found.solved else None)
+        notes = (*outcome.doubts(self.declared, found), *self._pressed(found.x))
+        seen = replace(solution, notes=notes, vibrations=modes if found.solved else None)
         return replace(seen, carried=cache(lambda: on_rod(assembly, self.rest, found.x, self.applied)))
+
+    def _pressed(self, x: Floats) -> tuple[Diagnostic, ...]:
+        """Warnings where tendons pull their guides together."""
+        if not any(isinstance(load.thing.action, Routed) for load, _ in self.applied):
+            return ()
+        from softmark.interpreter.models.beam.tendons import pressed
+
+        return pressed(self.declared, self.applied, x)
 
     def mass(self) -> Floats:
         """Of the nodes and of the sections that turn with them (6 n,): a half of each segment's at both its ends."""

@@ -2,13 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.loads import Routed
-from softmark.solvers.energies.energy import Floats
+from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod_state import chain
 from softmark.solvers.energies.rod_tendons import RodTendons
+
+NEAR = 0.2  # of their distance at rest: guides that come nearer would touch, and beam theory has ended long before
+
+
+def pressed(declared: Declared, applied: Sequence[tuple[Declared, Energy]], x: Floats) -> tuple[Diagnostic, ...]:
+    """Warnings where tendons pull their guides together, in a state x."""
+    found = []
+    for load, energy in applied:
+        if isinstance(energy, RodTendons) and (least := float(energy.nearest(x).min())) < NEAR:
+            found.append(diagnostic(
+                "W367", declared.at(),
+                f"`{load.name}` pulls its guides together, to {100 * least:.2g} % of their distance, in "
+                f"`{declared.name}`",
+                "bent more sharply than its tendon lies away",
+                "guides would touch, which no model here knows: pull less, or nearer to the axis",
+            ))  # fmt: skip
+    return tuple(found)
 
 
 def tendon(case: Case, action: Routed, rest: Floats, stations: Floats) -> RodTendons:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
@@ -77,10 +77,10 @@ class Beam6Dof(Model):
                 found.append(
                     diagnostic(
                         "E501",
-                        load.at(_PLACE.get(type(load.thing.action), "where")),
+                        load.at(_place(load.thing.action, case)),
                         f"`{declared.name}` cannot represent the load `{load.name}`",
                         reason,
-                        "beams take gravity, traction and torques on an end face, forces and line loads on the axis, tendons",
+                        "beams take gravity, tendons, traction and torques on an end face, forces and lines along it",
                     )
                 )
         return found
@@ -222,7 +222,11 @@ def _turns_free(case: Case, support: Declared) -> bool:
     return turns_free(case, support)
 
 
-_PLACE: dict[type, str] = {AtPoint: "at", PerLength: "from", Routed: "from"}  # the field that says where a load acts
+def _place(action: Any, case: Case) -> str:
+    """The field that says where a load acts; of a tendon that goes beyond one end, that end."""
+    if isinstance(action, Routed):
+        return "to" if beside(case, action.end) is None and beside(case, action.begin) is not None else "from"
+    return {AtPoint: "at", PerLength: "from"}.get(type(action), "where")
 
 
 def _aligned(axis: tuple[float, ...]) -> bool:
@@ -242,10 +246,11 @@ def _unfit(load: Declared, case: Case) -> str:
             on = station(case, begin) is not None and station(case, end) is not None
             return "" if on else "not along the axis of the beam"
         case Routed(begin=begin, end=end):
-            ends = beside(case, begin), beside(case, end)
-            if None in ends:
+            first, last = beside(case, begin), beside(case, end)
+            if first is None or last is None:
                 return "beyond the ends of the beam"
-            return "" if ends[0] != ends[1] else "a tendon that does not run along the beam"
+            slack = 1e-6 * case.prism.length
+            return "" if abs(first - last) > slack else "a tendon that does not run along the beam"
         case PerArea(where=where) | Turning(where=where):
             length = case.prism.length
             ends = [coverage(where, case.prism, s) for s in (0.0, length)]

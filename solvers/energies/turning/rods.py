@@ -196,7 +196,7 @@ class TurnedLoad(Energy):
 
 @dataclass(frozen=True)
 class TurnedElements(Energy):
-    """A load on the elements of a rod at rest, an `energy` over positions and quaternions, over the unknowns of a chart.
+    """A load on the elements of a rod at rest, an `energy` of positions and quaternions, over the unknowns of a chart.
 
     Forces and tangents are as those of `TurnedLoad`, of each element by itself.
     """
