@@ -54,7 +54,7 @@ def _rod(reference: Declared, case: Case) -> DrivenRod:
     if not routes:
         raise Refused("no tendon drives the beam", "declare one: `load pull = tendon(...)`")
     line = case.material.density * _first(shape, frame).area
-    weight: Vector = tuple(line * g for g in case.gravity)  # type: ignore[assignment]
+    weight = _moved((0.0, 0.0, 0.0), line, case.gravity)
     stiffness = _stiffness(case, frame)
     return DrivenRod(shape.length, stiffness, root, frame, weight, (force[0], force[1], force[2]), tuple(routes))
 

@@ -70,7 +70,7 @@ class CheckedRod:
         """theta, J^-1, R_m, d and A of every element."""
         Ra, d = self.R[:-1], np.diff(self.x, axis=0)
         theta = self._turns
-        inverse = np.linalg.inv(left_jacobian(theta))
+        inverse: Floats = np.asarray(np.linalg.inv(left_jacobian(theta)), dtype=np.float64)
         A = 0.5 * Ra @ left_jacobian(0.5 * theta) @ inverse @ Ra.transpose(0, 2, 1)
         return theta, inverse, Ra @ exponential(0.5 * theta), d, A
 

@@ -54,8 +54,9 @@ class RodTendons(OverElements):
 
     def joined(self, other: RodTendons) -> RodTendons:
         """Both, on the same rod."""
-        parts = [np.concatenate([getattr(self, n), getattr(other, n)]) for n in ("arms", "slopes", "shares", "tension")]
-        return RodTendons(self.rest, self.elements, *parts)
+        both = [(t.arms, t.slopes, t.shares, t.tension) for t in (self, other)]
+        arms, slopes, shares, tension = (np.concatenate(pair) for pair in zip(*both, strict=True))
+        return RodTendons(self.rest, self.elements, arms, slopes, shares, tension)
 
     def _ways(self, segments: Segments) -> tuple[Floats, Floats]:
         """y (k, m, 3) and |y| (k, m)."""

@@ -103,7 +103,7 @@ def test_in_states_and_in_motion_it_follows_its_course() -> None:
 
 
 def test_a_tendon_that_pulls_otherwise_than_it_should_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its pull taken a thousandth too large, in forces and tangents alike: by the other formulas it does not balance."""
+    """Its pull taken a thousandth too large, forces and tangents alike: by other formulas it does not balance."""
     right = RodTendons._ways
 
     def wrong(tendons: RodTendons, segments: Segments) -> tuple[np.ndarray, np.ndarray]:

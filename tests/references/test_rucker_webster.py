@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -63,8 +65,8 @@ def test_its_energy_is_stationary() -> None:
     shape, equations = driven(full), Equations(full, 1.0)
     cuts = [p.begin for p in shape.stretches] + [1.0]
     x, w = np.polynomial.legendre.leggauss(40)
-    s = np.concatenate([a + (b - a) * 0.5 * (x + 1) for a, b in zip(cuts, cuts[1:], strict=False)])
-    w = np.concatenate([0.5 * (b - a) * w for a, b in zip(cuts, cuts[1:], strict=False)])
+    s = np.concatenate([a + (b - a) * 0.5 * (x + 1) for a, b in itertools.pairwise(cuts)])
+    w = np.concatenate([0.5 * (b - a) * w for a, b in itertools.pairwise(cuts)])
     y = states(shape.stretches, shape.solution, s)
     v, u = equations.strains(y)
     q, n, m = y[3:7], y[7:10], y[10:13]
@@ -117,7 +119,7 @@ def test_a_frame_that_is_turned_turns_all_of_it() -> None:
     vectors = [tuple(R.apply(v).tolist()) for v in (*FRAME, weight, tip)]
     turned = driven(DrivenRod(L, STIFF, (1.0, 2.0, 3.0), tuple(vectors[:3]), vectors[3], vectors[4], (WOUND,)))  # type: ignore[arg-type]
     X = np.array([[1.0, 2.0, 3.0]]) + R.apply([[L, 0.0, 0.0]])
-    np.testing.assert_allclose(X + turned.displacement(X), [R.apply(plain) + [1.0, 2.0, 3.0]], atol=1e-9)
+    np.testing.assert_allclose(X + turned.displacement(X), [R.apply(plain) + np.array([1.0, 2.0, 3.0])], atol=1e-9)
 
 
 def test_what_is_no_rod_is_refused() -> None:
