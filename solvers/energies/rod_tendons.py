@@ -60,9 +60,14 @@ class RodTendons(OverElements):
 
     def _ways(self, segments: Segments) -> tuple[Floats, Floats]:
         """y (k, m, 3) and |y| (k, m)."""
-        Gamma, K = segments.strains[:, :3], segments.strains[:, 3:]
-        y: Floats = Gamma + np.cross(K, self.arms) + self.slopes
-        return y, np.maximum(np.linalg.norm(y, axis=2), SHORT)
+        y: Floats = (self._by @ segments.strains[:, :, None])[..., 0] + self.slopes
+        return y, np.maximum(np.sqrt(np.einsum("kmi,kmi->km", y, y)), SHORT)
+
+    @cached_property
+    def _by(self) -> Floats:
+        """dy by Gamma and K (k, m, 3, 6): the unit matrix, and -[a]x."""
+        unit = np.broadcast_to(np.eye(3), (*self.arms.shape, 3))
+        return np.concatenate([unit, -cross_matrix(self.arms)], axis=3)
 
     def paths(self, x: Floats) -> Floats:
         """The lengths of the tendons (k,) in a state, m."""
@@ -92,7 +97,7 @@ class RodTendons(OverElements):
         """l times the forces and moments that tendons add in the middles of the elements (m, 6)."""
         y, size = self._ways(segments)
         pull = (self._weights / size)[:, :, None] * y
-        found: Floats = np.concatenate([pull, np.cross(self.arms, pull)], axis=2).sum(axis=0)
+        found: Floats = (pull[:, :, None] @ self._by)[:, :, 0].sum(axis=0)
         return found
 
     def local_forces(self, x: Floats) -> Floats:
@@ -106,9 +111,8 @@ class RodTendons(OverElements):
         y, size = self._ways(segments)
         t = y / size[:, :, None]
         across = np.eye(3) - t[..., :, None] * t[..., None, :]
-        by = np.concatenate([np.broadcast_to(np.eye(3), across.shape), -cross_matrix(self.arms)], axis=3)  # dy
         weight = (self._weights / size)[:, :, None, None]
-        D = (by.swapaxes(2, 3) @ (weight * (across @ by))).sum(axis=0)
+        D = (self._by.swapaxes(2, 3) @ (weight * (across @ self._by))).sum(axis=0)
         B = segments.gradients
         found: Floats = B.swapaxes(1, 2) @ D @ B
         return found + segments.hessians(self._carried(segments), np.zeros((len(self.lengths), 6)))
