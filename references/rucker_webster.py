@@ -16,7 +16,7 @@ class RuckerWebster(Reference):
     """A clamped beam that tendons bend and twist, geometrically exact in space: the theory of tendon-driven robots.
 
     The rod of Simo and Reissner, which bends, twists, shears and stretches, and strings without friction that push
-    where they are bent and pull where they end, in one set of differential equations; solved by collocation to 1e-8 of
+    where they are bent and pull where they end, in one set of differential equations; solved by collocation to 1e-7 of
     its residual (`scipy.integrate.solve_bvp`), from no load to the full one. A straight tendon at a distance d gives
     the curvature T d / (E I) all along. It takes a straight cylinder, tube or box, one end of it `fixed` whole, under
     `tendon`s, `gravity` in any direction and a `point_force` at the centre of the free end, at rest.
