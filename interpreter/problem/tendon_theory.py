@@ -46,6 +46,9 @@ def _rod(reference: Declared, case: Case) -> DrivenRod:
                 pass
             case AtPoint(at=at, force=pull) if math.dist(at, tip) <= NEAR * shape.length:
                 force = [a + b for a, b in zip(force, pull, strict=True)]
+            case Routed(guides=int()):
+                raise Refused(f"the tendon `{load.name}` is straight between its guides",
+                              "the theory knows guides all along: leave `guides` out")  # fmt: skip
             case Routed() as tendon:
                 routes.append(_route(tendon, root, frame))
             case _:

@@ -80,6 +80,7 @@ class Routed:
     end: Vector3  # m
     tension: float  # N
     winding: float = 0.0  # rad
+    guides: int | None = None  # at equal distances, None of guides all along
 
 
 class Load:
@@ -252,11 +253,13 @@ class Tendon(Load):
 
     It goes straight through the undeformed body from one point to another, or winds about the axis on its way, and is
     carried along as the beam bends: its force follows it. Guides have no friction, so that its tension is the same all
-    along and its energy the tension times its length. Guides may lie outside the body, as those on discs do. Each end
-    is fixed to the section that it lies in, where a node is put: what pulls at it is within the beam, forces and
-    moments of a tendon add up to nothing, and supports carry none of it; a motor apart from the beam would take its
-    pull from the support at that end. A straight tendon at a distance d bends a beam to a curvature T d / (E I) and
-    shortens it by T / (E A). Beams with a straight axis take tendons, at rest and in motion.
+    along and its energy the tension times its length. They may lie outside the body, as those on discs do; with
+    `guides` there are so many, at equal distances along the axis, where nodes are put, and it is straight between them.
+    Each end is fixed to the section that it lies in: what pulls at it is within the beam, forces and moments of a
+    tendon add up to nothing, and supports carry none of it; a motor apart from the beam would take its pull from the
+    support at that end. A straight tendon at a distance d bends a beam to a curvature T d / (E I) and shortens it by
+    T / (E A). Beams with a straight axis take tendons, at rest and in motion; solids do not, on which it would press
+    along a line, under which displacements have no limit.
     Source: Rucker and Webster (2011), IEEE Trans. Robot. 27, 1033-1044; Camarillo and others (2008), IEEE Trans.
     Robot. 24, 1262-1273.
     """
@@ -272,9 +275,12 @@ class Tendon(Load):
         "rad in [-1000, 1000]",
         "by how much it winds about the axis on its way, right-handed: `360 deg` is a turn",
     ] = 0.0
+    guides: Annotated[
+        int | None, "1 in [2, 200]", "how many guides it runs through, both ends among them; guided all along without"
+    ] = None
     course: Annotated[Any | None, "course", COURSE] = None
 
     @property
     def action(self) -> Routed:
         """How it acts."""
-        return Routed(self.from_, self.to, self.tension, self.winding)
+        return Routed(self.from_, self.to, self.tension, self.winding, self.guides)

@@ -5,6 +5,7 @@ Truths: finite differences of their lengths, and closed forms.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,9 @@ from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.scheme import Motion
 from softmark.solvers.dynamics.turning import Turning
+from softmark.solvers.energies.energy import OverElements
 from softmark.solvers.energies.rod import RodElastic
+from softmark.solvers.energies.rod_guides import GuidedTendon
 from softmark.solvers.energies.rod_rotation import exponential, product, rotation
 from softmark.solvers.energies.rod_section import circular
 from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain, rod_at_rest
@@ -25,6 +28,7 @@ from softmark.solvers.energies.turning.rods import RodChart, TurnedElements, Tur
 from softmark.solvers.linear.chains import ChainSolver
 from softmark.solvers.statics.equilibrium import Statics, equilibrium
 
+Made = Callable[[], tuple[OverElements, np.ndarray]]
 L, GUM = 0.2, circular(4e-3, 1e6, 0.3)
 
 
@@ -52,9 +56,17 @@ def anyhow() -> tuple[RodTendons, np.ndarray]:
     return tendons, RodSpace(n).move(rest, 0.4 * rng.normal(size=6 * n))
 
 
-def test_forces_and_tangent_are_the_derivatives_of_the_length() -> None:
-    """Along geodesics, by central differences: 1e-5^2 of third derivatives, and rounding of 1e-16 / 1e-5, is 1e-9."""
+def guided() -> tuple[GuidedTendon, np.ndarray]:
+    """One of unit size through three guides, the first and the last two nodes of a rod in a random state."""
     tendons, x = anyhow()
+    arms = np.random.default_rng(3).normal(size=(3, 3))
+    return GuidedTendon(tendons.rest, np.array([0, 2, 3]), arms, 1.3), x
+
+
+@pytest.mark.parametrize("made", [anyhow, guided])
+def test_forces_and_tangent_are_the_derivatives_of_the_length(made: Made) -> None:
+    """Along geodesics, by central differences: 1e-5^2 of third derivatives, and rounding of 1e-16 / 1e-5, is 1e-9."""
+    tendons, x = made()
     n, h = x.size // 7 * 6, 1e-5
     space, g, K = RodSpace(x.size // 7), np.zeros(n), np.zeros(n * n)
     tendons.add_gradient(x, g)
@@ -73,16 +85,17 @@ def test_forces_and_tangent_are_the_derivatives_of_the_length() -> None:
     assert np.linalg.eigvalsh(_projected(tendons, x)).min() > -1e-12
 
 
-def _projected(tendons: RodTendons, x: np.ndarray) -> np.ndarray:
+def _projected(tendons: OverElements, x: np.ndarray) -> np.ndarray:
     n = x.size // 7 * 6
     K = np.zeros(n * n)
     tendons.add_hessian(x, K, tendons.stencils[:, :, None] * n + tendons.stencils[:, None, :], 1.0, True)
     return K.reshape(n, n)
 
 
-def test_what_a_tendon_does_adds_up_to_nothing() -> None:
+@pytest.mark.parametrize("made", [anyhow, guided])
+def test_what_a_tendon_does_adds_up_to_nothing(made: Made) -> None:
     """Forces, and moments in space about any point: its ends and its guides are in the rod."""
-    tendons, x = anyhow()
+    tendons, x = made()
     g = np.zeros(x.size // 7 * 6)
     tendons.add_gradient(x, g)
     f, nodes = g.reshape(-1, 6), x.reshape(-1, 7)
@@ -130,9 +143,10 @@ def chart_of(problem: Dynamics) -> RodChart:
     return problem.turning.chart
 
 
-def test_the_tangent_in_motion_is_the_derivative_of_the_forces() -> None:
+@pytest.mark.parametrize("made", [anyhow, guided])
+def test_the_tangent_in_motion_is_the_derivative_of_the_forces(made: Made) -> None:
     """By central differences over the unknowns of a chart that is turned far."""
-    tendons, _ = anyhow()
+    tendons, _ = made()
     chart, rng = RodChart(tendons.rest), np.random.default_rng(2)
     chart.q0 = product(chart.q0, exponential(rng.normal(size=(4, 3))))
     load, x = TurnedElements(chart, tendons), 0.5 * rng.normal(size=24)

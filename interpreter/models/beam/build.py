@@ -200,8 +200,9 @@ def _together(applied: Sequence[tuple[Declared, Energy]], rest: Floats) -> list[
         return [RodLoad(rest, forces), *others]
     from softmark.solvers.energies.rod_tendons import RodTendons
 
-    tendons = reduce(RodTendons.joined, (e for e in others if isinstance(e, RodTendons)))
-    return [RodLoad(rest, forces), *(e for e in others if not isinstance(e, RodTendons)), tendons]
+    tendons = [e for e in others if isinstance(e, RodTendons)]
+    one = [reduce(RodTendons.joined, tendons)] if tendons else []
+    return [RodLoad(rest, forces), *(e for e in others if not isinstance(e, RodTendons)), *one]
 
 
 def _load(case: Case, load: Declared, rest: Floats, stations: Floats) -> Energy:

@@ -1,4 +1,4 @@
-"""Tendons of a beam: where they run, as arms from the axis at the middles of its segments."""
+"""Tendons of a beam: where they run, as arms from the axis at the middles of its segments, or at guides."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.loads import Routed
 from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.rod_guides import GuidedTendon
 from softmark.solvers.energies.rod_state import chain
 from softmark.solvers.energies.rod_tendons import RodTendons
 
@@ -22,7 +23,7 @@ def pressed(declared: Declared, applied: Sequence[tuple[Declared, Energy]], x: F
     """Warnings where tendons pull their guides together, in a state x."""
     found = []
     for load, energy in applied:
-        if isinstance(energy, RodTendons) and (least := float(energy.nearest(x).min())) < NEAR:
+        if isinstance(energy, RodTendons | GuidedTendon) and (least := float(energy.nearest(x).min())) < NEAR:
             found.append(diagnostic(
                 "W367", declared.at(),
                 f"`{load.name}` pulls its guides together, to {100 * least:.2g} % of their distance, in "
@@ -33,16 +34,22 @@ def pressed(declared: Declared, applied: Sequence[tuple[Declared, Energy]], x: F
     return tuple(found)
 
 
-def tendon(case: Case, action: Routed, rest: Floats, stations: Floats) -> RodTendons:
+def tendon(case: Case, action: Routed, rest: Floats, stations: Floats) -> Energy:
     """The energy of a tendon over a rod with nodes at stations (n,), m."""
     begin, end = sorted(case.prism.own(p) for p in (action.begin, action.end))
+    first, last, span = np.array(begin[1:]), np.array(end[1:]), end[0] - begin[0]
+    if action.guides is not None:
+        t = np.linspace(0.0, 1.0, action.guides)
+        places = begin[0] + span * t
+        nodes = np.abs(stations - places[:, None]).argmin(axis=1)
+        arms, _ = _beside(first, last, action.winding, t)
+        arms[:, 0] = places - stations[nodes]
+        return GuidedTendon(rest, nodes, arms, action.tension)
     low, high = (np.clip(s, begin[0], end[0]) for s in (stations[:-1], stations[1:]))
     shares = (high - low) / np.diff(stations)
-    t = (0.5 * (low + high) - begin[0]) / (end[0] - begin[0])
-    arms, slopes = _beside(np.array(begin[1:]), np.array(end[1:]), action.winding, t)
-    slopes /= end[0] - begin[0]
+    arms, slopes = _beside(first, last, action.winding, (0.5 * (low + high) - begin[0]) / span)
     tension = np.array([action.tension])
-    return RodTendons(rest, chain(len(stations)), arms[None], slopes[None], shares[None], tension)
+    return RodTendons(rest, chain(len(stations)), arms[None], slopes[None] / span, shares[None], tension)
 
 
 def _beside(first: Floats, last: Floats, winding: float, t: Floats) -> tuple[Floats, Floats]:

@@ -88,11 +88,15 @@ class Beam6Dof(Model):
     def _between(self, load: Declared, case: Case) -> str:
         """Why what turns a section cannot do that here, or nothing."""
         action = load.thing.action
-        if not isinstance(action, AtPoint) or station(case, action.at) is not None:
+        if isinstance(action, Routed) and action.guides is not None:
+            places, what = guides(case, action), "guided"
+        elif isinstance(action, AtPoint) and station(case, action.at) is None:
+            places, what = [beside(case, action.at) or 0.0], "beside the axis"
+        else:
             return ""
-        place, slack = beside(case, action.at) or 0.0, 1e-6 * case.prism.length
-        near = any(abs(s - place) <= slack for s in self.stations(case))
-        return "" if near else "beside the axis where no node can be put: use more segments"
+        nodes, slack = self.stations(case), 1e-6 * case.prism.length
+        near = all(any(abs(s - place) <= slack for s in nodes) for place in places)
+        return "" if near else f"{what} where no node can be put: use more segments"
 
     def _supports(self, declared: Declared, case: Case) -> list[Diagnostic]:
         found = []
@@ -263,8 +267,17 @@ def _arms(case: Case) -> set[float]:
     """Where eccentric forces act and tendons end, m from the root."""
     actions = [load.thing.action for load in case.loads]
     points = [a.at for a in actions if isinstance(a, AtPoint) and station(case, a.at) is None]
-    ends = [p for a in actions if isinstance(a, Routed) for p in (a.begin, a.end)]
-    return {s for s in (beside(case, p) for p in (*points, *ends)) if s is not None}
+    places = {s for s in (beside(case, p) for p in points) if s is not None}
+    return places | {s for a in actions if isinstance(a, Routed) for s in guides(case, a)}
+
+
+def guides(case: Case, action: Routed) -> list[float]:
+    """Where a tendon is guided, m from the root: its ends and what is between; nowhere if one is beyond the beam."""
+    first, last = beside(case, action.begin), beside(case, action.end)
+    if first is None or last is None:
+        return []
+    count = (action.guides or 2) - 1
+    return [first + (last - first) * i / count for i in range(count + 1)]
 
 
 def beside(case: Case, point: tuple[float, float, float]) -> float | None:

@@ -28,7 +28,7 @@ _BEAMS: dict[type, tuple[str, str]] = {  # loads of beams alone: why, and what t
         "a line of force has no limit in a solid",
         "use a traction on a strip, whose width is part of what is asked; beams take lines",
     ),
-    Routed: ("a tendon is of beams", "tendons run along the axis of a beam: `beam6dof(...)`"),
+    Routed: ("it presses along a line, which has no limit in a solid", "tendons are of beams: `beam6dof(...)`"),
 }
 
 
