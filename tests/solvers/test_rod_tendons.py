@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from softmark.solvers.energies.rod_section import circular
 from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain, rod_at_rest
 from softmark.solvers.energies.rod_tendons import RodTendons
 from softmark.solvers.energies.turning.rods import RodChart, TurnedElements, TurningRod
+from softmark.solvers.energies.turning.tendons import TurnedTendons
 from softmark.solvers.linear.chains import ChainSolver
 from softmark.solvers.statics.equilibrium import Statics, equilibrium
 
@@ -130,7 +132,7 @@ def moving(nodes: int, fixed: np.ndarray, tension: float, name: str) -> Dynamics
     line = 1000.0 * np.array([GUM.area, GUM.I2 + GUM.I3, GUM.I2, GUM.I3])
     M = np.outer(share, line[[0, 0, 0, 1, 2, 3]])
     rod = TurningRod(chart, RodElastic(rest, chain(nodes), GUM.stiffness))
-    load = TurnedElements(chart, winding(rest, tension, 0.01, 0.5))
+    load = TurnedTendons(chart, winding(rest, tension, 0.01, 0.5))
     where = 6 * np.arange(nodes)[:, None] + np.arange(3, 6)
     return Dynamics(Assembly(6 * nodes, fixed, [rod], [load]), M.ravel(), np.zeros(6 * nodes), np.zeros(6 * nodes),
                     fixed, integrator=INTEGRATORS[name](), lagged=False, linear=ChainSolver(), tolerance=1e-10,
@@ -143,13 +145,15 @@ def chart_of(problem: Dynamics) -> RodChart:
     return problem.turning.chart
 
 
-@pytest.mark.parametrize("made", [anyhow, guided])
-def test_the_tangent_in_motion_is_the_derivative_of_the_forces(made: Made) -> None:
-    """By central differences over the unknowns of a chart that is turned far."""
+@pytest.mark.parametrize(
+    ("made", "moving"), [(anyhow, TurnedElements), (guided, TurnedElements), (anyhow, TurnedTendons)]
+)
+def test_the_tangent_in_motion_is_the_derivative_of_the_forces(made: Made, moving: Any) -> None:
+    """By central differences over the unknowns of a chart that is turned far; forces and energy as at rest."""
     tendons, _ = made()
     chart, rng = RodChart(tendons.rest), np.random.default_rng(2)
     chart.q0 = product(chart.q0, exponential(rng.normal(size=(4, 3))))
-    load, x = TurnedElements(chart, tendons), 0.5 * rng.normal(size=24)
+    load, x = moving(chart, tendons), 0.5 * rng.normal(size=24)
 
     def forces(x: np.ndarray) -> np.ndarray:
         g = np.zeros(24)
@@ -159,6 +163,10 @@ def test_the_tangent_in_motion_is_the_derivative_of_the_forces(made: Made) -> No
     K = np.zeros(24 * 24)
     load.add_hessian(x, K, load.stencils[:, :, None] * 24 + load.stencils[:, None, :])
     found = np.array([(forces(x + 1e-6 * d) - forces(x - 1e-6 * d)) / 2e-6 for d in np.eye(24)]).T
+    own = np.zeros(24)
+    tendons.add_gradient(chart.state(x), own)
+    np.testing.assert_allclose(forces(x), own, rtol=0, atol=1e-13)
+    assert load.value(x) == pytest.approx(tendons.value(chart.state(x)), rel=1e-12)
     np.testing.assert_allclose(K.reshape(24, 24), found, rtol=0, atol=1e-8)
 
 

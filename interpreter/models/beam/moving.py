@@ -17,15 +17,16 @@ from softmark.interpreter.models.shared.motion import (
     velocity,
 )
 from softmark.interpreter.problem.case import Case
+from softmark.interpreter.vocabulary.loads import Routed
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.turning import Turning
-from softmark.solvers.energies.energy import Energy, Floats, OverElements
+from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod import RodLoad
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_state import displacement_at
-from softmark.solvers.energies.turning.rods import DeadRodLoad, RodChart, TurnedElements, TurnedLoad, TurningRod
+from softmark.solvers.energies.turning.rods import DeadRodLoad, RodChart, TurnedLoad, TurningRod
 from softmark.solvers.linear.chains import ChainSolver
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def moving(
     start = np.zeros((count, 6))
     start[:, :3] = velocity(analysis, static.points, np.repeat(own[:, 0], 3)).reshape(-1, 3)
     start[:, 3:] = np.array(analysis.spin) @ rotation(elastic.rest.reshape(-1, 7)[:, 3:])  # about the nodes' own axes
-    loads = [_in_motion(energy, chart) for _, energy in applied]
+    loads = [_in_motion(load, energy, chart) for load, energy in applied]
     where = 6 * np.arange(count)[:, None] + np.arange(3, 6)
     dynamics = Dynamics(
         Assembly(6 * count, problem.fixed, [TurningRod(chart, elastic)], loads),
@@ -107,8 +108,12 @@ def moving(
     return MovingBeam(static, declared, analysis, dynamics, rest=elastic.rest)
 
 
-def _in_motion(energy: Energy, chart: RodChart) -> Energy:
+def _in_motion(load: Declared, energy: Energy, chart: RodChart) -> Energy:
     """A load of the rod at rest."""
     if isinstance(energy, RodLoad):
         return DeadRodLoad(energy.forces)
-    return TurnedElements(chart, energy) if isinstance(energy, OverElements) else TurnedLoad(chart, energy)
+    if isinstance(load.thing.action, Routed):
+        from softmark.interpreter.models.beam.tendons import in_motion
+
+        return in_motion(energy, chart)
+    return TurnedLoad(chart, energy)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,10 +12,13 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.loads import Routed
-from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.energy import Energy, Floats, OverElements
 from softmark.solvers.energies.rod_guides import GuidedTendon
 from softmark.solvers.energies.rod_state import chain
 from softmark.solvers.energies.rod_tendons import RodTendons
+
+if TYPE_CHECKING:
+    from softmark.solvers.energies.turning.rods import RodChart
 
 NEAR = 0.2  # of their distance at rest: guides that come nearer would touch, and beam theory has ended long before
 
@@ -66,3 +70,15 @@ def _beside(first: Floats, last: Floats, winding: float, t: Floats) -> tuple[Flo
     slopes[:, 1] = c * way[0] - s * way[1] - winding * arms[:, 2]
     slopes[:, 2] = s * way[0] + c * way[1] + winding * arms[:, 1]
     return arms, slopes
+
+
+def in_motion(energy: Energy, chart: RodChart) -> Energy:
+    """The energy of a tendon over unknowns that turn."""
+    if isinstance(energy, RodTendons):
+        from softmark.solvers.energies.turning.tendons import TurnedTendons
+
+        return TurnedTendons(chart, energy)
+    from softmark.solvers.energies.turning.rods import TurnedElements
+
+    assert isinstance(energy, OverElements)
+    return TurnedElements(chart, energy)

@@ -19,9 +19,10 @@ from softmark.solvers.energies.energy import Energy, Floats, Ints, OverElements,
 from softmark.solvers.energies.rod import RodElastic
 from softmark.solvers.energies.turning import kernels
 
-_NO_SLOTS: Any = np.zeros((0, 12, 12), dtype=np.int32)  # as patterns have them
+# of a kernel that is not asked for them
+NO_SLOTS: Any = np.zeros((0, 12, 12), dtype=np.int32)  # as patterns have them
 Turned = tuple[Floats, Floats, Floats]  # positions (n, 3), rotations (n, 4), d(turn)/d(unknowns) (n, 3, 3)
-_NO_FORCES, _NO_DATA = np.zeros((0, 6)), np.zeros(0)
+NO_FORCES, NO_DATA = np.zeros((0, 6)), np.zeros(0)
 
 
 class RodChart:
@@ -86,7 +87,7 @@ class TurningRod(Energy):
         return np.ascontiguousarray(rod.elements), rod.lengths, rod.stiffness.diagonal, rod.rest_strains
 
     def _run(
-        self, turned: Turned, scale: float, g: Floats = _NO_FORCES, slots: Any = _NO_SLOTS, data: Floats = _NO_DATA
+        self, turned: Turned, scale: float, g: Floats = NO_FORCES, slots: Any = NO_SLOTS, data: Floats = NO_DATA
     ) -> float:
         at, q, T = turned
         elements, l, C, rest = self._parts
@@ -105,14 +106,14 @@ class TurningRod(Energy):
         if projected:
             self._add_definite(x, data, slots, scale)
         else:
-            self._run(self.chart.turned(x), scale, _NO_FORCES, slots, data)
+            self._run(self.chart.turned(x), scale, NO_FORCES, slots, data)
 
     def _add_definite(self, x: Floats, data: Floats, slots: Ints, scale: float) -> None:
         at, q, T = self.chart.turned(x)
         own = np.zeros((len(self.elastic.elements), 12, 12))
         places = np.arange(own.size, dtype=slots.dtype).reshape(own.shape)
         plain = np.tile(np.eye(3), (len(T), 1, 1))
-        self._run((at, q, plain), 1.0, _NO_FORCES, places, own.ravel())
+        self._run((at, q, plain), 1.0, NO_FORCES, places, own.ravel())
         add_blocks(scale * definite(0.5 * (own + own.swapaxes(1, 2))), slots, data)
 
     def rounding(self, x: Floats) -> float:
