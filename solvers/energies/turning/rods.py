@@ -40,18 +40,21 @@ class RodChart:
         """Count from the undeformed state."""
         self.q0 = self._q_rest.copy()
         self._known = b""  # the unknowns that `at`, `q` and `T` belong to: their bytes are quicker to compare
+        self._state: Floats | None = None  # of the same
 
     def turned(self, x: Floats) -> Turned:
         """Positions (n, 3), rotations (n, 4) and d(turn about own axes)/d theta (n, 3, 3), till the next call."""
         if (known := x.tobytes()) != self._known:
             kernels.turn(x.reshape(-1, 6), self.X, self.q0, self.at, self.q, self.T)
-            self._known = known
+            self._known, self._state = known, None
         return self.at, self.q, self.T
 
     def state(self, x: Floats) -> Floats:
         """The state (nodes * 7,) of unknowns x (nodes * 6,)."""
         at, q, _ = self.turned(x)
-        return np.concatenate([at, q], axis=1).ravel()
+        if self._state is None:
+            self._state = np.concatenate([at, q], axis=1).ravel()
+        return self._state
 
     def rebase(self, x: Floats) -> Floats:
         """Count from the state x from now on; the unknowns of that state, whose rotation vectors are zero."""
@@ -166,7 +169,7 @@ class TurnedLoad(Energy):
     energy: Energy
     conservative: bool = False
 
-    @property
+    @cached_property
     def stencils(self) -> Ints:
         """Those of the load. Raises ValueError for others than the rotations of nodes."""
         found = self.energy.stencils
