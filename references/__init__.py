@@ -7,6 +7,7 @@
     simo_reissner      large deflections with shear and stretch
     small_deflection   the closed form for small ones
     rucker_webster     a beam that tendons bend and twist in space, by the equations of `driven_rod`
+    graded_bar         a bar whose constants vary along it, pulled along its axis
     torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
 
     self_converged     the scene's own models refined: what is asked for; solving them is not done here
@@ -33,6 +34,7 @@ from __future__ import annotations
 from softmark.references.ct_volume import CtVolume
 from softmark.references.curve import CurveFromFile
 from softmark.references.elastica import Elastica
+from softmark.references.graded_bar import GradedBar
 from softmark.references.markers import TrackedPoints
 from softmark.references.rucker_webster import RuckerWebster
 from softmark.references.self_converged import SelfConverged
@@ -48,6 +50,7 @@ REFERENCES: dict[str, type] = {
     "simo_reissner": SimoReissner,
     "torsion": Torsion,
     "rucker_webster": RuckerWebster,
+    "graded_bar": GradedBar,
     "self_converged": SelfConverged,
     "surface": SurfaceScan,
     "markers": TrackedPoints,

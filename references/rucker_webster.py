@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.reference import Reference
+from softmark.references.reference import About, Reference
 
 if TYPE_CHECKING:
     from softmark.references.driven_rod import DrivenRod, DrivenShape
@@ -26,7 +26,7 @@ class RuckerWebster(Reference):
 
     body: Annotated[Any, "body", "the straight beam, clamped at one end, that tendons drive"]
 
-    about: ClassVar[Literal["cantilever", "torsion", "tendons"]] = "tendons"
+    about: ClassVar[About] = "tendons"
     kind: ClassVar[str] = "ordinary differential equation"
     source: ClassVar[str] = "Rucker and Webster 2011, IEEE Trans. Robot. 27, 1033-1044"
     error_meaning: ClassVar[str] = (
