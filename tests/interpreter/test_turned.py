@@ -89,6 +89,7 @@ metric torque = moment(grip, along = +x)"""
 
 
 @pytest.mark.slow
+@pytest.mark.slow
 def test_a_loop_is_not_lost_where_segments_turn_past_each_other() -> None:
     """One end of a clamped bar turned by 360 degrees across its axis: it pops into the twist of a whole turn, of the
     energy 2 pi^2 GJ / L, or is not followed; found before was a straight bar without strain, a segment having turned

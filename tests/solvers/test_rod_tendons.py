@@ -106,7 +106,7 @@ def test_what_a_tendon_does_adds_up_to_nothing(made: Made) -> None:
     np.testing.assert_allclose((own + np.cross(nodes[:, :3], f[:, :3])).sum(axis=0), 0.0, atol=1e-14)
 
 
-@pytest.mark.parametrize("circles", [0.1, pytest.param(1.0, marks=pytest.mark.slow), 2.5])
+@pytest.mark.parametrize("circles", [0.1, *(pytest.param(n, marks=pytest.mark.slow) for n in (1.0, 2.5))])
 def test_a_straight_tendon_bends_a_rod_to_a_circle(circles: float) -> None:
     """Curvature T d / E I and stretch 1 - T / E A all along, which one point in each element has exactly.
 
