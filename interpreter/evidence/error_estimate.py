@@ -31,9 +31,9 @@ from softmark.interpreter.evidence.selection_error import selection
 from softmark.interpreter.front.course_steps import shows
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
-from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.metric import OfForces
+from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.shared.prepared import Prepared
 from softmark.interpreter.problem.parts.resultants import of_selections
@@ -190,7 +190,7 @@ def stated(
     for name, seen in _asked(scene, result, view, measured, views, asked).items():
         said = _safely(whole, seen) if void is None else StatedError(reason=void)
         found[name] = replace(said, doubts=tuple(doubts))
-    if any(isinstance(m.thing, CurveError) for m in scene.of_kind("metric").values()):
+    if any(isinstance(m.thing, OfCurves) for m in scene.of_kind("metric").values()):
         from softmark.interpreter.evidence.curve_answers import at_rest
 
         found |= at_rest(scene, [*before, (view, found)], measured)
@@ -221,7 +221,7 @@ def _asked(
     """
     found: dict[str, ProbeAnswer] = {}
     for name, metric in scene.of_kind("metric").items():
-        if isinstance(metric.thing, CurveError):
+        if isinstance(metric.thing, OfCurves):
             from softmark.interpreter.evidence.curve_answers import in_time
 
             if (course := in_time(scene, metric, view, measured)) is not None:

@@ -9,8 +9,8 @@ from softmark.grammar.suggest import nearest
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.language.sweeps import SweepTarget
-from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.metric import OfDisplacements
+from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.plan.quantities import Unwalkable, WalkedQuantity, quantity_of, usual
 from softmark.interpreter.plan.walks import Until
 from softmark.interpreter.problem.case import Fault, body_of
@@ -123,7 +123,7 @@ def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
         why = "it is in " + thing.unit if thing.unit != "1" else "it is measured from nothing"
         if thing.unit == "1" and against is not None:
             why = f"how uncertain `{against}` is, is known of its displacements and not in the terms of this metric"
-        if isinstance(thing, CurveError):
+        if isinstance(thing, OfCurves):
             why = f"`{against}` was measured of this body as it is, and says nothing of others"
         help = f"metrics that can: {', '.join(usable)}" if usable else no_judge(scene, None, study.name).help
         what = "cannot tell" if thing.unit == "1" and against is not None else "is no relative error, so it cannot tell"

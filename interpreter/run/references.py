@@ -128,7 +128,9 @@ def _keep_reference(
 def _keep_curve(work: Work, declared: Declared, data: MeasuredCurve) -> None:
     """A curve: it has no displacements of points."""
     cls, case, thing = type(declared.thing), work.case(declared), declared.thing
-    work.views[declared.name] = View(declared.name, case.body.name, case, curve=Curve(data.x, data.y, data.u))
+    work.views[declared.name] = View(
+        declared.name, case.body.name, case, curve=Curve(data.x, data.y, data.u, data.lost_between)
+    )
     chosen = picked(len(data.x), DRAWN)
     named = tuple(units.si(amount.dimension) for amount in (thing.x_unit, thing.y_unit))
     drawn = SeenCurve(data.x[chosen], data.y[chosen], (named[0], named[1]), data.u[chosen])

@@ -105,6 +105,7 @@ MEASURED: dict[str, dict[str, Any]] = {
     "moment": {"of": "hold", "along": (0.0, 1.0, 0.0), "about": (0.0, 0.0, 0.1)},
     "work": {"of": "push"},
     "curve_error": {"of": "sag"},
+    "hysteresis": {"of": "sag", "over": "travel"},
 }
 
 
