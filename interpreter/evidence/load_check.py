@@ -166,11 +166,23 @@ def _stretch(points: Floats, facets: Ints, xi: Floats) -> Floats:
 Points = tuple[Ints, Floats, Floats]  # facets (p, k), local points (p, 2), weights (p,) in local area
 
 
-def _selected(where: Condition, case: Case, mesh: Mesh) -> Iterator[tuple[Ints, Points, tuple[Ints, Floats]]]:
+Swept = tuple[Ints, Points, tuple[Ints, Floats]]
+
+
+def _selected(where: Condition, case: Case, mesh: Mesh) -> list[Swept]:
     """Facets (w, k) that are selected whole, points on parts of others, and facets (v, k) with what is not sure there.
 
-    For every side of the body. Raises Unchecked.
+    For every side of the body; found once for a mesh, in all states and by all models that share it. Raises Unchecked.
     """
+    key = _selected, where
+    if key not in mesh.selections:
+        mesh.selections[key] = list(_swept(where, case, mesh))
+    found: list[Swept] = mesh.selections[key]
+    return found
+
+
+def _swept(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:
+    """The same anew. Raises Unchecked."""
     facets = mesh.facets
     corners = mesh.points[facets]
     told = mesh.selections.get(where)
