@@ -42,6 +42,7 @@ from softmark.interpreter.results.plain import clean
 from softmark.interpreter.results.report import ModelResult, ProbeResult
 from softmark.interpreter.results.stated import StatedError
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.loads import PerLength
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.deformed import Nodal
@@ -96,10 +97,20 @@ class Stated(Answer):
     def _discretisation(self, seen: ProbeAnswer) -> float:
         voucher = voucher_of(self.declared.thing)
         if not isinstance(seen.metric, OfTensors):
+            self._must_have_limit(seen)
             return voucher.discretisation(self, seen)
         from softmark.interpreter.evidence.stress_limits import settled
 
         return settled(self, seen, voucher.discretisation)
+
+    def _must_have_limit(self, seen: ProbeAnswer) -> None:
+        """Raises Unknown of a displacement of a solid under a line of force."""
+        if any(isinstance(load.thing.action, PerLength) for load in self.case.loads) and seen.metric is not None:
+            from softmark.interpreter.evidence.stress_limits import unbounded
+
+            for x in seen.X[-1:] if seen.metric.last else seen.X:
+                if seen.metric.summed_by == "max" and (place := unbounded(self.case, self.prepared.mesh, x)):
+                    raise Unknown(f"it looks at {place}, where displacements grow with every refinement")
 
     def _model(self, seen: ProbeAnswer) -> float:
         return voucher_of(self.declared.thing).model(self, seen)

@@ -1,9 +1,8 @@
 """Loads on solids counted once more, for the watchdog: the part of a surface that is loaded, line by line.
 
-What solves cuts triangles and follows borders in them. Here every facet is swept by straight lines of its local
-coordinates: where a border crosses a line is bisected, between two crossings the condition is asked once, and the
-strips between lines are halved until two Gauss rules agree. The two share the meaning of a selection (which borders are
-settled on a facet, where the side of a cylinder is) and nothing else.
+What solves cuts triangles and follows borders. Here every facet is swept by straight lines of its local coordinates:
+where a border crosses a line is bisected, between two the condition is asked once, and strips between lines are halved
+until two Gauss rules agree. The two share the meaning of a selection (what is settled on a facet, curved sides).
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.members import apart, of_facets
 from softmark.interpreter.problem.parts.surface import by_sides, settled_of
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.solids import Floats, Ints
@@ -74,6 +73,10 @@ def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: st
             return _turned(action, case, mesh.mesh, mesh.points if small else mesh.points + u)
         case AtPoint():
             return _at_points(action, case, mesh), 0.0
+        case PerLength():
+            from softmark.interpreter.evidence.line_check import along_line
+
+            return along_line(action, mesh.mesh)
     raise Unchecked(f"there is no other formula for a load that acts as {type(action).__name__}")
 
 
@@ -164,8 +167,6 @@ def _stretch(points: Floats, facets: Ints, xi: Floats) -> Floats:
 
 
 Points = tuple[Ints, Floats, Floats]  # facets (p, k), local points (p, 2), weights (p,) in local area
-
-
 Swept = tuple[Ints, Points, tuple[Ints, Floats]]
 
 
@@ -174,11 +175,9 @@ def _selected(where: Condition, case: Case, mesh: Mesh) -> list[Swept]:
 
     For every side of the body; found once for a mesh, in all states and by all models that share it. Raises Unchecked.
     """
-    key = _selected, where
-    if key not in mesh.selections:
+    if (key := (_selected, where)) not in mesh.selections:
         mesh.selections[key] = list(_swept(where, case, mesh))
-    found: list[Swept] = mesh.selections[key]
-    return found
+    return list(mesh.selections[key])
 
 
 def _swept(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:

@@ -16,6 +16,7 @@ from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.problem.small_deflection import bending_angle
 from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
 from softmark.records import dataclass
 from softmark.solvers.elements import UnknownElement, named
 
@@ -111,6 +112,8 @@ class Fem(Model):
         "1 in [1e-9, 1]",
         "of the worst cell, to which nodes are moved: a mesh made worse on purpose; none: as it is made",
     ] = None
+
+    loads = (PerMass, PerArea, Follower, Turning, AtPoint, PerLength)
 
     @property
     def constant(self) -> bool:  # type: ignore[override]

@@ -109,14 +109,9 @@ class Model:
         for load in case.loads:
             if not isinstance(load.thing.action, self.loads):
                 line = isinstance(load.thing.action, PerLength)
-                label = "a line of force has no limit in a solid" if line else "not a load that it takes"
-                help = (
-                    "use a traction on a strip, whose width is part of what is asked; beams take lines"
-                    if line
-                    else MOST
-                )
+                help = "use a traction on a strip; `fem(...)` and beams take lines" if line else MOST
                 yield diagnostic("E501", load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
-                                 label, help)  # fmt: skip
+                                 "not a load that it takes", help)  # fmt: skip
         for support in case.supports:
             if not isinstance(support.thing, self.supports):
                 yield diagnostic("E501", support.at(),
