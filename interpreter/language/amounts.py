@@ -101,8 +101,8 @@ def decimals_of(values: Sequence[float | None], scale: Scale, digits: int) -> in
 
 
 def negligible(value: float, largest: float, unit: str) -> bool:
-    """Whether a value is rounding: below 1e-9 of the largest of its column or, in m, below a tenth of an atom."""
-    return abs(value) < 1e-9 * largest or (unit == "m" and abs(value) < 1e-11)
+    """Whether a value is rounding: below 1e-9 of the largest of its column; a tenth of an atom, 500 times rounding."""
+    return abs(value) < 1e-9 * largest or abs(value) < {"m": 1e-11, "1": 1e-13}.get(unit, 0.0)
 
 
 def own_error(error: float) -> str:
