@@ -72,7 +72,7 @@ def prepare(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
     """
     asked = blake2b(repr((dofs, fixed.shape, [s.shape for s in stencils])).encode())
     for own in (fixed, *stencils):
-        asked.update(np.ascontiguousarray(own, dtype=np.int64))
+        asked.update(np.ascontiguousarray(own, dtype=np.int64).data)
     known = _KNOWN.get(asked.digest())
     if known is None:
         known = _KNOWN[asked.digest()] = _made(dofs, fixed, stencils)

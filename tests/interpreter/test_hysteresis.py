@@ -15,7 +15,10 @@ from softmark.interpreter.metrics.hysteresis import Hysteresis
 from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.report.run.figures.measured_curves import _each_at
+from softmark.interpreter.report.run.html import render
+from softmark.interpreter.report.run.terminal import table
 from softmark.interpreter.results.report import SeenCurve
+from softmark.interpreter.run.pipeline import Options, run
 from softmark.references.curve import CurveFromFile
 
 
@@ -164,6 +167,19 @@ metric   travel = displacement(end, along = +x)
 metric   pull   = force(grip, along = +x)
 metric   lost   = hysteresis(pull, over = travel)
 """
+
+
+def test_what_is_rounding_has_no_digits_and_no_axis() -> None:
+    """Nothing is lost, to 2e-16: the axis had ticks such as 0.00000000000000020, and supports carried 3e-16 N."""
+    sides = "support side = symmetric(bar, where = y <= 0 mm)\nsupport back = symmetric(bar, where = z <= 0 mm)\n"
+    bar = BAR.replace("fixed(bar,", "symmetric(bar,").replace("(2, 0, 0) mm", "(2, 0, 0) mm, components = x")
+    loaded = softmark.loads(bar + sides)
+    report = run(loaded.scene, list(loaded.warnings), Options(draw=False))
+    assert 0.0 < max(abs(c) for c in report.models["one"].reactions["side"].reaction.force) < 1e-9
+    shown, page = table(report, terminal=False), render(report)
+    assert "side carries 0 N in one" in shown
+    assert "e-1" not in shown.partition("carries")[0].partition("ok")[0]
+    assert "0.0000000" not in page
 
 
 def test_it_is_expected_of_all_states_together() -> None:
