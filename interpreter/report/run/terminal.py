@@ -233,7 +233,8 @@ def _reasons(report: Report) -> list[str]:
 
 def _read(report: Report) -> list[str]:
     """What reading found in measurements, as units below a header or rows that are left out."""
-    measured = [(n, r.facts["notes"]) for n, r in report.references.items() if "uncertainty" in r.facts]
+    known = report.references.items()
+    measured = [(n, r.facts.get("notes") or ()) for n, r in known if "uncertainty" in r.facts]
     return [all_visible(f"{name}: {note}") for name, notes in measured for note in notes]
 
 
