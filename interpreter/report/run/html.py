@@ -50,6 +50,7 @@ SECTIONS: tuple[tuple[str, Callable[[Findings], str]], ...] = (
     ("convergence", convergence.section_of),
     ("filled", filled.section_of),
     ("regions", regions.section_of),
+    ("varying", regions.varying),
     ("loads", loads.section_of),
     ("supports", reactions.section_of),
     ("modes", modes.section_of),
