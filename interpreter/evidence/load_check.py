@@ -8,13 +8,13 @@ until two Gauss rules agree. The two share the meaning of a selection (what is s
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softmark.interpreter.evidence.materials import alone
+from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
@@ -37,10 +37,6 @@ HALVED = 14  # times
 SURE = 3e-9  # of the local area of a facet: what is not claimed to be found better
 MOST_UNSURE = 1e-6  # of a load: where more of it is, it was not found again
 MARGIN = 0.1  # of its size: how far a curved facet may reach beyond points on it
-
-
-class Unchecked(Exception):
-    """There is no independent formula for what was solved."""
 
 
 def loads_on(case: Case, mesh: Moved, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
@@ -71,12 +67,10 @@ def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: st
             return _pushed(action, case, mesh.mesh, surface, lambda dA: -p * dA)
         case Turning():
             return _turned(action, case, mesh.mesh, mesh.points if small else mesh.points + u)
-        case AtPoint():
-            return _at_points(action, case, mesh), 0.0
-        case PerLength():
-            from softmark.interpreter.evidence.line_check import along_line
+        case AtPoint() | PerLength():
+            from softmark.interpreter.evidence import placed_check  # which no other load needs
 
-            return along_line(action, mesh.mesh)
+            return placed_check.placed(action, case, mesh)
     raise Unchecked(f"there is no other formula for a load that acts as {type(action).__name__}")
 
 
@@ -87,31 +81,6 @@ def _density(case: Case) -> Any:
     from softmark.interpreter.evidence.graded import density_of
 
     return density_of(case)
-
-
-def _at_points(load: AtPoint, case: Case, mesh: Moved) -> Floats:
-    """The force at its point; of a plane body spread along z by Simpson's rule."""
-    if not case.planar:
-        return _at_point(load, mesh)
-    x, y, _ = load.at
-    rim, found = 0.5 * case.body.thing.thickness, np.zeros_like(mesh.points)
-    for z, share in ((-rim, 1.0), (0.0, 4.0), (rim, 1.0)):
-        found += share / 6.0 * _at_point(replace(load, at=(x, y, z)), mesh)
-    return found
-
-
-def _at_point(load: AtPoint, mesh: Moved) -> Floats:
-    """The force at the nodes around its point: their shares add up to one, and their places to the point."""
-    from softmark.solvers.mesh.interpolation import locate
-
-    place = locate(mesh.mesh, np.array([load.at]))
-    found: Floats = np.zeros_like(mesh.points)
-    N, nodes = place.N[0], place.nodes[0]
-    away = np.linalg.norm(N @ mesh.points[nodes] - np.array(load.at))
-    if abs(N.sum() - 1.0) > 1e-9 or away > 1e-6 * mesh.mesh.extent:
-        raise Unchecked("the point that a force acts at lies outside the mesh")
-    np.add.at(found, nodes, N[:, None] * np.array(load.force))
-    return found
 
 
 def _pushed(

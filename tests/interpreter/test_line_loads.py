@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.evidence.line_check import along_line
+from softmark.interpreter.evidence.placed_check import along_line
 from softmark.interpreter.run.pipeline import Options, run
 from softmark.interpreter.vocabulary.loads import PerLength
 from softmark.solvers.mesh.interpolation import locate

@@ -1,4 +1,4 @@
-"""Forces along lines counted once more, for the watchdog: halved until two rules agree, whatever cells there are.
+"""Forces at points and along lines counted once more, for the watchdog.
 
 What solves finds where a line passes from cell to cell. Here nothing is known of faces: a stretch of the line is
 halved as long as two rules of Lobatto's find other forces at any node. These look at the ends as well, without which a
@@ -8,10 +8,15 @@ mesh, and no more.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.sparse import coo_array
 
-from softmark.interpreter.vocabulary.loads import PerLength
+from softmark.interpreter.evidence.unchecked import Unchecked
+from softmark.interpreter.models.shared.prepared import Moved
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
 from softmark.solvers.checks.solids import Floats
 from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Mesh
@@ -19,6 +24,34 @@ from softmark.solvers.mesh.mesh import Mesh
 RULES = (5, 8)  # points on a stretch
 AGREE = 1e-11  # of the length of the line: what two rules may differ by on a stretch
 HALVED = 30  # times
+
+
+def placed(load: AtPoint | PerLength, case: Case, mesh: Moved) -> tuple[Floats, float]:
+    """Nodal forces (n, 3), N, and how much of them, in N, is not sure. Raises Unchecked."""
+    return along_line(load, mesh.mesh) if isinstance(load, PerLength) else (_at_points(load, case, mesh), 0.0)
+
+
+def _at_points(load: AtPoint, case: Case, mesh: Moved) -> Floats:
+    """The force at its point; of a plane body spread along z by Simpson's rule."""
+    if not case.planar:
+        return _at_point(load, mesh)
+    x, y, _ = load.at
+    rim, found = 0.5 * case.body.thing.thickness, np.zeros_like(mesh.points)
+    for z, share in ((-rim, 1.0), (0.0, 4.0), (rim, 1.0)):
+        found += share / 6.0 * _at_point(replace(load, at=(x, y, z)), mesh)
+    return found
+
+
+def _at_point(load: AtPoint, mesh: Moved) -> Floats:
+    """The force at the nodes around its point: their shares add up to one, and their places to the point."""
+    place = locate(mesh.mesh, np.array([load.at]))
+    found: Floats = np.zeros_like(mesh.points)
+    N, nodes = place.N[0], place.nodes[0]
+    away = np.linalg.norm(N @ mesh.points[nodes] - np.array(load.at))
+    if abs(N.sum() - 1.0) > 1e-9 or away > 1e-6 * mesh.mesh.extent:
+        raise Unchecked("the point that a force acts at lies outside the mesh")
+    np.add.at(found, nodes, N[:, None] * np.array(load.force))
+    return found
 
 
 def along_line(load: PerLength, mesh: Mesh) -> tuple[Floats, float]:
