@@ -54,8 +54,8 @@ BROAD = {
     "silicone-beam-trade", "silicone-beam-release", "pressure-vessels", "coated-rod", "beam-at-the-extremes",
     "truth-cube", "cantilevers", "cooks-membrane", "elliptic-membrane", "thick-ring", "force-and-travel",
     "swinging-beam", "silicone-beam-filled", "ecoflex-pulled", "coated-sphere", "torsion", "end-moments", "actuator",
-    "inclusion", "organ", "press", "bonded-disc", "pressure-sphere", "bend-45", "graded-bar", "given-back",
-    "line-of-force",
+    "inclusion", "organ", "press", "bonded-disc", "pressure-sphere", "bend-45", "tendon-finger", "graded-bar",
+    "given-back", "line-of-force",
 }  # fmt: skip
 WORKERS = 8  # at most: each holds a few hundred MB
 # files and scenes whose tests begin first, in this order: one that compiles most kernels, those that need none

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Routed, Turning
 from softmark.interpreter.vocabulary.supports import Holding
 
 if TYPE_CHECKING:
@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
 
 MOST = "`fem(...)` takes all"
+_SOME: dict[type, tuple[str, str]] = {  # loads of some models alone: why, and what to do
+    PerLength: ("not a load that it takes", "use a traction on a strip; `fem(...)` and beams take lines"),
+    Routed: ("it presses along a line, which has no limit in a solid", "tendons are of beams: `beam6dof(...)`"),
+}
 
 
 class Model:
@@ -109,10 +113,9 @@ class Model:
                              "use `fem(...)` or `beam6dof(...)` in a dynamic analysis")  # fmt: skip
         for load in case.loads:
             if not isinstance(load.thing.action, self.loads):
-                line = isinstance(load.thing.action, PerLength)
-                help = "use a traction on a strip; `fem(...)` and beams take lines" if line else MOST
+                label, help = _SOME.get(type(load.thing.action), ("not a load that it takes", MOST))
                 yield diagnostic("E501", load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
-                                 "not a load that it takes", help)  # fmt: skip
+                                 label, help)  # fmt: skip
         for support in case.supports:
             if not isinstance(support.thing, self.supports):
                 yield diagnostic("E501", support.at(),
