@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 else:
     from softmark.references.deferred import np
 
+Row = tuple[float, float, float]  # x, y and the uncertainty of y, SI
 NAMED = 3  # files that a source lists
 
 
@@ -119,9 +121,8 @@ class CurveFromFile(Reference):
         sources = list(dict.fromkeys(said))
         more = f" and {len(sources) - NAMED} others" if len(sources) > NAMED else ""
         source = ", ".join(sources[:NAMED]) + more
-        lost = [one.lost for one in repeats if one.lost is not None]
-        return MeasuredCurve(x, y, u, source, len(repeats), float(spread.max()), notes,
-                             sum(lost) / len(lost) if lost else None)  # fmt: skip
+        loops = tuple(one.loop.within(self._stated) for one in repeats if one.loop is not None)
+        return MeasuredCurve(x, y, u, source, len(repeats), float(spread.max()), notes, loops)
 
     def _stated(self, y: Array) -> Array:
         """The uncertainty that holds for every value."""
@@ -145,22 +146,51 @@ class CurveFromFile(Reference):
         chosen = parts[self.branch]
         _grows(table.name, self.x, rows[chosen], lines[chosen], table.numbers[self.x][chosen])
         gone = len(rows) - len(rows[chosen])
-        lost = None
+        loop = None
         if 1 < turn < len(rows) - 2 and all(map(_monotone, both := [rows[part] for part in parts.values()])):
-            lost = _lost(*both)
+            loop = Loop(sorted(both[0]), sorted(both[1]))
         left = f"{gone} of {len(rows)} rows are not of the {self.branch} and are left out" if gone else ""
-        return Repeat(tuple(rows[chosen]), lost), left
+        return Repeat(tuple(rows[chosen]), loop), left
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Both ways of a curve that turns once: rows of x, y and the uncertainty of y, SI, by growing x."""
+
+    there: list[Row]
+    back: list[Row]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The least and the largest x that both have."""
+        return max(self.there[0][0], self.back[0][0]), min(self.there[-1][0], self.back[-1][0])
+
+    def within(self, stated: Callable[[Array], Array]) -> Loop:
+        """The same with an uncertainty that is stated of values (n,), in quadrature."""
+        ways = []
+        for way in (self.there, self.back):
+            more = stated(np.array([y for _, y, _ in way]))
+            ways.append([(x, y, math.hypot(u, float(v))) for (x, y, u), v in zip(way, more, strict=True)])
+        return Loop(ways[0], ways[1])
+
+    def lost(self, low: float, high: float) -> tuple[float, float] | None:
+        """1 - work of unloading / work of loading between two x, and how far it may be off; None without work."""
+        there, back = (_area(way, low, high, 1) for way in (self.there, self.back))
+        if not math.isfinite(there) or there == 0.0:
+            return None
+        off = [_area(way, low, high, 2) for way in (self.there, self.back)]
+        return 1.0 - back / there, (off[1] + abs(back / there) * off[0]) / abs(there)
 
 
 @dataclass(frozen=True)
 class Repeat:
     """One experiment: rows of x, y and the uncertainty of y, SI, in which x grows or falls.
 
-    `lost` is the share of the work of loading that unloading did not give back, of a curve with both.
+    `loop` has both ways of a curve that turns.
     """
 
     rows: tuple[tuple[float, float, float], ...]
-    lost: float | None = None
+    loop: Loop | None = None
 
     @cached_property
     def sorted(self) -> tuple[tuple[float, ...], ...]:
@@ -185,7 +215,30 @@ class MeasuredCurve:
     repeats: int
     spread: float  # the largest standard deviation between repeats, in the unit of y
     notes: tuple[str, ...] = ()
-    lost: float | None = None  # of the work of loading, the share that unloading did not give back
+    loops: tuple[Loop, ...] = ()  # of repeats with a way there and one back
+
+    @property
+    def lost(self) -> float | None:
+        """Of the work of loading, the share that unloading did not give back, on the range that all have."""
+        ends = [loop.ends for loop in self.loops]
+        found = self.lost_between(max(a for a, _ in ends), min(b for _, b in ends)) if ends else None
+        return None if found is None else found[0]
+
+    def lost_between(self, low: float, high: float) -> tuple[float, float] | None:
+        """The same between two x, the mean of all repeats, and how far it may be from the true one.
+
+        That is what values make of it that are off by their uncertainty, up on one way and down on the other, and in
+        quadrature the standard deviation between repeats. None where a loop does not go over this, or takes no work.
+        """
+        if not self.loops or not low < high or any(low < a or high > b for a, b in (one.ends for one in self.loops)):
+            return None
+        found = [one.lost(low, high) for one in self.loops]
+        shares, off = zip(*(one for one in found if one is not None), strict=True) if None not in found else ((), ())
+        if not shares:
+            return None
+        mean = sum(shares) / len(shares)
+        spread = sum((share - mean) ** 2 for share in shares) / max(len(shares) - 1, 1)
+        return mean, math.sqrt(spread + sum(u * u for u in off) / len(off))
 
     @property
     def resolution(self) -> float:
@@ -224,17 +277,11 @@ def _monotone(rows: list[Any]) -> bool:
     return bool(steps) and (min(steps) > 0.0 or max(steps) < 0.0)
 
 
-def _lost(up: list[Any], down: list[Any]) -> float | None:
-    """1 - work of unloading / work of loading, by the areas under both on the range that both have."""
-    low, high = max(min(up)[0], min(down)[0]), min(max(up)[0], max(down)[0])
-    loading, unloading = (_area(sorted(part), low, high) for part in (up, down))
-    return 1.0 - unloading / loading if math.isfinite(loading) and loading != 0.0 else None
-
-
-def _area(rows: list[Any], low: float, high: float) -> float:
-    """The area under straight lines between rows (x, y, ...) from `low` to `high`."""
+def _area(rows: list[Row], low: float, high: float, column: int) -> float:
+    """The area under straight lines between rows, of column 1 (y) or 2 (its uncertainty), from `low` to `high`."""
     area = 0.0
-    for (a, p, *_), (b, q, *_) in pairwise(rows):
+    for one, other in pairwise(rows):
+        (a, p), (b, q) = (one[0], one[column]), (other[0], other[column])
         begin, end = max(a, low), min(b, high)
         if end > begin:
             middle = 0.5 * (begin + end)

@@ -10,8 +10,9 @@ import numpy as np
 from softmark.interpreter.evidence.probe_answers import NO_ERROR, Floats, ProbeAnswer, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.curve_error import CurveError
-from softmark.interpreter.metrics.curves import Curve, slopes
+from softmark.interpreter.metrics.curves import Curve
 from softmark.interpreter.metrics.measure import course_of
+from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.stated import StatedError
@@ -71,27 +72,26 @@ def at_rest(
     """Of curves from state to state: what is stated of both metrics in each, as far as that moves the curve."""
     if isinstance(known[-1][0].case.analysis, Dynamic):
         return {}
-    asked = {n: m.thing for n, m in scene.of_kind("metric").items() if isinstance(m.thing, CurveError)}
-    return {n: _of_states(scene, thing, known, measured.get(thing.against)) for n, thing in asked.items()}
+    asked = {n: m.thing for n, m in scene.of_kind("metric").items() if isinstance(m.thing, OfCurves)}
+    return {n: _of_states(scene, thing, known, measured.get(thing.measured_from or "")) for n, thing in asked.items()}
 
 
 def _of_states(
-    scene: Scene, thing: CurveError, known: Sequence[tuple[View, Mapping[str, StatedError]]], data: Any
+    scene: Scene, thing: OfCurves, known: Sequence[tuple[View, Mapping[str, StatedError]]], data: Any
 ) -> StatedError:
     """The metric of a curve that is off by what is stated in each state, and by what chords between them leave out."""
-    if not isinstance(data, MeasuredCurve):
+    if thing.measured_from is not None and not isinstance(data, MeasuredCurve):
         return StatedError(reason=NO_ERROR)
-    reference = Curve(data.x, data.y, data.u)
+    reference = None if data is None else Curve(data.x, data.y, data.u)
+    off: list[Floats] = []
     try:
         course = course_of(scene, thing, [view for view, _ in known])
-        parts: dict[str, float | None] = {"states": thing.chords(course.x, course.y, reference)}
         for name in (thing.of, thing.over or ""):
             each = [found.get(name, StatedError(reason=NO_ERROR)) for _, found in known]
             if (unknown := next((said for said in each if said.value is None), None)) is not None:
                 return StatedError(reason=f"`{name}`: {unknown.reason}")
-            off = np.array([said.value or 0.0 for said in each])
-            off = off if name == thing.of else off * slopes(reference, course.x)
-            parts[name] = thing.moved(course.x, course.y, off, reference)
+            off.append(np.array([said.value or 0.0 for said in each]))
+        parts: dict[str, float | None] = {**thing.stated(course, off[0], off[1], reference)}
     except Undefined as undefined:
         return StatedError(reason=f"{NO_ERROR}: {undefined}")
     return StatedError(sum(part or 0.0 for part in parts.values()), "1", parts)

@@ -31,9 +31,9 @@ from softmark.interpreter.evidence.selection_error import selection
 from softmark.interpreter.front.course_steps import shows
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
-from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.metric import OfForces
+from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.shared.prepared import Prepared
 from softmark.interpreter.problem.parts.resultants import of_selections
@@ -42,6 +42,7 @@ from softmark.interpreter.results.plain import clean
 from softmark.interpreter.results.report import ModelResult, ProbeResult
 from softmark.interpreter.results.stated import StatedError
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.loads import PerLength
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.deformed import Nodal
@@ -100,10 +101,20 @@ class Stated(Answer):
     def _discretisation(self, seen: ProbeAnswer) -> float:
         voucher = voucher_of(self.declared.thing)
         if not isinstance(seen.metric, OfTensors):
+            self._must_have_limit(seen)
             return voucher.discretisation(self, seen)
         from softmark.interpreter.evidence.stress_limits import settled
 
         return settled(self, seen, voucher.discretisation)
+
+    def _must_have_limit(self, seen: ProbeAnswer) -> None:
+        """Raises Unknown of a displacement of a solid under a line of force."""
+        if any(isinstance(load.thing.action, PerLength) for load in self.case.loads) and seen.metric is not None:
+            from softmark.interpreter.evidence.stress_limits import unbounded
+
+            for x in seen.X[-1:] if seen.metric.last else seen.X:
+                if seen.metric.summed_by == "max" and (place := unbounded(self.case, self.prepared.mesh, x)):
+                    raise Unknown(f"it looks at {place}, where displacements grow with every refinement")
 
     def _model(self, seen: ProbeAnswer) -> float:
         return voucher_of(self.declared.thing).model(self, seen)
@@ -194,7 +205,7 @@ def stated(
     for name, seen in _asked(scene, result, view, measured, views, asked).items():
         said = _safely(whole, seen) if void is None else StatedError(reason=void)
         found[name] = replace(said, doubts=tuple(doubts))
-    if any(isinstance(m.thing, CurveError) for m in scene.of_kind("metric").values()):
+    if any(isinstance(m.thing, OfCurves) for m in scene.of_kind("metric").values()):
         from softmark.interpreter.evidence.curve_answers import at_rest
 
         found |= at_rest(scene, [*before, (view, found)], measured)
@@ -225,7 +236,7 @@ def _asked(
     """
     found: dict[str, ProbeAnswer] = {}
     for name, metric in scene.of_kind("metric").items():
-        if isinstance(metric.thing, CurveError):
+        if isinstance(metric.thing, OfCurves):
             from softmark.interpreter.evidence.curve_answers import in_time
 
             if (course := in_time(scene, metric, view, measured)) is not None:

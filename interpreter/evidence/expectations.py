@@ -8,7 +8,7 @@ from typing import Any
 
 from softmark.grammar import tree
 from softmark.interpreter.language import units
-from softmark.interpreter.language.expectations import in_each_state, truth
+from softmark.interpreter.language.expectations import stateless_in, truth
 from softmark.interpreter.language.expressions import Bad, Evaluator, Place, Quantity, Value
 from softmark.interpreter.language.scene import Expectation, Scene
 from softmark.interpreter.language.states import numbers_of
@@ -25,10 +25,16 @@ def judge(scene: Scene, results: Results, expectation: Expectation, states: Sequ
     missing = sorted(named_in(expectation.node) - set(results) - set(scene.parameters))
     if missing:
         return ExpectationResult(text, line, None, None, reason=f"{', '.join(missing)} was not run", left_out=True)
-    if not states or not in_each_state(expectation.node):
+    if not states or all(_of_all(scene, name) for name in stateless_in(expectation.node)):
         return _judged(expectation, _Known(scene, results, states))
     each = [_judged(expectation, _Known(scene, results, states, number)) for number in range(len(states))]
     return _in_all(each, states)
+
+
+def _of_all(scene: Scene, metric: str) -> bool:
+    """Whether a metric is of the way through all states, and known in the last."""
+    declared = scene.declared.get(metric)
+    return declared is not None and declared.kind == "metric" and declared.thing.of_all_states
 
 
 def _judged(expectation: Expectation, known: _Known) -> ExpectationResult:
@@ -85,6 +91,7 @@ class _Known:
 
     def _metric(self, name: tree.Name, number: int | None) -> Value:
         owner, metric = name.parts
+        number = None if _of_all(self.scene, metric) else number
         result = self.results[owner] if number is None else self.results[owner].each[number]
         known = result.metrics.get(metric)
         if known is None or known.value is None:

@@ -21,7 +21,7 @@ from softmark.interpreter.evidence import reaction_check
 from softmark.interpreter.evidence.kinds import voucher_of
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
-from softmark.interpreter.evidence.load_check import Unchecked
+from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.shared.prepared import Prepared, Solution

@@ -1,27 +1,26 @@
 """Loads on solids counted once more, for the watchdog: the part of a surface that is loaded, line by line.
 
-What solves cuts triangles and follows borders in them. Here every facet is swept by straight lines of its local
-coordinates: where a border crosses a line is bisected, between two crossings the condition is asked once, and the
-strips between lines are halved until two Gauss rules agree. The two share the meaning of a selection (which borders are
-settled on a facet, where the side of a cylinder is) and nothing else.
+What solves cuts triangles and follows borders. Here every facet is swept by straight lines of its local coordinates:
+where a border crosses a line is bisected, between two the condition is asked once, and strips between lines are halved
+until two Gauss rules agree. The two share the meaning of a selection (what is settled on a facet, curved sides).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softmark.interpreter.evidence.materials import alone
+from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.members import apart, of_facets
 from softmark.interpreter.problem.parts.surface import by_sides, settled_of
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.solids import Floats, Ints
@@ -38,10 +37,6 @@ HALVED = 14  # times
 SURE = 3e-9  # of the local area of a facet: what is not claimed to be found better
 MOST_UNSURE = 1e-6  # of a load: where more of it is, it was not found again
 MARGIN = 0.1  # of its size: how far a curved facet may reach beyond points on it
-
-
-class Unchecked(Exception):
-    """There is no independent formula for what was solved."""
 
 
 def loads_on(case: Case, mesh: Moved, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
@@ -72,8 +67,10 @@ def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: st
             return _pushed(action, case, mesh.mesh, surface, lambda dA: -p * dA)
         case Turning():
             return _turned(action, case, mesh.mesh, mesh.points if small else mesh.points + u)
-        case AtPoint():
-            return _at_points(action, case, mesh), 0.0
+        case AtPoint() | PerLength():
+            from softmark.interpreter.evidence import placed_check  # which no other load needs
+
+            return placed_check.placed(action, case, mesh)
     raise Unchecked(f"there is no other formula for a load that acts as {type(action).__name__}")
 
 
@@ -84,31 +81,6 @@ def _density(case: Case) -> Any:
     from softmark.interpreter.evidence.graded import density_of
 
     return density_of(case)
-
-
-def _at_points(load: AtPoint, case: Case, mesh: Moved) -> Floats:
-    """The force at its point; of a plane body spread along z by Simpson's rule."""
-    if not case.planar:
-        return _at_point(load, mesh)
-    x, y, _ = load.at
-    rim, found = 0.5 * case.body.thing.thickness, np.zeros_like(mesh.points)
-    for z, share in ((-rim, 1.0), (0.0, 4.0), (rim, 1.0)):
-        found += share / 6.0 * _at_point(replace(load, at=(x, y, z)), mesh)
-    return found
-
-
-def _at_point(load: AtPoint, mesh: Moved) -> Floats:
-    """The force at the nodes around its point: their shares add up to one, and their places to the point."""
-    from softmark.solvers.mesh.interpolation import locate
-
-    place = locate(mesh.mesh, np.array([load.at]))
-    found: Floats = np.zeros_like(mesh.points)
-    N, nodes = place.N[0], place.nodes[0]
-    away = np.linalg.norm(N @ mesh.points[nodes] - np.array(load.at))
-    if abs(N.sum() - 1.0) > 1e-9 or away > 1e-6 * mesh.mesh.extent:
-        raise Unchecked("the point that a force acts at lies outside the mesh")
-    np.add.at(found, nodes, N[:, None] * np.array(load.force))
-    return found
 
 
 def _pushed(
@@ -173,13 +145,21 @@ def _stretch(points: Floats, facets: Ints, xi: Floats) -> Floats:
 
 
 Points = tuple[Ints, Floats, Floats]  # facets (p, k), local points (p, 2), weights (p,) in local area
+Swept = tuple[Ints, Points, tuple[Ints, Floats]]
 
 
-def _selected(where: Condition, case: Case, mesh: Mesh) -> Iterator[tuple[Ints, Points, tuple[Ints, Floats]]]:
+def _selected(where: Condition, case: Case, mesh: Mesh) -> list[Swept]:
     """Facets (w, k) that are selected whole, points on parts of others, and facets (v, k) with what is not sure there.
 
-    For every side of the body. Raises Unchecked.
+    For every side of the body; found once for a mesh, in all states and by all models that share it. Raises Unchecked.
     """
+    if (key := (_selected, where)) not in mesh.selections:
+        mesh.selections[key] = list(_swept(where, case, mesh))
+    return list(mesh.selections[key])
+
+
+def _swept(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:
+    """The same anew. Raises Unchecked."""
     facets = mesh.facets
     corners = mesh.points[facets]
     told = mesh.selections.get(where)

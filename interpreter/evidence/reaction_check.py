@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.evidence.load_check import MOST_UNSURE, Unchecked
+from softmark.interpreter.evidence.load_check import MOST_UNSURE
+from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.models.answers.at_rest import at_rest
 from softmark.interpreter.models.answers.carried import NOTHING, Carried, Wrench
 from softmark.interpreter.results.reactions import Reaction

@@ -22,7 +22,7 @@ from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.shared.gripping import grip
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.vocabulary.loads import AtPoint
+from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
 from softmark.solvers.mesh.neighbours import neighbours
 
 if TYPE_CHECKING:
@@ -82,6 +82,27 @@ def _places(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
     for load in case.loads:
         if isinstance(load.thing.action, AtPoint):
             yield f"the point that `{load.name}` acts at", np.array([load.thing.action.at])
+        if isinstance(load.thing.action, PerLength):
+            yield f"the line that `{load.name}` acts along", _points_along(load.thing.action, _edge(mesh))
+
+
+def unbounded(case: Case, mesh: Mesh | None, x: Floats) -> str | None:
+    """The line of force whose displacements have no limit where a point x (3,), m, is; None where there is none."""
+    for load in case.loads if mesh is not None else ():
+        action = load.thing.action
+        if mesh is not None and isinstance(action, PerLength):
+            begin, way = np.array(action.begin), np.array(action.end) - np.array(action.begin)
+            nearest = begin + np.clip((x - begin) @ way / (way @ way), 0.0, 1.0) * way
+            if np.linalg.norm(x - nearest) < _edge(mesh):
+                return f"the line that `{load.name}` acts along"
+    return None
+
+
+def _points_along(line: PerLength, step: float) -> Floats:
+    """Points (n, 3) of a line, m, no farther apart than half a step."""
+    s = np.linspace(0.0, 1.0, 2 + int(2.0 * line.length / step))
+    found: Floats = np.array(line.begin) + s[:, None] * (np.array(line.end) - np.array(line.begin))
+    return found
 
 
 def _ends(case: Case, mesh: Mesh, held: NDArray[np.bool_]) -> NDArray[np.int64]:

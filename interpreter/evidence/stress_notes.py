@@ -10,10 +10,12 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.measure import measured_by, seen_of
+from softmark.interpreter.metrics.metric import OfDisplacements
 from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.shared.prepared import Prepared
 from softmark.interpreter.problem.view import View
+from softmark.interpreter.vocabulary.loads import PerLength
 
 APART = 0.25  # of the recovered stress, in the mean square over the cells around: the mesh does not show what is there
 
@@ -26,7 +28,32 @@ def asks(scene: Scene) -> bool:
 def unresolved(scene: Scene, view: View, prepared: Prepared) -> tuple[Diagnostic, ...]:
     """Warnings about metrics of stress and strain whose value has no limit, or lies where cells do not agree."""
     asked = [m for m in scene.of_kind("metric").values() if isinstance(m.thing, OfTensors)]
-    return tuple(d for metric in asked for d in _said(metric, view, prepared))
+    found = [d for metric in asked for d in _said(metric, view, prepared)]
+    if any(isinstance(load.thing.action, PerLength) for load in view.case.loads):
+        found += _under_lines(scene, view, prepared)
+    return tuple(found)
+
+
+def _under_lines(scene: Scene, view: View, prepared: Prepared) -> Iterator[Diagnostic]:
+    """Displacements of a solid that are looked at under a line of force."""
+    from softmark.interpreter.evidence.stress_limits import unbounded
+
+    for metric in scene.of_kind("metric").values():
+        seen = view.probes.get(metric.thing.looked_at or "")
+        if not isinstance(metric.thing, OfDisplacements) or metric.thing.summed_by != "max" or seen is None:
+            continue
+        points = seen.points[-1:] if metric.thing.last else seen.points
+        place = next((found for x in points if (found := unbounded(view.case, prepared.mesh, x))), None)
+        if place:
+            yield diagnostic(
+                "W384",
+                metric.at("probe"),
+                f"`{metric.name}` looks at {place}, where displacements of a solid have no limit: what is found is what"
+                " the mesh allows",
+                "no limit there",
+                "every refinement finds more, by the logarithm of the size of cells; look a cell or more away, or use a"
+                " traction on a strip",
+            )
 
 
 def _said(metric: Declared, view: View, prepared: Prepared) -> Iterator[Diagnostic]:

@@ -316,7 +316,8 @@ def _comparisons(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _curves(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Measured curves, and what is compared with them."""
-    if any(d.constructor.name == "curve" for d in scene.of_kind("reference").values()):
+    loops = any(m.thing.of_all_states for m in scene.of_kind("metric").values())
+    if loops or any(d.constructor.name == "curve" for d in scene.of_kind("reference").values()):
         from softmark.interpreter.front import curves
 
         yield from curves.faults(scene, found)

@@ -13,13 +13,13 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.course_norm import CourseNorm
-from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.energy_norm import EnergyNorm
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.hausdorff import Hausdorff
 from softmark.interpreter.metrics.max_error import MaxError
 from softmark.interpreter.metrics.mean_error import MeanError
 from softmark.interpreter.metrics.metric import OfForces
+from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
 from softmark.interpreter.metrics.stress import AXES, Stress
@@ -184,7 +184,7 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
     if isinstance(metric.thing, CourseNorm) and reference.kind != "model":
         return _Refusal("against", f"`{word}` compares motions, and `{name}` knows none", "no history",
                         "compare with a model of this scene")  # fmt: skip
-    if (isinstance(metric.thing, CurveError)) is not (known == "curve"):
+    if isinstance(metric.thing, OfCurves) is not (known == "curve"):
         return _curves(metric, name, known)
     if isinstance(metric.thing, Hausdorff | SurfaceDistance) and known == "points":
         return _Refusal("against", f"`{word}` needs a surface, and `{name}` is tracked points", "no surface",

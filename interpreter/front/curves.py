@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.front.files_and_selections import cheap
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.displacement import Displacement
+from softmark.interpreter.metrics.hysteresis import Hysteresis
+from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.references.curve import CurveFromFile
 from softmark.references.measured import Unreadable
@@ -25,7 +27,7 @@ def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
         yield from told or _named(reference)
     for metric in scene.of_kind("metric").values():
         blamed = any(d.severity == "error" and metric.contains(d) for d in found)
-        if isinstance(metric.thing, CurveError) and not blamed:
+        if isinstance(metric.thing, OfCurves) and not blamed:
             yield from _compared(scene, metric)
 
 
@@ -70,16 +72,38 @@ def _named(reference: Declared) -> Iterator[Diagnostic]:
 
 
 def _compared(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
-    """The metric must have a curve, of the dimensions of the reference, that goes over its range."""
-    thing: CurveError = metric.thing
-    reference, of = scene.declared[thing.against], scene.declared[thing.of]
+    """The metric must have a curve, of the dimensions of the reference, over its range, and back for a loop."""
+    thing: OfCurves = metric.thing
+    reference, of = scene.declared.get(thing.measured_from or ""), scene.declared[thing.of]
     analysis = next((a.thing for a in scene.of_kind("analysis").values()), None)
-    if not isinstance(reference.thing, CurveFromFile):
+    if reference is not None and not isinstance(reference.thing, CurveFromFile):
         return
     refusal = _courseless(scene, metric, of, isinstance(analysis, Dynamic))
+    if refusal is None and isinstance(thing, Hysteresis):
+        refusal = _without_loop(metric, reference)
     if refusal is not None:
         yield refusal
-        return
+    elif reference is not None:
+        yield from _against(scene, metric, of, reference, analysis)
+
+
+def _without_loop(metric: Declared, reference: Declared | None) -> Diagnostic | None:
+    """A measured curve that never unloads."""
+    if reference is None or not cheap(reference.thing.files):
+        return None
+    try:
+        repeats, _ = reference.thing.read()
+    except Unreadable:
+        return None  # said where files are
+    if all(one.loop is not None for one in repeats):
+        return None
+    return diagnostic("E509", metric.at("against"), f"`{reference.name}` was measured on one way alone", "has no loop",
+                      "what it loses is known of a table that goes on while the machine unloads")  # fmt: skip
+
+
+def _against(scene: Scene, metric: Declared, of: Declared, reference: Declared, analysis: Any) -> Iterator[Diagnostic]:
+    """The dimensions of both axes, and whether a motion goes over what was measured."""
+    thing: OfCurves = metric.thing
     along = units.TIME
     if thing.over is not None:
         along = units.parse(scene.declared[thing.over].thing.unit).dimension
@@ -97,12 +121,16 @@ def _compared(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
 
 def _courseless(scene: Scene, metric: Declared, of: Declared, moving: bool) -> Diagnostic | None:
     """Of what has no curve: errors, in time all but displacements, and at rest what says not along what it goes."""
-    thing: CurveError = metric.thing
+    thing: OfCurves = metric.thing
     for field, other in (("of", of), ("over", scene.declared.get(thing.over or ""))):
-        if other is not None and (other.thing.measured_from is not None or isinstance(other.thing, CurveError)):
+        if other is not None and (other.thing.measured_from is not None or isinstance(other.thing, OfCurves)):
             return diagnostic("E509", metric.at(field), f"`{other.name}` is an error already, and no measurement",
                               "has no curve",
                               "name a metric that is measured from nothing: a displacement, a force")  # fmt: skip
+    if moving and isinstance(thing, Hysteresis):
+        return diagnostic("E509", metric.at(), f"`{metric.name}` is known at rest alone, and the analysis is a motion",
+                          "no states", "analyse states that go up and down again: `static(states = [25, 50, 75, 100,"
+                          " 75, 50, 25] %)`")  # fmt: skip
     if moving and thing.over is not None:
         return diagnostic("E509", metric.at("over"), f"the curve of `{of.name}` goes over time in a dynamic analysis",
                           "at rest only", "leave `over` out")  # fmt: skip

@@ -18,6 +18,7 @@ from softmark.solvers.elements import ELEMENTS, element_of
 from softmark.solvers.elements.cells import Tetrahedron
 from softmark.solvers.mesh.filled import Enclosed
 from softmark.solvers.mesh.shape import Shape
+from softmark.solvers.mesh.shapes import MeshFile
 
 CHEAP = 4_000_000  # bytes of a table that is read when a scene is checked
 FINEST = 2e-3  # of the extent of a body: cells so small are not divided
@@ -66,6 +67,32 @@ def _doubt(path: str) -> tuple[str, str] | None:
     from softmark.solvers.mesh.files import formats  # no scene without a mesh file needs to know of formats
 
     return formats.doubt(path)
+
+
+def groups(scene: Scene) -> Iterator[Diagnostic]:
+    """Groups that a mesh file does not have, or not as they are used."""
+    said: set[str] = set()
+    for model in scene.asked("model").values():
+        try:
+            case = case_for(scene, model)
+        except Fault:
+            continue
+        shape = model.thing.own_mesh or case.shape
+        if isinstance(shape, MeshFile) and case.groups and cheap([shape.file]) and shape.file not in said:
+            said.add(shape.file)
+            yield from _groups(case, shape)
+
+
+def _groups(case: Case, shape: MeshFile) -> Iterator[Diagnostic]:
+    from softmark.interpreter.problem import members  # reads the mesh: of no scene without groups
+    from softmark.solvers.mesh.files.flaws import UnreadableMesh
+
+    try:
+        members.check(case.groups, shape.named())
+    except Fault as wrong:
+        yield wrong.diagnostic
+    except UnreadableMesh:
+        return  # told with all about the mesh, when models are built
 
 
 def tables(scene: Scene) -> Iterator[Diagnostic]:
@@ -144,5 +171,5 @@ def _halves(low: Point, high: Point) -> list[tuple[Point, Point]]:
 def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
     """All of these, where nothing is wrong with the declaration already."""
     blamed = {(d.source, d.span.line) for d in found if d.severity == "error" and d.span is not None}
-    for ask in (meshes, tables, loads):
+    for ask in (meshes, groups, tables, loads):
         yield from (d for d in ask(scene) if d.span is None or (d.source, d.span.line) not in blamed)

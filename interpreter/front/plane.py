@@ -167,6 +167,10 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
         field = "mesh" if thing.mesh is not None else "quality"
         yield diagnostic("E543", declared.at(field), f"`{declared.name}` has a `{field}`, and plane bodies have meshes "
                          "of their own alone", "not of plane bodies", "leave it out, and give a `size`")  # fmt: skip
+    elif (lines := [load for load in case.loads if isinstance(load.thing.action, PerLength)]) and not case.depth:
+        yield diagnostic("E543", lines[0].at(), f"`{lines[0].name}` acts along a line, and `{case.body.name}` is in "
+                         f"{kind}", "not on plane bodies", "`point_force(...)` is spread along z; along an edge, give a"
+                         " `traction`")  # fmt: skip
     elif case.planar == "plane_stress":
         yield from _of_plates(thing, declared, case)
     elif case.depth:
@@ -195,8 +199,9 @@ def _of_revolution(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagn
                          "revolution know no formulation that does not lock", "too near to a Poisson's ratio of 0.5",
                          f"use one below {NEARLY:g}, or a `solid`")  # fmt: skip
     for load in case.loads:
-        if isinstance(load.thing.action, AtPoint):
-            yield diagnostic("E323", load.at(), f"`{load.name}` acts at a point of a body of revolution", "not around "
+        if isinstance(load.thing.action, AtPoint | PerLength):
+            where = "at a point" if isinstance(load.thing.action, AtPoint) else "along a line"
+            yield diagnostic("E323", load.at(), f"`{load.name}` acts {where} of a body of revolution", "not around "
                              "the axis", "use `traction` on a part of its edge, which goes all around")  # fmt: skip
 
 

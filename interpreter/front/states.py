@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
@@ -41,6 +42,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
     """Errors and warnings about states; of a scene that has none, courses and references that ask for some."""
     states = states_of(scene)
     yield from _number(scene, states)
+    yield from _loops(scene, states)
     driven = _driven(scene)
     tables = [r for r in scene.of_kind("reference").values() if r.value("states") is not None]
     if any(a.value("states") is not None and not states for a in scene.of_kind("analysis").values()):
@@ -69,6 +71,15 @@ def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
         analysis = next(iter(scene.of_kind("analysis").values()))
         yield diagnostic("E311", analysis.at("states"), f"`{analysis.name}` has {len(states)} states",
                          f"more than {MOST}", "each is solved and kept: take fewer")  # fmt: skip
+
+
+def _loops(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
+    """Metrics of a loop, of states that make none; a motion is refused with curves."""
+    if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()):
+        return
+    for metric in scene.of_kind("metric").values():
+        if metric.thing.of_all_states and (wrong := _one_way(metric, states)) is not None:
+            yield wrong
 
 
 def _without(declared: Declared, field: str, does: str, moving: bool) -> Diagnostic:
@@ -114,6 +125,20 @@ def _of_one(reference: Declared) -> Diagnostic:
     at = reference.at("state" if "state" in reference.fields else "")
     return diagnostic("E312", at, f"`{reference.name}` was measured in one state, and the analysis has several",
                       "in which state?", help)  # fmt: skip
+
+
+def _one_way(metric: Declared, states: tuple[float, ...]) -> Diagnostic | None:
+    """States that do not go one way and back again have no loop."""
+    turn = max(range(len(states)), key=lambda i: abs(states[i] - states[0]), default=0)
+    sides = [states[: turn + 1], states[turn:]]
+    falls = turn > 0 and states[turn] < states[0]
+    there, back = ([(b - a) * (-1.0 if falls else 1.0) for a, b in pairwise(side)] for side in sides)
+    if there and back and min(there) > 0.0 and max(back) < 0.0:
+        return None
+    given = f"its states are {', '.join(map(percent, states[:8]))}" if states else "the analysis has no states"
+    return diagnostic("E509", metric.at(), f"`{metric.name}` is about a loop, and the states make none", given,
+                      "load in some states and unload in those after: `static(states = [25, 50, 75, 100, 75, 50, 25]"
+                      " %)`")  # fmt: skip
 
 
 def _is_fitted(model: Declared) -> bool:

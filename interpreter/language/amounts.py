@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from softmark.interpreter.language import units
 from softmark.records import dataclass
 
+SMALL = 1e-4  # plain numbers below that are read as multiples of a power of ten
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -84,7 +85,9 @@ def scale_of(values: Iterable[float | None], unit: str, percent: bool = False) -
     """The scale in which the largest of the values reads well."""
     largest = max((abs(v) for v in values if v is not None), default=0.0)
     if is_ratio(unit):
-        return Scale(0.01, "%") if percent else Scale(1.0, "")
+        power = math.floor(math.log10(largest)) if 0.0 < largest < SMALL and not percent else 0
+        plain = Scale(10.0**power, power_of_ten(power)) if power else Scale(1.0, "")
+        return Scale(0.01, "%") if percent else plain
     try:
         symbol = units.show(rounded(largest, 4), units.parse(unit).dimension).partition(" ")[2]
         return Scale(units.parse(symbol).factor, as_asked(symbol, unit)) if symbol else Scale(1.0, unit)
@@ -101,8 +104,8 @@ def decimals_of(values: Sequence[float | None], scale: Scale, digits: int) -> in
 
 
 def negligible(value: float, largest: float, unit: str) -> bool:
-    """Whether a value is rounding: below 1e-9 of the largest of its column or, in m, below a tenth of an atom."""
-    return abs(value) < 1e-9 * largest or (unit == "m" and abs(value) < 1e-11)
+    """Whether a value is rounding: below 1e-9 of the largest of its column; a tenth of an atom, 500 times rounding."""
+    return abs(value) < 1e-9 * largest or abs(value) < {"m": 1e-11, "1": 1e-13}.get(unit, 0.0)
 
 
 def own_error(error: float) -> str:

@@ -92,7 +92,11 @@ class Expectations:
             what = units.named(value.dimension)
             raise self.place.fail("E204", node.span, f"expected a plain number, found {what}", what,
                                   "a state is known by its value, a part of the whole: `.at(12.5 %)`")  # fmt: skip
-        if name.text in self.compiler.table.symbols or not states:
+        own = name.text in self.compiler.table.symbols
+        if not own and self.compiler.declaration(name.parts[1]).thing.of_all_states:
+            raise self.place.fail("E313", node.span, f"`{name.text}` is of the way through all states", "not of one",
+                                  "leave `.at(...)` out")  # fmt: skip
+        if own or not states:
             problem = f"`{name.text}` has no states" if states else "the analysis has no states"
             raise self.place.fail("E313", node.span, problem, "of which states?",
                                   "leave `.at(...)` out, or give the analysis some: `static(states = [5, 12.5] %)`",
@@ -159,9 +163,11 @@ def metrics_in(node: tree.Expression) -> Iterator[tree.Name]:
             yield name
 
 
-def in_each_state(node: tree.Expression) -> bool:
-    """Whether an expectation names a metric without a state."""
-    return any(isinstance(part, tree.Name) and len(part.parts) == 2 for part, _ in tree.walk(node))
+def stateless_in(node: tree.Expression) -> Iterator[str]:
+    """The metrics that an expectation names without a state."""
+    for part, _ in tree.walk(node):
+        if isinstance(part, tree.Name) and len(part.parts) == 2:
+            yield part.parts[1]
 
 
 def _parts(node: tree.Expression) -> Iterator[tree.Expression]:

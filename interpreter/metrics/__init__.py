@@ -19,6 +19,7 @@ from softmark.interpreter.metrics.energy_norm import EnergyNorm
 from softmark.interpreter.metrics.force import Force
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.hausdorff import Hausdorff
+from softmark.interpreter.metrics.hysteresis import Hysteresis
 from softmark.interpreter.metrics.max_error import MaxError
 from softmark.interpreter.metrics.mean_error import MeanError
 from softmark.interpreter.metrics.moment import Moment
@@ -41,6 +42,7 @@ METRICS: dict[str, type[Any]] = {
     "mean_error": MeanError,
     "course_norm": CourseNorm,
     "curve_error": CurveError,
+    "hysteresis": Hysteresis,
     "strain_energy_norm": StrainEnergyNorm,
     "surface_distance": SurfaceDistance,
     "hausdorff": Hausdorff,

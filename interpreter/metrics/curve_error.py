@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.interpreter.metrics import curves
 from softmark.interpreter.metrics.curves import Course
 from softmark.interpreter.metrics.measurement import Measurement
-from softmark.interpreter.metrics.metric import Metric
+from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.language.scene import Scene
     from softmark.interpreter.metrics.curves import Curve, Overlay
     from softmark.interpreter.metrics.measurement import Floats, Seen
 else:
@@ -26,7 +25,7 @@ Statistic = Literal["rms", "max", "area", "unexplained", "slope"]
 
 
 @dataclass(frozen=True)
-class CurveError(Metric):
+class CurveError(OfCurves):
     """How far the curve of a metric is from a measured one, relative, on the range that both have.
 
     In a dynamic analysis the curve is that of a `displacement` over time. At rest it goes from state to state: what the
@@ -53,17 +52,6 @@ class CurveError(Metric):
     over: Annotated[str | None, "metric", "at rest: the metric along which the curve goes, such as the travel"] = None
     statistic: Annotated[Statistic, "what the differences are summed up by"] = "rms"
     initial: Annotated[float, "1 in (0, 1]", "of `slope`: which part of the range counts as its beginning"] = 0.1
-    unit: ClassVar[str] = "1"
-
-    @property
-    def concerned(self) -> str:
-        """The metric whose curve it is."""
-        return self.of
-
-    def body_in(self, scene: Scene) -> str | None:
-        """That of the metric whose curve it is."""
-        of = scene.declared[self.of].thing
-        return None if isinstance(of, CurveError) else of.body_in(scene)
 
     @property
     def summed_by(self) -> str:
@@ -103,6 +91,17 @@ class CurveError(Metric):
         details = {f"at_{along}": x, f"found_{own}": y, f"measured_{own}": r, f"uncertain_{own}": u}
         point = Course(np.array([x]), np.array([y]), units)
         return Measurement(abs(y - r) / size, details, uncertainty=u / size, curve=point)
+
+    def stated(self, course: Course, off: Floats, along: Floats, reference: Curve | None) -> dict[str, float]:
+        """What chords between states leave out, and what values and their places are off by. Raises Undefined."""
+        if reference is None:
+            raise Undefined(f"`{self.against}` is no curve")
+        x, y = course.x, course.y
+        return {
+            "states": self.chords(x, y, reference),
+            self.of: self.moved(x, y, off, reference),
+            self.over or "": self.moved(x, y, along * curves.slopes(reference, x), reference),
+        }
 
     def apart(self, x: Floats, y: Floats, other: Floats, reference: Curve) -> float:
         """How much the value may change where a curve y (n,) becomes another over the same x (n,). Raises Undefined."""

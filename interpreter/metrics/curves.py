@@ -5,6 +5,8 @@ On the range that both have, each is straight between the points at which one of
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from softmark.interpreter.metrics.undefined import Undefined
@@ -21,11 +23,16 @@ else:
 
 @dataclass(frozen=True)
 class Curve:
-    """Values y (n,) at x (n,), straight between them, and how far y may be from the true one, u (n,), all SI."""
+    """Values y (n,) at x (n,), straight between them, and how far y may be from the true one, u (n,), all SI.
+
+    `lost`, of a curve with a way there and one back: between two x, the share of the work of loading that unloading did
+    not give back, and its uncertainty; None where it does not go over these on both ways.
+    """
 
     x: Floats
     y: Floats
     u: Floats
+    lost: Callable[[float, float], tuple[float, float] | None] | None = None
 
 
 @dataclass(frozen=True)
@@ -84,6 +91,59 @@ def _grown(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     if (steps < 0.0).all():
         return x[::-1], y[::-1]
     raise Undefined("it turns back on the way, and a curve has one value for each x")
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A curve that goes there and back: x (n,) growing and y (n,) of both ways, on the range that both have.
+
+    `turn` is the number of the point at which it turns, `ends` of the range.
+    """
+
+    there: tuple[Floats, Floats]
+    back: tuple[Floats, Floats]
+    turn: int
+    ends: tuple[float, float]
+
+    @property
+    def works(self) -> tuple[float, float]:
+        """The integrals of y over the two, of loading and of unloading."""
+        return integral(*self.there), integral(*self.back)
+
+    @property
+    def lost(self) -> float:
+        """1 - work of unloading / work of loading: the area of the loop over that of loading. Raises Undefined."""
+        loading, unloading = self.works
+        if loading == 0.0:
+            raise Undefined("loading takes no work, so nothing is relative to it")
+        return 1.0 - unloading / loading
+
+    def within(self, low: float, high: float) -> Loop:
+        """Its part between two x that it goes over."""
+        return replace(self, there=_cut(*self.there, low, high), back=_cut(*self.back, low, high), ends=(low, high))
+
+
+def loop(x: Floats, y: Floats, unit: str = "(SI)") -> Loop:
+    """A curve that turns back once, where it is farthest from its beginning. Raises Undefined of any other."""
+    turn = int(np.abs(x - x[0]).argmax())
+    if turn == len(x) - 1:
+        raise Undefined("it has not turned back yet, and a loop has a way there and one back")
+    ways = [(x[part], y[part]) for part in (slice(0, turn + 1), slice(turn, None))]
+    for way, _ in ways:
+        steps = np.diff(way)
+        if len(way) < 2 or not ((steps > 0.0).all() or (steps < 0.0).all()):
+            raise Undefined("it stands still or turns back more than once, and a loop has one way there and one back")
+    there, back = (_grown(*way) for way in ways)
+    low, high = max(there[0][0], back[0][0]), min(there[0][-1], back[0][-1])
+    if not low < high:
+        raise Undefined(f"its two ways have no range in common: they meet at {high:.4g} {unit} alone")
+    return Loop(_cut(*there, low, high), _cut(*back, low, high), turn, (float(low), float(high)))
+
+
+def _cut(x: Floats, y: Floats, low: float, high: float) -> tuple[Floats, Floats]:
+    """A curve of growing x from `low` to `high`, which lie on it."""
+    at = np.concatenate([[low], x[(x > low) & (x < high)], [high]])
+    return at, np.interp(at, x, y)
 
 
 def squared(x: Floats, d: Floats) -> float:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.curves import Course
 from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
 from softmark.interpreter.metrics.metric import Metric
+from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.problem.case import body_of
 from softmark.interpreter.problem.view import View
@@ -28,15 +28,23 @@ DRAWN = 400  # points of a curve that it keeps
 
 
 def metrics_of(
-    scene: Scene, view: View, views: Mapping[str, View], before: Sequence[Mapping[str, View]] = ()
+    scene: Scene,
+    view: View,
+    views: Mapping[str, View],
+    before: Sequence[Mapping[str, View]] = (),
+    coming: Container[str] = (),
 ) -> tuple[dict[str, MetricResult], dict[str, Floats]]:
     """The metrics of one model or reference, and their errors at the points of their probes (n,), m.
 
-    `before` are the views in the states before, in their order.
+    `before` are the views in the states before, in their order; `coming` the models that are asked for.
     """
     found, errors = {}, {}
     for metric in scene.of_kind("metric").values():
         if _concerns(scene, metric, view):
+            against = metric.thing.measured_from
+            if against is not None and against not in views:
+                found[metric.name] = _alone(scene, metric, view, against in coming)
+                continue
             result, at_points = _metric(scene, metric, view, views, before)
             found[metric.name] = result
             if at_points is not None:
@@ -65,7 +73,7 @@ def _metric(
     published = published_of(scene, metric.name, view.name)
     try:
         seen = seen_of(thing, view, views)
-        if isinstance(thing, CurveError):
+        if isinstance(thing, OfCurves):
             seen = replace(seen, curve=course_of(scene, thing, [*(known[view.name] for known in before), view]))
         measured = measured_by(thing, seen)
     except Undefined as undefined:
@@ -88,6 +96,14 @@ def _metric(
     return result, at_points if at_points is None or np.all(np.isfinite(at_points)) else None
 
 
+def _alone(scene: Scene, metric: Declared, view: View, coming: bool) -> MetricResult:
+    """Of a metric against a model of which there is nothing: its turn is yet to come, or it was left out."""
+    against = metric.thing.measured_from
+    why = "is not computed yet" if coming else f"this run leaves out: `--model {view.name} --model {against}`"
+    reason = f"it is measured against `{against}`, which {why}"
+    return MetricResult(None, metric.thing.unit, reason, published=published_of(scene, metric.name, view.name))
+
+
 def _some(samples: Floats) -> tuple[float, ...]:
     """At most SAMPLES values, every so many of them."""
     return tuple(samples[:: -(-len(samples) // SAMPLES) or 1].tolist())
@@ -99,7 +115,7 @@ def _drawn(course: Course) -> SeenCurve:
     return SeenCurve(course.x[chosen], course.y[chosen], course.units)
 
 
-def course_of(scene: Scene, thing: CurveError, views: Sequence[View]) -> Course:
+def course_of(scene: Scene, thing: OfCurves, views: Sequence[View]) -> Course:
     """The curve of the metric that another is about: over time, or at rest from state to state. Raises Undefined.
 
     `views` are those of one model in every state, in their order.
@@ -160,7 +176,7 @@ def seen_of(thing: Metric, view: View, views: Mapping[str, View]) -> Seen:
 
 def _known(against: str, reference: View | None, probe: str | None, own: ProbeResult) -> Known:
     if reference is None:
-        raise Undefined(f"`{against}` is not part of this run, or not computed yet")
+        raise Undefined(f"there is nothing of `{against}` to compare with")
     if reference.message is not None:
         raise Undefined(f"the reference `{reference.name}` has no solution")
     seen = reference.probes.get(probe or "")

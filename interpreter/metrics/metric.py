@@ -22,6 +22,7 @@ class Metric:
     """A number of an answer; what it looks at are its fields `probe` and `against`, where it has them."""
 
     last: ClassVar[bool] = False  # whether it looks at the last point of its probe alone
+    of_all_states: ClassVar[bool] = False  # whether it is of the way through all states: expected of the last alone
 
     @property
     def unit(self) -> str:

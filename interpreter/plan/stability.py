@@ -9,8 +9,8 @@ from softmark.grammar.suggest import nearest
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.language.sweeps import SweepTarget
-from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.metric import OfDisplacements
+from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.plan.quantities import Unwalkable, WalkedQuantity, quantity_of, usual
 from softmark.interpreter.plan.walks import Until
 from softmark.interpreter.problem.case import Fault, body_of
@@ -106,9 +106,26 @@ def no_judge(scene: Scene, at: Location | None, name: str) -> Diagnostic:
     against = next(iter(references), "theory")
     help = f"declare one: `metric eta = energy_norm(PROBE, against = {against})`"
     help += "" if references else ", and a reference such as `reference theory = simo_reissner(BODY)`"
-    message = f"`{name}` needs a relative error to tell right from wrong, and the scene has none"
+    errors = {n: m.thing.measured_from for n, m in scene.of_kind("metric").items() if m.thing.measured_from}
+    lacks = "has none" if not errors else f"has none that can: {_why_not(scene, next(iter(errors)))}"
+    message = f"`{name}` needs a relative error to tell right from wrong, and the scene {lacks}"
     source, span = (at.source, at.span) if at else (None, None)
     return Diagnostic("E513", message, source, span, "nothing judges" if at else "", help)
+
+
+def _why_not(scene: Scene, name: str) -> str:
+    """Why a metric cannot judge."""
+    thing = scene.declared[name].thing
+    against = thing.measured_from
+    what, why = "is no relative error, so it cannot tell", "it is measured from nothing"
+    if thing.unit != "1":
+        why = f"it is in {thing.unit}"
+    elif against is not None:
+        what = "cannot tell"
+        why = f"how uncertain `{against}` is, is known of its displacements and not in the terms of this metric"
+        if isinstance(thing, OfCurves):
+            why = f"`{against}` was measured of this body as it is, and says nothing of others"
+    return f"`{name}` {what} right from wrong: {why}"
 
 
 def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
@@ -118,17 +135,8 @@ def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
         if not usable:
             yield no_judge(scene, study.at(), study.name)
     elif name not in usable:
-        thing = scene.declared[name].thing
-        against = thing.measured_from
-        why = "it is in " + thing.unit if thing.unit != "1" else "it is measured from nothing"
-        if thing.unit == "1" and against is not None:
-            why = f"how uncertain `{against}` is, is known of its displacements and not in the terms of this metric"
-        if isinstance(thing, CurveError):
-            why = f"`{against}` was measured of this body as it is, and says nothing of others"
         help = f"metrics that can: {', '.join(usable)}" if usable else no_judge(scene, None, study.name).help
-        what = "cannot tell" if thing.unit == "1" and against is not None else "is no relative error, so it cannot tell"
-        message = f"`{name}` {what} right from wrong: {why}"
-        yield diagnostic("E513", study.at("metric"), message, "cannot judge", help)
+        yield diagnostic("E513", study.at("metric"), _why_not(scene, name), "cannot judge", help)
 
 
 def _target(scene: Scene, study: Declared, target: SweepTarget, again: bool) -> Diagnostic | None:

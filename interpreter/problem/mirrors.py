@@ -9,7 +9,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault
-from softmark.interpreter.vocabulary.loads import AtPoint, PerMass
+from softmark.interpreter.vocabulary.loads import AtPoint, PerLength, PerMass
 from softmark.interpreter.vocabulary.supports import Symmetric
 
 if TYPE_CHECKING:
@@ -57,17 +57,18 @@ def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
 def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Diagnostic | None:
     """What is to be said of a force at a point of a plane of symmetry: across it there is none, along it a half."""
     normal, action = support.thing.normal, load.thing.action
-    if normal is None or bounds is None or not isinstance(action, AtPoint):
+    if normal is None or bounds is None or not isinstance(action, AtPoint | PerLength):
         return None
     axis, place = normal
-    if abs(action.at[axis] - place) > IN_PLANE * max(b - a for a, b in zip(*bounds, strict=True)):
+    points = (action.at,) if isinstance(action, AtPoint) else (action.begin, action.end)
+    if any(abs(at[axis] - place) > IN_PLANE * max(b - a for a, b in zip(*bounds, strict=True)) for at in points):
         return None
     if action.force[axis]:
         return diagnostic("E582", load.at("vector"),
                           f"`{load.name}` pulls across the plane of symmetry `{support.name}` that it acts in",
                           f"along {'xyz'[axis]}; the mirror image is pulled the other way",
                           "in a plane of symmetry forces lie in the plane")  # fmt: skip
-    return diagnostic("W335", load.at("at"),
+    return diagnostic("W335", load.at("at" if isinstance(action, AtPoint) else "from"),
                       f"`{load.name}` acts in the plane of symmetry `{support.name}`, which the mirror image shares",
                       "half of it is the other half's",
                       "give half of the force that acts on the whole body, if it is not that already")  # fmt: skip

@@ -64,6 +64,8 @@ def _ended(each: Sequence[Any], states: Sequence[float]) -> dict[str, Any]:
     if wrong is None:
         capped = any(r.status == "capped" for r in each)
         return {"status": "capped"} if capped else {}
+    if len({(r.status, r.message) for r in each}) == 1:  # as of a file that cannot be read
+        return {}
     before = f"; the {_count(wrong)} before it have answers" if wrong > 1 else ""
     before = "; the state before it has an answer" if wrong == 1 else before
     left = len(each) - wrong - 1

@@ -31,7 +31,7 @@ def read(work: Work) -> None:
     """Read measured data first: probes and supports may lie where something was measured."""
     for name in work.plan.references:
         thing = work.scene.declared[name].thing
-        if thing.how == "measured":
+        if thing.how == "measured" and not _known_before(work, name):
             work.options.say("reference", f"reading {name}")
             try:
                 work.measured[name] = _measurement(work, work.scene.declared[name])
@@ -39,6 +39,18 @@ def read(work: Work) -> None:
                 if os.environ.get("SOFTMARK_DEBUG"):
                     raise
                 _failed(work, work.scene.declared[name], str(failure))
+
+
+def _known_before(work: Work, name: str) -> bool:
+    """Take over what the state before has read, where this one asks for the same of a file."""
+    before, declared = work.before, work.scene.declared[name]
+    if before is None or before.scene.declared[name].thing != declared.thing:
+        return False
+    if name in before.measured:
+        work.measured[name] = before.measured[name]
+    elif (failed := before.references.get(name)) is not None:
+        _failed(work, declared, failed.message or "")
+    return name in before.measured or name in before.references
 
 
 def solve(work: Work) -> None:
@@ -128,7 +140,9 @@ def _keep_reference(
 def _keep_curve(work: Work, declared: Declared, data: MeasuredCurve) -> None:
     """A curve: it has no displacements of points."""
     cls, case, thing = type(declared.thing), work.case(declared), declared.thing
-    work.views[declared.name] = View(declared.name, case.body.name, case, curve=Curve(data.x, data.y, data.u))
+    work.views[declared.name] = View(
+        declared.name, case.body.name, case, curve=Curve(data.x, data.y, data.u, data.lost_between)
+    )
     chosen = picked(len(data.x), DRAWN)
     named = tuple(units.si(amount.dimension) for amount in (thing.x_unit, thing.y_unit))
     drawn = SeenCurve(data.x[chosen], data.y[chosen], (named[0], named[1]), data.u[chosen])

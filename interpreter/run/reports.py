@@ -49,7 +49,8 @@ def _measure(work: Work, partial: bool, coloured: bool = False) -> None:
         for name, result in kept.items():
             if partial and result.metrics:
                 continue
-            metrics, errors = metrics_of(work.scene, work.views[name], work.views, [w.views for w in work.earlier])
+            before = [w.views for w in work.earlier]
+            metrics, errors = metrics_of(work.scene, work.views[name], work.views, before, work.plan.models)
             shape = _shape(work, name, errors) if work.options.draw and not partial else None
             if coloured and shape is not None and kept is work.models and asks(work.scene):
                 shape = _coloured(work, name, shape)

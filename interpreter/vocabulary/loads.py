@@ -228,9 +228,12 @@ class Torque(Load):
 class LineLoad(Load):
     """A force per undeformed length along a straight line, which keeps its direction (a dead load).
 
-    On a beam the line is its axis or a part of it, integrated exactly. Solids refuse it: displacements under a line of
-    force grow without bound as a mesh is refined, so that there is no answer to come near to; a traction on a strip has
-    one.
+    On a beam the line is its axis or a part of it. In a solid it lies within the body or on its surface, and goes
+    through cells from face to face. Both are integrated exactly: the resultant is that of the line on every mesh.
+
+    Under a line of force displacements of a solid grow without bound as a mesh is refined, like the logarithm of the
+    size of its cells, and stresses like its inverse (Flamant 1892; Kelvin): there is no answer to come near to. Away
+    from the line there is one, as Saint-Venant says. A traction on a strip has one everywhere.
     """
 
     strength = "vector"

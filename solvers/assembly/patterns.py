@@ -9,7 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from functools import cached_property
+from hashlib import blake2b
 from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,8 +62,24 @@ class _Blocks:
         return free
 
 
+_KNOWN: WeakValueDictionary[bytes, Pattern] = WeakValueDictionary()
+
+
 def prepare(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
-    """The pattern of all stencils over the degrees of freedom that are not `fixed`."""
+    """The pattern of all stencils over the degrees of freedom that are not `fixed`.
+
+    Problems that differ in their loads alone, as states of one body do, share one: it is most of what they hold.
+    """
+    asked = blake2b(repr((dofs, fixed.shape, [s.shape for s in stencils])).encode())
+    for own in (fixed, *stencils):
+        asked.update(np.ascontiguousarray(own, dtype=np.int64).data)
+    known = _KNOWN.get(asked.digest())
+    if known is None:
+        known = _KNOWN[asked.digest()] = _made(dofs, fixed, stencils)
+    return known
+
+
+def _made(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
     free = others(dofs, fixed)
     width = 3 if all(_in_threes(s) for s in stencils) else 1
     count = -(-dofs // width)

@@ -27,8 +27,13 @@ class Integration:
 def integration(mesh: Mesh, element: type[Element] | None = None, rule: Rule | None = None) -> Integration:
     """Shape function gradients with respect to the undeformed position X, by the chain rule through dX/dxi.
 
-    By the element of the mesh and its own quadrature where nothing else is given.
+    By the element of the mesh and its own quadrature where nothing else is given, found once.
     """
+    if element is None and rule is None:
+        if integration not in mesh.selections:
+            mesh.selections[integration] = integration(mesh, mesh.element)
+        found: Integration = mesh.selections[integration]
+        return found
     element = element or mesh.element
     xi, weights = rule or element.quadrature()
     dN = element.gradient(xi)  # (q, a, 3)

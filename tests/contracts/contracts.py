@@ -210,7 +210,7 @@ def check_load(cls: type[Any], words: str) -> None:
     """It derives from Load, and acts in a way that somebody knows; at half its size half as much."""
     assert issubclass(cls, Load)
     name = next(n for n, c in LOADS.items() if c is cls)
-    taker = "beam6dof(segments = 4)" if name in ("line_load", "tendon") else "fem(hex8, strain = small, size = 10 mm)"
+    taker = "beam6dof(segments = 4)" if name == "tendon" else "fem(hex8, strain = small, size = 10 mm)"
     scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}load push = {words}\nmodel m = {taker}\n")
     assert errors(found) == [], name
     push = scene.declared["push"].thing

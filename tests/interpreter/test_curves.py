@@ -18,6 +18,7 @@ from softmark.interpreter.metrics.curves import Course, Curve
 from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.report.run.html import render
+from softmark.interpreter.report.run.terminal import table
 from softmark.interpreter.run.pipeline import Options, run
 from softmark.interpreter.vocabulary.courses import Table
 
@@ -240,6 +241,17 @@ def test_what_is_stated_of_a_curve_has_what_lies_between_states(pulled: softmark
     assert true < (said.parts["states"] or 0.0) * 1.2
     assert (said.parts["states"] or 0.0) < 3.0 * true
     assert said.value < 0.01
+
+
+def test_what_reading_a_table_found_is_said_in_the_terminal(tmp_path: Path) -> None:
+    """It stood on the page alone: a row that is taken for units, rows that are left out."""
+    (tmp_path / "rig.csv").write_text("x,f\n(mm),(N)\n0,0\n20,1\n10,0.5\n")
+    rig = 'reference rig = curve("rig.csv", x = "x", y = "f", x_unit = 1 mm, y_unit = 1 N, uncertainty = 1 %)\n'
+    (tmp_path / "a.scene").write_text(PULL + rig + "metric miss = curve_error(force, over = travel, against = rig)\n")
+    loaded = softmark.load(str(tmp_path / "a.scene"))
+    shown = table(run(loaded.scene, list(loaded.warnings), Options(draw=False)), terminal=False)
+    assert "\nrig: line 2, `(mm)`, `(N)`, is no row of numbers and is read as units\n" in shown
+    assert "\nrig: rig.csv: 1 of 3 rows are not of the loading and are left out\n" in shown
 
 
 def test_curves_in_the_report(pulled: softmark.Report) -> None:

@@ -87,3 +87,12 @@ def test_the_example_of_a_plane_body_is_one(word: str, capsys: pytest.CaptureFix
 def test_an_example_has_files_and_units_as_they_are(word: str, given: str, capsys: pytest.CaptureFixture[str]) -> None:
     main(["explain", word])
     assert given in capsys.readouterr().out
+
+
+def test_the_example_of_a_curve_says_along_what_it_goes(capsys: pytest.CaptureFixture[str]) -> None:
+    """At rest `over` is needed, and the example left it out."""
+    assert main(["explain", "curve_error"]) == 0
+    example = capsys.readouterr().out.partition("Example: ")[2].splitlines()[0]
+    assert example.endswith(
+        "curve_error(of = NAME_OF_METRIC, against = NAME_OF_REFERENCE, over = NAME_OF_ANOTHER_METRIC)"
+    )

@@ -20,6 +20,7 @@ import pytest
 import softmark
 from softmark.grammar import parse
 from softmark.interpreter.cli.main import main
+from softmark.interpreter.evidence import load_check
 from softmark.interpreter.evidence.kinds import beam_forces
 from softmark.interpreter.front.check import varied
 from softmark.interpreter.language import compile as compiling
@@ -30,6 +31,7 @@ from softmark.interpreter.problem import case
 from softmark.interpreter.problem.case import case_of
 from softmark.interpreter.study.expansion.tasks import perform
 from softmark.interpreter.study.expansion.variations import subject_of, task_of
+from softmark.references import curve
 from softmark.solvers.mesh import structured
 
 COUNTED: dict[CodeType, str] = {
@@ -38,6 +40,8 @@ COUNTED: dict[CodeType, str] = {
     plan.plan_of.__code__: "planned",
     case._made.__code__: "cases",
     structured.solid.__code__: "meshes",
+    curve.CurveFromFile.load.__code__: "curves",
+    load_check._swept.__code__: "swept",
     gripping._found.__code__: "grips",
     beam_forces.BeamLine.rod.__code__: "rods",
 }
@@ -105,6 +109,30 @@ def test_a_plan_is_made_once(scene: Path) -> None:
 def test_a_run_makes_each_thing_once_and_so_do_its_page_and_what_it_states(scene: Path) -> None:
     once = {"parsed": 1, "compiled": 1, "cases": 1, "planned": 1}
     assert counted("run", str(scene), "--model", "solid") == once | {"meshes": 1, "grips": 1}
+
+
+def test_a_file_is_read_and_a_selection_swept_once_for_all_states(scene: Path) -> None:
+    """Of three states the curve was read three times, and the selection swept in each: on the mesh of the model, and on
+    the finer one of the error that it states."""
+    (scene.parent / "rig.csv").write_text("x,f\n0,0\n-1,1\n-9,2\n")
+    text = BEAM.partition("model     rod")[0].replace(", direction = -z)", ", course = state)")
+    scene.write_text(
+        text.replace(
+            "load     weight   = gravity(9.81 m/s^2",
+            "load weight = traction(beam, where = x >= 80 mm and y <= 13 mm, vector = (0, 0, -5) Pa",
+        )
+        + """
+analysis  test  = static(states = [20, 60, 100] %)
+reference rig   = curve("rig.csv", x = "x", y = "f", x_unit = 1 mm, y_unit = 1 mN, uncertainty = 1 %)
+probe     tip   = point(beam, at = (80, 0, 0) mm)
+metric    sag   = displacement(tip, along = +z)
+metric    hold  = force(wall, along = +z)
+metric    miss  = curve_error(hold, over = sag, against = rig)
+""",
+        encoding="utf-8",
+    )
+    found = counted("run", str(scene))
+    assert (found["curves"], found["swept"]) == (1, 2)
 
 
 def test_the_forces_and_the_strains_of_a_beam_are_those_of_one_rod(scene: Path) -> None:

@@ -414,3 +414,11 @@ def test_command_repeats_the_run() -> None:
     assert command(Findings(some)) == "dsl run odd.scene --model a --repeat 3"
     given = {**report().scene, "file": "<text>", "overrides": ["silicone.young=30kPa"]}
     assert command(Findings(report(once, scene=given))) == "dsl run - -p silicone.young=30kPa"
+
+
+def test_the_navigation_calls_every_section_by_its_heading(page: str, parsed: Parsed) -> None:
+    """It said "Centre lines" and "Table" where the headings are "Points" and "Comparison"."""
+    links = re.findall(r'<li><a href="#([\w-]+)">(.*?)</a></li>', page.partition("</nav>")[0])
+    headings = dict(re.findall(r'<h2[^>]*id="([\w-]+)-heading"[^>]*>(.*?)</h2>', page, re.DOTALL))
+    assert links
+    assert links == [(name, headings[name]) for name, _ in links]

@@ -356,3 +356,41 @@ def test_a_scene_without_states_says_that_it_has_no_curves() -> None:
     found = softmark.loads(ROD.format(g=9.81, course="")).run().models["rod"]
     with pytest.raises(KeyError, match="no curve of `root`: the analysis has no states"):
         found.curve("root")
+
+
+def test_a_file_that_cannot_be_read_is_wrong_in_all_states_alike(tmp_path: Path) -> None:
+    """It said "in the state 10 %: ...; 2 states after it were not tried", as if it had to do with states."""
+    (tmp_path / "rig.csv").write_text("x,f\n0,0\n1,1\n")
+    (tmp_path / "a.scene").write_text(
+        ROD.format(g=9.81, course=", course = state")
+        + ANALYSIS
+        + """
+reference rig  = curve("rig.csv", x = "x", y = "f", x_unit = 1 mm, y_unit = 1 N, uncertainty = 1 %)
+metric    hold = force(wall, along = +z)
+metric    gone = displacement(axis, along = -z)
+metric    miss = curve_error(hold, over = gone, against = rig)
+"""
+    )
+    scene = softmark.load(str(tmp_path / "a.scene"))
+    (tmp_path / "rig.csv").unlink()
+    failed = scene.run().references["rig"]
+    assert failed.status == "failed"
+    assert f"{tmp_path}/rig.csv: there is no file" in str(failed.message)
+    assert "in the state" not in str(failed.message)
+
+
+def test_states_hold_their_pattern_and_their_cells_once() -> None:
+    """Of 9 states of 1 500 nodes each held 6 MB more, of which 5 are the same in all: memory grew by them."""
+    from softmark.interpreter.plan.plan import plan_of
+    from softmark.interpreter.run import answers, models, probes
+    from softmark.interpreter.run.options import Options
+
+    bar = BAR.format(by=20, side=100, course=", course = state")
+    scene = softmark.loads(bar + ANALYSIS + "model hexes = fem(hex8, strain = finite, size = 5 mm)\n").scene
+    works = answers.works_of(scene, plan_of(scene, ("hexes",)), Options(draw=False), [])
+    for work in works:
+        probes.place(work)
+        models.prepare(work)
+    assemblies = [work.prepared["hexes"][0].problem.assembly for work in works]  # type: ignore[attr-defined]
+    assert len({id(a.pattern) for a in assemblies}) == 1
+    assert len({id(a) for a in assemblies}) == len(works)

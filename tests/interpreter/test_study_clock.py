@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -353,3 +354,23 @@ def test_gauges_tell_what_happened_between_two_looks() -> None:
     seen = Gauges.now().since(start)
     assert seen["wall_s"] > 0
     assert all(v is None or v >= 0 for n, v in seen.items() if n != "pressure_avg10")
+
+
+def test_comparisons_take_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second comparison waited until the first had timed all that it had to."""
+    order: list[str] = []
+
+    def run(job: TimingJob, cores: object, kind: str = "timed") -> dict[str, Any]:
+        order.append(job.key)
+        time.sleep(0.2)
+        return {"key": job.key, "kind": kind, "host": clock.host(), "status": "failed", "message": "", "pid": 0}
+
+    monkeypatch.setattr(clock, "one_run", run)
+    monkeypatch.setattr(clock.quality, "disturbances", lambda record, pace: [])
+    first = threading.Thread(target=lambda: timings([job("a"), job("b"), job("c"), job("d")], repeats=1, phases=False))
+    first.start()
+    while not order:
+        time.sleep(0.01)
+    timings([job("z")], repeats=1, phases=False)
+    first.join()
+    assert order.index("z") < len(order) - 1

@@ -66,6 +66,12 @@ def test_a_model_that_does_not_depend_on_what_is_varied_is_there_once() -> None:
     assert [dict(c.numbers) for c in found[:2]] == [{}, {"h": 0.03}]
 
 
+def test_a_field_of_another_model_says_nothing_of_a_model() -> None:
+    """Of one value there was `hex, rod.segments = 8`, for nothing tells that it depends on that or not."""
+    found = expanded(vary=("rod.segments=8",))
+    assert labels(found) == [(None, "tet"), (None, "hex"), (None, "rod, segments = 8")]
+
+
 def test_each_sweep_is_a_family_around_the_scene_as_declared() -> None:
     found = expanded(BEAM + "study s = sweep(h, over = [30] mm, models = [tet])\nstudy t = sweep(n, over = [5, 10])")
     assert labels(found) == [

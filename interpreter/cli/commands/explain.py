@@ -248,7 +248,7 @@ _FITTING = {
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
 }  # fmt: skip
 _FILES = {"filled": '"file.stl"', "markers": '"file.csv"', "table": '"file.csv"', "ct_volume": '"file.nrrd"'}
-_CHOSEN = {"arc": ("side",)}  # fields that may be left out, one or another of which is needed
+_CHOSEN = {"arc": ("side",), "curve_error": ("over",)}  # fields that may be left out, but mostly are needed
 _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "files": '"file.csv"',
     "texts": '"force"', "amount": "1 mm", "direction": "-z", "condition": "x <= 0 mm",
@@ -268,6 +268,8 @@ def _example(c: Constructor) -> str:
 def _sample(f: Field) -> str:
     if f.name in _FITTING:
         return _FITTING[f.name]
+    if f.name == "over" and f.kind == "metric":
+        return "NAME_OF_ANOTHER_METRIC"
     if f.form == "quantity":
         dimension = f.dimension or units.NONE
         return _QUANTITIES.get(dimension, f"1 {units.si(dimension)}")

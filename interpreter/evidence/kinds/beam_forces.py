@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found
-from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.evidence.reaction_check import summed
+from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.beam.words import Beam6Dof, station

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.evidence.load_check import Unchecked, loads_on
+from softmark.interpreter.evidence.load_check import loads_on
 from softmark.interpreter.evidence.materials import INWARD, alone
 from softmark.interpreter.evidence.reaction_check import summed
+from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.prepared import Moved

@@ -13,9 +13,9 @@ from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.budget import NOT_ASKED
 from softmark.interpreter.evidence.kinds.solid_forces import Solved, balance_of, pressed, reactions_of, solved
 from softmark.interpreter.evidence.kinds.voucher import FINER, HOPELESS, Found, Sized, from_coarser
-from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.evidence.materials import alone
 from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Remembered, Unknown
+from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import case_for

@@ -9,8 +9,9 @@ import numpy as np
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT, by_support, held
 from softmark.interpreter.evidence.kinds.voucher import Found, Sized
-from softmark.interpreter.evidence.load_check import Unchecked, loads_on
+from softmark.interpreter.evidence.load_check import loads_on
 from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Unknown
+from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.solvers.checks import solids

@@ -7,8 +7,8 @@ from typing import Any
 
 from softmark.interpreter.evidence import orders
 from softmark.interpreter.evidence.answer import Answer
-from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Unknown
+from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.shared.prepared import Prepared, Solution

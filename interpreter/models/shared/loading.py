@@ -14,7 +14,7 @@ from softmark.interpreter.models.shared.pieces import pieces
 from softmark.interpreter.problem.case import Case, fault
 from softmark.interpreter.problem.mirrors import must_not_load_plane, must_not_turn_half
 from softmark.interpreter.problem.parts.surface import Loaded, loaded
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerMass, Turning, Vector3
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning, Vector3
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.loads import DeadForces, FaceMoment, FollowerPressure
 from softmark.solvers.mesh.interpolation import Integration, locate
@@ -72,6 +72,8 @@ def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: boo
             dead = at_nodes(turning, mesh.points)
         case AtPoint(at=at, force=force):
             _at_point(dead, case, load, at, force, mesh)
+        case PerLength():
+            _along_line(dead, case, load, mesh)
         case unknown:  # refused when a scene is checked
             raise TypeError(f"no solid knows a load that acts as {type(unknown).__name__}")
     return DeadForces(dead.ravel())
@@ -153,6 +155,24 @@ def _at_point(dead: Floats, case: Case, load: Declared, at: Vector3, force: Vect
         half = 0.5 * case.body.thing.thickness / np.sqrt(3.0)
         place = locate(mesh, np.array([(*at[:2], -half), (*at[:2], half)]))
     np.add.at(dead, place.nodes, place.N[:, :, None] * (np.array(force) / len(place.nodes)))
+
+
+def _along_line(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
+    """Add a force per length along a line, cell by cell. Raises Fault where it leaves the body."""
+    from softmark.solvers.mesh.line import along
+
+    line: PerLength = load.thing.action
+    X, w = along(mesh, np.array(line.begin), np.array(line.end))
+    place = locate(mesh, X)
+    if case.shape.file and (away := float(place.outside.max())) > 0.0:
+        raise fault(
+            "E504",
+            load.at("from"),
+            f"`{load.name}` goes up to {units.show(away, units.LENGTH)} outside `{case.body.name}`",
+            "not in the body",
+            "give ends between which the undeformed body has no gap",
+        )
+    np.add.at(dead, place.nodes, (w[:, None] * place.N)[:, :, None] * np.array(line.force))
 
 
 def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> Loaded:

@@ -25,11 +25,8 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
 
 MOST = "`fem(...)` takes all"
-_BEAMS: dict[type, tuple[str, str]] = {  # loads of beams alone: why, and what to do
-    PerLength: (
-        "a line of force has no limit in a solid",
-        "use a traction on a strip, whose width is part of what is asked; beams take lines",
-    ),
+_SOME: dict[type, tuple[str, str]] = {  # loads of some models alone: why, and what to do
+    PerLength: ("not a load that it takes", "use a traction on a strip; `fem(...)` and beams take lines"),
     Routed: ("it presses along a line, which has no limit in a solid", "tendons are of beams: `beam6dof(...)`"),
 }
 
@@ -122,7 +119,7 @@ class Model:
                              "use `fem(...)` or `beam6dof(...)` in a dynamic analysis")  # fmt: skip
         for load in case.loads:
             if not isinstance(load.thing.action, self.loads):
-                label, help = _BEAMS.get(type(load.thing.action), ("not a load that it takes", MOST))
+                label, help = _SOME.get(type(load.thing.action), ("not a load that it takes", MOST))
                 yield diagnostic("E501", load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
                                  label, help)  # fmt: skip
         for support in case.supports:

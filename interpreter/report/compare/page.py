@@ -25,7 +25,7 @@ def page(comparison: Compared) -> str:
         f"{_title(own)} – softmark comparison",
         plain(_conclusion(own)),
         _header(own, comparison),
-        [(name, title, make(own, comparison)) for name, title, make in SECTIONS],
+        [(name, make(own, comparison)) for name, make in SECTIONS],
         "compare.json",
         max((len(view.lines) for view in own), default=0),
         ["report.css", "compare.css"],
@@ -176,16 +176,16 @@ def _warnings(own: Sequence[SceneView]) -> str:
     return tag("p", "Warnings") + tag("ul", *items, class_="warnings") if items else ""
 
 
-SECTIONS: tuple[tuple[str, str, Callable[[Sequence[SceneView], Compared], str]], ...] = (
-    ("advice", "Advice", _advice),
-    ("work", "Work and precision", _diagrams),
-    ("levels", "Time to an error", _tables(tables.effort_to_error, "levels", "Time to an error")),
-    ("rates", "Within a frame", _tables(tables.best_at_rates, "rates", "Within a frame")),
-    ("points", "Configurations", _tables(_points, "points", "Configurations")),
-    ("studies", "Studies", _tables(study_answers.studies, "studies", "What the studies ask")),
-    ("orders", "Orders", _tables(tables.orders, "orders", "Orders of convergence")),
-    ("distances", "Distances", _tables(tables.distances, "distances", "Everyone against everyone")),
-    ("levers", "Changes", _tables(_levers, "levers", "What a single change does")),
-    ("costs", "Costs", _tables(cost.costs, "costs", "Where the time goes")),
-    ("provenance", "Provenance", _provenance),
+SECTIONS: tuple[tuple[str, Callable[[Sequence[SceneView], Compared], str]], ...] = (
+    ("advice", _advice),
+    ("work", _diagrams),
+    ("levels", _tables(tables.effort_to_error, "levels", "Time to an error")),
+    ("rates", _tables(tables.best_at_rates, "rates", "Within a frame")),
+    ("points", _tables(_points, "points", "Configurations")),
+    ("studies", _tables(study_answers.studies, "studies", "What the studies ask")),
+    ("orders", _tables(tables.orders, "orders", "Orders of convergence")),
+    ("distances", _tables(tables.distances, "distances", "Everyone against everyone")),
+    ("levers", _tables(_levers, "levers", "What a single change does")),
+    ("costs", _tables(cost.costs, "costs", "Where the time goes")),
+    ("provenance", _provenance),
 )

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
-from softmark.interpreter.language.amounts import grouped, quantity
+from softmark.interpreter.language.amounts import grouped, negligible, quantity
 from softmark.interpreter.report.charts.styles import MODEL_DASHES, Look, model_look
 from softmark.interpreter.report.page.markup import listed
 from softmark.interpreter.results.plain import Json
@@ -54,7 +54,10 @@ class SceneView:
     def measured(self, point: ComparedPoint, metric: str) -> str:
         """The value of such a metric in words."""
         value = point.metric(metric).value
-        return "–" if value is None else quantity(value, self.measurements[metric], 6, percent=True)
+        unit = self.measurements[metric]
+        if value is None:
+            return "–"
+        return "0" if negligible(value, 0.0, unit) else quantity(value, unit, 6, percent=True)
 
     @property
     def lines(self) -> Sequence[RefinementLine]:

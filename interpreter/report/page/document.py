@@ -12,6 +12,7 @@ from softmark.interpreter.report.page.markup import tag, text
 from softmark.interpreter.report.page.plate import toggles
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
+_HEADING = re.compile(r"<h2[^>]*>(.*?)</h2>", re.DOTALL)
 _WITH = re.compile(r"// with (\S+)$", re.MULTILINE)
 FOOTER = "Made by softmark. Colours after Okabe and Ito (2008). All numbers in full, in SI, are in {}."
 
@@ -20,13 +21,13 @@ def document(
     title: str,
     description: str,
     header: str,
-    sections: Sequence[tuple[str, str, str]],
+    sections: Sequence[tuple[str, str]],
     numbers: str,
     curves: int,
     styles: Sequence[str],
     scripts: Sequence[str],
 ) -> str:
-    """A complete HTML5 document of `sections` (id, name, markup), with links to those that are not empty.
+    """A complete HTML5 document of `sections` (id, markup), with links to those that are not empty by their headings.
 
     `numbers` is the file that has all numbers, `curves` how many a figure can show and hide at most; `styles` and
     `scripts` are files of this package that go in.
@@ -41,17 +42,23 @@ def document(
         tag("title", text(title)),
         tag("style", *(_part(name) for name in styles), toggles(curves)),
     )
-    items = [tag("li", tag("a", text(name), href=f"#{key}")) for key, name, markup in sections if markup]
+    items = [tag("li", tag("a", _heading(markup), href=f"#{key}")) for key, markup in sections if markup]
     body = tag(
         "body",
         tag("a", "Skip to the results", href="#content", class_="skip"),
         header,
         tag("nav", tag("ul", *items), aria_label="Sections"),
-        tag("main", *(f"\n{markup}\n" for _, _, markup in sections), id="content"),
+        tag("main", *(f"\n{markup}\n" for _, markup in sections), id="content"),
         tag("footer", tag("p", text(FOOTER.format(numbers)))),
         tag("script", *(_part(name, tuple(scripts)) for name in scripts)),
     )
     return "<!DOCTYPE html>\n" + tag("html", head, body, lang="en") + "\n"
+
+
+def _heading(markup: str) -> str:
+    """What a section is called where it stands, as markup."""
+    found = _HEADING.search(markup)
+    return found[1] if found else ""
 
 
 @lru_cache(maxsize=8)

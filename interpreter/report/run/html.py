@@ -34,40 +34,40 @@ from softmark.interpreter.report.run.tables import (
 from softmark.interpreter.report.view3d import section
 from softmark.interpreter.results.report import Report
 
-# id of the section, its name in the navigation, who makes it ("" where it has nothing to show)
-SECTIONS: tuple[tuple[str, str, Callable[[Findings], str]], ...] = (
-    ("shapes", "Shapes", section.section_of),
-    ("figure", "Centre lines", centre_lines.section_of),
-    ("table", "Table", comparison.section_of),
-    ("refinement", "Refinement", refinement.section_of),
-    ("states", "States", over_states.section_of),
-    ("curves", "Measured curves", measured_curves.section_of),
-    ("published", "Published", published.section_of),
-    ("distribution", "Distribution", histograms.section_of),
-    ("error", "Along the line", deviation.section_of),
-    ("realtime", "Real time", realtime.section_of),
-    ("histories", "Over time", histories.section_of),
-    ("convergence", "Convergence", convergence.section_of),
-    ("filled", "Filled", filled.section_of),
-    ("bodies", "Bodies", regions.bodies_of),
-    ("regions", "Regions", regions.section_of),
-    ("varying", "Varying", regions.varying),
-    ("loads", "Loads", loads.section_of),
-    ("supports", "Supports", reactions.section_of),
-    ("modes", "Modes", modes.section_of),
-    ("expectations", "Expectations", verdicts.expectations),
-    ("warnings", "Warnings", verdicts.warnings),
-    ("scene", "Scene", listing.section_of),
-    ("provenance", "Provenance", provenance.section_of),
+# id of the section, who makes it ("" where it has nothing to show)
+SECTIONS: tuple[tuple[str, Callable[[Findings], str]], ...] = (
+    ("shapes", section.section_of),
+    ("figure", centre_lines.section_of),
+    ("table", comparison.section_of),
+    ("refinement", refinement.section_of),
+    ("states", over_states.section_of),
+    ("curves", measured_curves.section_of),
+    ("published", published.section_of),
+    ("distribution", histograms.section_of),
+    ("error", deviation.section_of),
+    ("realtime", realtime.section_of),
+    ("histories", histories.section_of),
+    ("convergence", convergence.section_of),
+    ("filled", filled.section_of),
+    ("bodies", regions.bodies_of),
+    ("regions", regions.section_of),
+    ("varying", regions.varying),
+    ("loads", loads.section_of),
+    ("supports", reactions.section_of),
+    ("modes", modes.section_of),
+    ("expectations", verdicts.expectations),
+    ("warnings", verdicts.warnings),
+    ("scene", listing.section_of),
+    ("provenance", provenance.section_of),
 )
 
 
 def render(report: Report) -> str:
     """A complete HTML5 document: no network, no other file; without JavaScript shapes stand still and tooltips lack."""
     findings = Findings(report)
-    sections = [(key, name, make(findings)) for key, name, make in SECTIONS]
-    carried = any('value="carried"' in markup for _, _, markup in sections)
-    shown = any('class="shapes"' in markup for _, _, markup in sections)  # only then what draws them goes in
+    sections = [(key, make(findings)) for key, make in SECTIONS]
+    carried = any('value="carried"' in markup for _, markup in sections)
+    shown = any('class="shapes"' in markup for _, markup in sections)  # only then what draws them goes in
     return document(
         f"{title(findings)} – softmark report",
         plain(findings.conclusion),

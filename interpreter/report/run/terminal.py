@@ -51,7 +51,8 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
         parts.append(_Rows(findings, body, paint).text(room))
     if told := list(over_states.lines(findings)):
         parts += ["", *told]
-    if notes := [*_uncertain(report), *_reasons(report), *vouching.lines(report), *reactions.lines(report)]:
+    notes = [*_uncertain(report), *_reasons(report), *_read(report)]
+    if notes := [*notes, *vouching.lines(report), *reactions.lines(report)]:
         parts += ["", *notes]
     if report.expectations:
         parts += ["", *(_expectation(e, paint) for e in report.expectations)]
@@ -228,6 +229,13 @@ def _reasons(report: Report) -> list[str]:
         who = ", ".join(owners) if len(owners) <= SEVERAL else f"{len(owners)} models and references"
         lines.append(f"no {', '.join(metrics)} for {who}: {reason}")
     return lines
+
+
+def _read(report: Report) -> list[str]:
+    """What reading found in measurements, as units below a header or rows that are left out."""
+    known = report.references.items()
+    measured = [(n, r.facts.get("notes") or ()) for n, r in known if "uncertainty" in r.facts]
+    return [all_visible(f"{name}: {note}") for name, notes in measured for note in notes]
 
 
 def _expectation(e: ExpectationResult, paint: _Paint) -> str:

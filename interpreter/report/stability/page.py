@@ -22,7 +22,7 @@ def page(stress: Stress) -> str:
         f"{stress.scene['title']} – softmark stress",
         plain(_conclusion(stress)),
         _header(stress),
-        [(name, title, make(stress)) for name, title, make in SECTIONS],
+        [(name, make(stress)) for name, make in SECTIONS],
         "stress.json",
         0,
         ["report.css", "stress.css"],
@@ -190,11 +190,11 @@ def _provenance(stress: Stress) -> str:
 
 
 SECTIONS = (
-    ("silent", "Wrong without a word", _silent),
-    ("edges", "Edges", _edges),
-    ("walks", "Walks", _strips),
-    ("maps", "Maps", _maps),
-    ("remedies", "Remedies", _remedies),
-    ("points", "Points", _points),
-    ("provenance", "Provenance", _provenance),
+    ("silent", _silent),
+    ("edges", _edges),
+    ("walks", _strips),
+    ("maps", _maps),
+    ("remedies", _remedies),
+    ("points", _points),
+    ("provenance", _provenance),
 )

@@ -264,11 +264,18 @@ def _members(subject: SceneSubject, family: _Family) -> Iterator[Configuration]:
         if step:
             scene, diagnostics = varied(subject.scene, step)
             reason = next((told([d]) for d in diagnostics if d.severity == "error"), None)
-        variation = {o.name: o.text.partition("=")[2] for o in step}
-        numbers = {} if reason else {n: v for n in variation if (v := value_in(scene, n)) is not None}
+        values = {o.name: o.text.partition("=")[2] for o in step}
         for model in family.models:
             task = task_of(subject, scene, model)
+            variation = {n: v for n, v in values.items() if _concerns(subject.scene, n, task.models)}
+            numbers = {} if reason else {n: v for n in variation if (v := value_in(scene, n)) is not None}
             yield Configuration(task.key, subject.name, model, family.study, variation, numbers, task, reason)
+
+
+def _concerns(scene: Scene, varied: str, needed: Sequence[str]) -> bool:
+    """Whether what is varied is anything to models that are needed: a field of another model is not."""
+    owner = varied.partition(".")[0]
+    return owner in needed or owner not in scene.of_kind("model")
 
 
 def _distinct(members: Iterator[Configuration]) -> list[Configuration]:

@@ -29,6 +29,7 @@ Record = dict[str, Any]
 Say = Callable[[str, str], None]  # (what is being done, detail)
 CHILD = (sys.executable, "-P", "-m", "softmark.interpreter.study.timing.timed")
 GLANCE = 0.25  # s, how long the machine is watched before a round
+TURN = 0.1  # s after a run in which another comparison may begin one
 PATIENCE = 5.0  # s at most that a round waits for the machine to calm down
 CALM = 0.05  # share of the time in which some task waits
 FEW = 3  # runs of a job whose process takes long
@@ -110,7 +111,7 @@ def timings(
         if record.get("host") == host():
             book.add(record)
     if any(map(book.due, unique)) or book.unexplained():
-        with exclusive(say), _Desk(keep, say) as desk:
+        with _Desk(keep, say) as desk:
             desk.work(book)
     return {job.key: quality.cost(book.of(job), repeats, book.pace) for job in unique}
 
@@ -143,11 +144,13 @@ class _Desk:
             for job in due:
                 tries = len(book.timed(job)) + 1
                 self.say("time", f"{job.called}: run {tries} of {max(tries, book.wanted(job))}")
-                self._one(book, job, "timed")
+                with exclusive(self.say):
+                    self._one(book, job, "timed")
         for job in book.unexplained():
             self.say("time", f"{job.called}: where the time goes")
             self._settle(job.threads)
-            self._one(book, job, "phases")
+            with exclusive(self.say):
+                self._one(book, job, "phases")
 
     def _one(self, book: _Book, job: TimingJob, kind: str) -> None:
         record = one_run(job, self.cores, kind)
@@ -216,17 +219,20 @@ def _read(answer: bytes, child: subprocess.Popen[bytes], spoken: str) -> Record:
     return record
 
 
-# ------------------------------------------------------------------ one comparison at a time
+# ------------------------------------------------------------------ one run at a time
 
 
 def lock_file() -> Path:
-    """The file whose lock a comparison holds while it times; one for the machine, whoever works on it."""
+    """The file whose lock a comparison holds while a run is timed; one for the machine, whoever works on it."""
     return Path(tempfile.gettempdir()) / "softmark-timing.lock"
 
 
 @contextmanager
 def exclusive(say: Say = _nobody) -> Iterator[None]:
-    """Wait until no other comparison on this machine is timing. Without such locks nothing is waited for."""
+    """Wait until no other comparison on this machine is timing a run. Without such locks nothing is waited for.
+
+    The lock is held for a run, and left to others for a moment after it: comparisons take turns.
+    """
     try:
         import fcntl
     except ImportError:
@@ -246,10 +252,11 @@ def exclusive(say: Say = _nobody) -> Iterator[None]:
                 if not told:
                     say("time", "another comparison is timing on this machine; waiting for it")
                 told = True
-                time.sleep(0.5)
+                time.sleep(TURN / 4)
         yield
     finally:
         os.close(handle)  # gives the lock back
+        time.sleep(TURN)
 
 
 def _opened(file: Path) -> int | None:

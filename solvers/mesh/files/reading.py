@@ -17,7 +17,7 @@ from softmark.solvers.elements.cells import Hexahedron
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.files import ended, gmsh1
 from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked, used
-from softmark.solvers.mesh.files.formats import filling
+from softmark.solvers.mesh.files.formats import MESHES, filling
 from softmark.solvers.mesh.files.rationing import rationed
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
 from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, with_nodes
@@ -93,9 +93,17 @@ def read_surface(path: str, unit: float, coincident: str = "refuse") -> tuple[Fl
 
 def read_triangles(path: str, unit: float) -> tuple[Floats, Ints]:
     """Points (n, 3) in m and triangles (t, 3) of a file that holds a surface alone. Raises UnreadableMesh."""
-    if Path(path).suffix.lower() in BY_TRIMESH:
+    if (suffix := Path(path).suffix.lower()) in BY_TRIMESH:
         return _surface(Path(path), unit)
-    data = _parsed(Path(path))
+    _there(Path(path), SURFACE_AGAIN)
+    if suffix not in MESHES:
+        ending = suffix or Path(path).name
+        known = "write the surface as .stl, .obj, .ply, .off or .vtk, and name that file"
+        raise UnreadableMesh(f"`{ending}` is no ending of a surface's format that is known", remedy=known)
+    try:
+        data = _parsed(Path(path))
+    except UnreadableMesh as error:
+        raise UnreadableMesh(str(error), error.code, SURFACE_AGAIN) from error
     there = {block.type for block in data.cells}
     if there & (KINDS.keys() | OTHERS):
         raise UnreadableMesh(

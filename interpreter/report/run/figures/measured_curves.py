@@ -136,7 +136,7 @@ class _Measured:
         cells = [(across.fixed(v, decimals_of(x, across, 6)),) for v in x]
         found = [PlateColumn("x", (across.heading("x"),), cells)]
         for name, curve in self.seen.items():
-            y = [_at(curve, v) for v in x]
+            y = _each_at(curve, first.x.tolist())[::every]
             numbers = [v for v in y if v is not None]
             places = decimals_of(numbers, up, 6)
             shown = [("–" if v is None else up.fixed(v, places),) for v in y]
@@ -151,7 +151,15 @@ class _Measured:
         return csv_link(f"{self.metric.name}-curve", header, rows)
 
 
-def _at(curve: SeenCurve, x: float) -> float | None:
-    """y at one of its points, None at what is none."""
-    found = [float(y) for own, y in zip(curve.x.tolist(), curve.y.tolist(), strict=True) if own == x]
-    return found[0] if found else None
+def _each_at(curve: SeenCurve, places: Sequence[float]) -> list[float | None]:
+    """y at its own points, None at what is none of them; where places come back, those of the way back."""
+    known: dict[float, list[float]] = {}
+    for x, y in zip(curve.x.tolist(), curve.y.tolist(), strict=True):
+        known.setdefault(x, []).append(float(y))
+    passed: dict[float, int] = {}
+    found: list[float | None] = []
+    for x in places:
+        values, times = known.get(x, []), passed.get(x, 0)
+        found.append(values[min(times, len(values) - 1)] if values else None)
+        passed[x] = times + 1
+    return found

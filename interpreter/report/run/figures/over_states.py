@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 
-from softmark.interpreter.language.amounts import decimals_of, quantity, scale_of
+from softmark.interpreter.language.amounts import decimals_of, negligible, quantity, scale_of
 from softmark.interpreter.report.charts.axes import Axis, linear
 from softmark.interpreter.report.charts.chart import Chart
 from softmark.interpreter.report.charts.chart import Curve as Drawn
@@ -19,6 +19,7 @@ from softmark.interpreter.results.thinning import picked
 from softmark.records import dataclass
 
 WIDTH, HEIGHT = 560.0, 260.0
+ROUNDING = 1e-6  # of the largest: values that differ by less are drawn as one
 SEVERAL = 6  # states that a line of the terminal has
 
 
@@ -75,8 +76,11 @@ class _Metric:
 
     def _axes(self) -> tuple[Axis, Axis]:
         low, high = min(self.values), max(self.values)
+        largest = max(abs(low), abs(high))
         low = min(0.0, low) if low <= 0.25 * high or low < 0.0 else low
-        margin = 0.06 * (high - low) or 0.06 * abs(high) or 1e-9
+        margin = 0.06 * (high - low if high - low > ROUNDING * largest else largest) or 1e-9
+        if negligible(largest, 0.0, self.metric.unit):  # whose digits are not worth an axis
+            low, high, margin = 0.0, 0.0, 1.0
         first, last = min(self.states), max(self.states)
         wide = last - first or 1.0
         across = linear(100.0 * first - 2.0 * wide, 100.0 * last + 2.0 * wide, "state / %", "1", 6)
@@ -99,8 +103,9 @@ class _Metric:
         return f"`{self.metric.name}` in {count(len(self.states), 'state')}{summary}{gaps}"
 
     def _columns(self) -> list[PlateColumn]:
-        scale = scale_of(self.values, self.metric.unit, self.metric.percent)
-        decimals = decimals_of(self.values, scale, 6)
+        values = [0.0 if negligible(v, 0.0, self.metric.unit) else v for v in self.values]
+        scale = scale_of(values, self.metric.unit, self.metric.percent)
+        decimals = decimals_of(values, scale, 6)
         found = [PlateColumn("state", ("state",), [(percent(s),) for s in self.states])]
         for name, curve in self.curves.items():
             cells = [("–" if v is None else scale.fixed(v, decimals),) for v in curve.values]
@@ -136,4 +141,4 @@ def lines(findings: Findings) -> Iterator[str]:
 
 
 def _short(value: float, metric: MetricColumn) -> str:
-    return quantity(value, metric.unit, 4, percent=True)
+    return "0" if negligible(value, 0.0, metric.unit) else quantity(value, metric.unit, 4, percent=True)

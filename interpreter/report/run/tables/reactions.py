@@ -57,15 +57,22 @@ def _listed(names: Sequence[str]) -> str:
 
 def lines(report: Report) -> Iterator[str]:
     """`wall carries 2.06 N in tet, hex, 2.12 N in rod`: sizes of forces, those that agree on three digits once."""
-    for support, own in by_thing({n: m.reactions for n, m in report.models.items()}).items():
+    everyone = {n: m.reactions for n, m in report.models.items()}
+    least = {n: ROUNDING * max(map(_size, own.values()), default=0.0) for n, own in everyone.items()}
+    for support, own in by_thing(everyone).items():
         alike: dict[str, list[str]] = {}
         for name, held in own.items():
             if held.reaction is not None and report.models[name].status == "converged":
-                size = sum(c * c for c in held.reaction.force) ** 0.5
+                size = found if (found := _size(held)) > least[name] else 0.0
                 alike.setdefault(units.show(float(f"{size:.3g}"), units.FORCE), []).append(name)
         if alike:
             each = (f"{size} in {_who(names)}" for size, names in alike.items())
             yield f"{support} carries {', '.join(each)}"
+
+
+def _size(held: HeldSupport) -> float:
+    """Of its force, N; 0 where it is not known."""
+    return 0.0 if held.reaction is None else sum(c * c for c in held.reaction.force) ** 0.5
 
 
 def _who(names: Sequence[str]) -> str:

@@ -1,0 +1,91 @@
+"""Forces at points and along lines counted once more, for the watchdog.
+
+What solves finds where a line passes from cell to cell. Here nothing is known of faces: a stretch of the line is
+halved as long as two rules of Lobatto's find other forces at any node. These look at the ends as well, without which a
+face that is passed shortly before an end would be seen by neither. The two ways share how a point is found in a
+mesh, and no more.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import coo_array
+
+from softmark.interpreter.evidence.unchecked import Unchecked
+from softmark.interpreter.models.shared.prepared import Moved
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
+from softmark.solvers.checks.solids import Floats
+from softmark.solvers.mesh.interpolation import locate
+from softmark.solvers.mesh.mesh import Mesh
+
+RULES = (5, 8)  # points on a stretch
+AGREE = 1e-11  # of the length of the line: what two rules may differ by on a stretch
+HALVED = 30  # times
+
+
+def placed(load: AtPoint | PerLength, case: Case, mesh: Moved) -> tuple[Floats, float]:
+    """Nodal forces (n, 3), N, and how much of them, in N, is not sure. Raises Unchecked."""
+    return along_line(load, mesh.mesh) if isinstance(load, PerLength) else (_at_points(load, case, mesh), 0.0)
+
+
+def _at_points(load: AtPoint, case: Case, mesh: Moved) -> Floats:
+    """The force at its point; of a plane body spread along z by Simpson's rule."""
+    if not case.planar:
+        return _at_point(load, mesh)
+    x, y, _ = load.at
+    rim, found = 0.5 * case.body.thing.thickness, np.zeros_like(mesh.points)
+    for z, share in ((-rim, 1.0), (0.0, 4.0), (rim, 1.0)):
+        found += share / 6.0 * _at_point(replace(load, at=(x, y, z)), mesh)
+    return found
+
+
+def _at_point(load: AtPoint, mesh: Moved) -> Floats:
+    """The force at the nodes around its point: their shares add up to one, and their places to the point."""
+    place = locate(mesh.mesh, np.array([load.at]))
+    found: Floats = np.zeros_like(mesh.points)
+    N, nodes = place.N[0], place.nodes[0]
+    away = np.linalg.norm(N @ mesh.points[nodes] - np.array(load.at))
+    if abs(N.sum() - 1.0) > 1e-9 or away > 1e-6 * mesh.mesh.extent:
+        raise Unchecked("the point that a force acts at lies outside the mesh")
+    np.add.at(found, nodes, N[:, None] * np.array(load.force))
+    return found
+
+
+def along_line(load: PerLength, mesh: Mesh) -> tuple[Floats, float]:
+    """Nodal forces (n, 3), N, of a force along a line, and how much of them, in N, is not sure."""
+    begin, way = np.array(load.begin), np.array(load.end) - np.array(load.begin)
+    count, found, unsure = len(mesh.points), np.zeros(len(mesh.points)), 0.0
+    ends = np.array([[0.0, 1.0]])
+    for halved in range(HALVED + 1):
+        coarse, fine = (_shares(mesh, begin, way, ends, rule) for rule in RULES)
+        apart = np.asarray(abs(fine - coarse).sum(axis=1)).ravel()
+        done = (apart <= AGREE) | (halved == HALVED)
+        found += np.asarray(fine.tocsr()[np.flatnonzero(done)].sum(axis=0)).ravel()
+        unsure += float(apart[done].sum())
+        middle = ends[~done].mean(axis=1)
+        ends = np.concatenate([np.stack([ends[~done, 0], middle], axis=1), np.stack([middle, ends[~done, 1]], axis=1)])
+        if not len(ends):
+            break
+    q = load.length * np.array(load.force)
+    return found[:count, None] * q, unsure * float(np.linalg.norm(q))
+
+
+def _lobatto(points: int) -> tuple[Floats, Floats]:
+    """Points (p,) and weights (p,) on [-1, 1] with both ends, exact to the degree 2 p - 3."""
+    P = np.polynomial.Legendre.basis(points - 1)
+    x = np.concatenate([[-1.0], np.sort(P.deriv().roots().real), [1.0]])
+    return x, 2.0 / (points * (points - 1) * P(x) ** 2)
+
+
+def _shares(mesh: Mesh, begin: Floats, way: Floats, ends: Floats, rule: int) -> coo_array:
+    """What every node takes of stretches with `ends` (k, 2), in shares of the length: sparse (k, n)."""
+    x, w = _lobatto(rule)
+    step = np.diff(ends, axis=1)
+    s, weights = ends[:, :1] + 0.5 * step * (x + 1.0), 0.5 * step * w
+    place = locate(mesh, begin + s.ravel()[:, None] * way)
+    rows = np.repeat(np.arange(len(ends)), rule * place.nodes.shape[1])
+    values = (weights.ravel()[:, None] * place.N).ravel()
+    return coo_array((values, (rows, place.nodes.ravel())), shape=(len(ends), len(mesh.points)))

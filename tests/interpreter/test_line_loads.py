@@ -1,0 +1,89 @@
+"""Forces along lines in solids: integrals cell by cell against others, resultants, and what is said of limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import softmark
+from softmark.interpreter.evidence.placed_check import along_line
+from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.vocabulary.loads import PerLength
+from softmark.solvers.mesh.interpolation import locate
+from softmark.solvers.mesh.line import along, crossings
+from softmark.solvers.mesh.mesh import Floats, Mesh
+from softmark.solvers.mesh.shapes import SHAPES
+
+KINDS = ("tet4", "tet10", "hex8", "hex20", "hex27")
+
+
+def shares(mesh: Mesh, begin: Floats, end: Floats) -> Floats:
+    """What every node takes of a line, m."""
+    X, w = along(mesh, begin, end)
+    place = locate(mesh, X)
+    found = np.zeros(len(mesh.points))
+    np.add.at(found, place.nodes, w[:, None] * place.N)
+    return found
+
+
+def test_a_line_is_cut_where_it_meets_faces_of_cells() -> None:
+    """Through 4 x 2 x 1 unit cubes from corner to corner: x is whole at every quarter, y in the middle."""
+    mesh = SHAPES["box"](size=(4.0, 2.0, 1.0)).mesh("hex8", 1.0)
+    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    assert crossings(mesh, low, high) == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    ("begin", "end"),
+    [((2e-3, -4e-3, 3e-3), (37e-3, 5e-3, -6e-3)), ((40e-3, 0.0, 0.0), (0.0, 0.0, 0.0))],
+    ids=["oblique", "along an axis of edges"],
+)
+def test_nodes_take_what_halving_without_faces_finds(
+    kind: str, begin: tuple[float, float, float], end: tuple[float, float, float]
+) -> None:
+    """In a cylinder, whose cells are no boxes. Length and middle are those of the line on every mesh."""
+    mesh = SHAPES["cylinder"](length=0.04, radius=0.01).mesh(kind, 5e-3)
+    found = shares(mesh, np.array(begin), np.array(end))
+    again, unsure = along_line(PerLength(begin, end, (0.0, 0.0, 2.0)), mesh)
+    length = float(np.linalg.norm(np.array(end) - np.array(begin)))
+    assert unsure < 1e-9 * length
+    assert found == pytest.approx(again[:, 2] / 2.0, abs=1e-9 * length)
+    assert found.sum() == pytest.approx(length, rel=1e-12)
+    middle = 0.5 * (np.array(begin) + np.array(end))
+    assert found @ mesh.points / length == pytest.approx(middle, abs=1e-12)
+
+
+BLOCK = """
+material gel   = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     block = solid(box(size = (60, 20, 20) mm), gel)
+support  floor = fixed(block, where = z <= 0 mm)
+load     blade = line_load(block, from = (25, 0, 20) mm, to = (31, 20, 20) mm, vector = (0.1, 0, -0.5) N/m)
+model    cells = fem({kind}, strain = finite, size = 5 mm)
+probe    under = point(block, at = (28, 10, 20) mm)
+probe    away  = point(block, at = (50, 10, 20) mm)
+metric   sink  = displacement(under, along = -z)
+metric   stays = displacement(away, along = -z)
+metric   push  = force(floor, along = +z)
+metric   turn  = moment(floor, along = +y, about = (0, 0, 0) mm)
+"""
+
+
+@pytest.mark.parametrize("kind", ["tet4", "hex8"])
+def test_the_report_has_force_and_moment_of_a_line_and_no_error_where_there_is_no_limit(kind: str) -> None:
+    """F = q L at the middle of the line, (28, 10, 20) mm: the moment about y is z Fx - x Fz."""
+    loaded = softmark.loads(BLOCK.format(kind=kind))
+    report = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=()))
+    found = report.models["cells"]
+    assert found.status == "converged"
+    length = float(np.hypot(6e-3, 20e-3))
+    force = length * np.array([0.1, 0.0, -0.5])
+    load = found.loads["blade"]
+    assert load.force == pytest.approx(force, rel=1e-12)
+    assert load.moment == pytest.approx(np.cross([28e-3, 10e-3, 20e-3], force), rel=1e-9)
+    assert load.length == pytest.approx(length)
+    assert found.metrics["push"].value == pytest.approx(-force[2], rel=1e-7)
+    stated = found.stated
+    assert "the line that `blade` acts along, where displacements grow" in str(stated["sink"].reason)
+    assert stated["stays"].value is not None
+    assert [w.code for w in report.warnings if w.code == "W384"] == ["W384"]
