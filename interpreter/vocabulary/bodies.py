@@ -97,8 +97,9 @@ class Axisymmetric(Planar):
     stretched by 1 + u_x / x, and what lies on the axis stays on it. A quarter ring that touches the axis is half of a
     hollow ball, a quadrilateral beside it a tube. Forces are those of the whole body, and along y: across the axis they
     cancel. Conditions and points are of x and y, with z = 0; components zz of stress, strain and stretch are those
-    around the axis. Models are `fem` with `quad4`, `quad8` or `quad9`, at rest, with displacements at all points: other
-    formulations, motions, parts and forces at points are refused. Twist is not known, nor what buckles out of the form.
+    around the axis. Models are `fem` with `quad4`, `quad8` or `quad9`, at rest, which take Poisson's ratios up to 0.5
+    with `formulation = mixed`. Parts of it are rings; their volumes are those of whole rings. Motions and forces at
+    points are refused. Twist is not known, nor what buckles out of the form.
     """
 
     region: Annotated[Any, "shape", "a plane region with x >= 0, such as `quadrilateral(...)`"]

@@ -40,9 +40,9 @@ def rectangle(width: float, height: float, size: float, cuts: tuple[Cut, ...] = 
     return _grid(x, _line(-height / 2, height / 2, ny, along(cuts, "second")))
 
 
-def grid(nx: int, ny: int) -> PlaneMesh:
-    """The unit square in nx by ny cells."""
-    return _grid(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1))
+def grid(nx: int, ny: int, first: tuple[Cut, ...] = (), second: tuple[Cut, ...] = ()) -> PlaneMesh:
+    """The unit square in nx by ny cells, with lines at cuts of either coordinate."""
+    return _grid(_line(0.0, 1.0, nx, first), _line(0.0, 1.0, ny, second))
 
 
 def _line(low: float, high: float, count: int, cuts: tuple[Cut, ...]) -> Floats:

@@ -55,9 +55,10 @@ def part(energy: Energy, which: Ints, weights: Floats, nodes: Ints) -> Energy:
 
 
 def _fields(energy: Energy, names: tuple[str, ...]) -> dict[str, Any]:
-    """Those of its fields that have one of these names."""
+    """Those of its fields that have one of these names, and a value."""
     known: Any = energy
-    return {f.name: getattr(known, f.name) for f in fields(known) if f.name in names}
+    each = ((f.name, getattr(known, f.name)) for f in fields(known) if f.name in names)
+    return {name: value for name, value in each if value is not None}
 
 
 def pressed(load: FollowerPressure) -> tuple[FollowerPressure, Ints]:

@@ -96,7 +96,8 @@ class State:
     def _dilated(self, constraint: Constraint) -> Floats:
         """The mean of g over each cell (m, 1)."""
         rule = self.mesh.element.quadrature()
-        w = integration(self.mesh, rule=rule).w
+        parts = integration(self.mesh, rule=rule)
+        w = parts.w * (self.mesh.points[self.mesh.cells, 0] @ parts.N.T) if self.revolved else parts.w
         g = constraint.value(_deformation(self._gradient(rule))).reshape(w.shape)
         mean: Floats = ((w * g).sum(axis=1) / w.sum(axis=1))[:, None]
         return mean

@@ -129,7 +129,7 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
         own = mesh.pressures[which]
     elif model.formulation != "mean_dilatation":
         raise Unchecked(f"there is no other formula for formulation = {model.formulation}")
-    return Pressed(mesh.points, mesh.cells[which], mesh.kind, u, split, E / (2.0 * (1.0 + nu)), own)
+    return Pressed(mesh.points, mesh.cells[which], mesh.kind, u, split, E / (2.0 * (1.0 + nu)), own, case.depth)
 
 
 def terms_of(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:

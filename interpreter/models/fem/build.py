@@ -230,7 +230,7 @@ def _one_cell(energy: AnyEnergy) -> AnyEnergy:
     if isinstance(energy, Together):
         return replace(energy, parts=tuple(_one_cell(part) for part in energy.parts))
     known: Any = energy  # one of the dataclasses of solvers/energies over cells
-    over_cells = [f.name for f in fields(known) if f.name in BY_CELL]
+    over_cells = [f.name for f in fields(known) if f.name in BY_CELL and getattr(known, f.name) is not None]
     one: AnyEnergy = replace(known, **{name: getattr(known, name)[:1] for name in over_cells})
     return one
 

@@ -160,9 +160,15 @@ def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str)
     if split is None:  # `doubts` refuses it
         raise KeyError(strain)
     if model.formulation == "mixed":
-        return with_pressures(mesh, parts, split, case.material.shear_modulus)
-    body = (mesh.cells, parts.dNdX, parts.w)
-    return MeanDilatation(*body, split.shape, split.constraint, split.modulus)
+        made: Any = with_pressures(mesh, parts, split, case.material.shear_modulus)
+    else:
+        made = MeanDilatation(mesh.cells, parts.dNdX, parts.w, split.shape, split.constraint, split.modulus)
+    if not case.depth:
+        return made  # type: ignore[no-any-return]
+    from softmark.solvers.energies.revolved import carried
+
+    hoop, w = carried(made, parts.N, mesh.points, case.depth)
+    return replace(made, w=w, hoop=hoop)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True)
