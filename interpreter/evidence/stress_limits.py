@@ -143,5 +143,6 @@ def _normals(mesh: Mesh) -> Floats:
     places = np.concatenate([corners, *(corners[list(some)].mean(axis=0, keepdims=True) for some in facet.between)])
     along = np.einsum("fni,pnk->fpki", mesh.points[mesh.facets], facet.gradient(places))  # (f, p, 2, 3)
     normals: Floats = np.cross(along[:, :, 0], along[:, :, 1])
-    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    sizes = np.linalg.norm(normals, axis=2, keepdims=True)
+    np.divide(normals, sizes, out=normals, where=sizes > 0.0)  # a side of a triangle may be a corner
     return normals

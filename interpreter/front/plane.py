@@ -28,7 +28,7 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
 from softmark.interpreter.vocabulary.probes import Line, Point
 from softmark.interpreter.vocabulary.supports import Symmetric, Turned
-from softmark.solvers.elements.quadrilaterals import PLANE
+from softmark.solvers.elements.plane import PLANE
 from softmark.solvers.mesh.flat import NEAR
 
 WHAT = {"plane_strain": "plane strain", "plane_stress": "plane stress", "axisymmetric": "axial symmetry"}

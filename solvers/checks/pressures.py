@@ -16,7 +16,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.solids import CHUNK, EPS, Floats, Ints, Stress
-from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements import CELLS
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
@@ -198,7 +198,7 @@ class Pressed:
     def _spread(self) -> tuple[Ints, Floats]:
         """Where in one list the pressures of each cell are (m, b), and their shape functions (q, b)."""
         xi = solids.rule(self.kind)[0]
-        element = ELEMENTS[self.kind]
+        element = CELLS[self.kind]
         if element.pressures == "corners":  # by node: continuous, and linear between them
             return self.cells[:, : element.corners], solids.shape(element.linear, xi)
         return np.arange(len(self.cells))[:, None], np.ones((len(xi), 1))

@@ -107,8 +107,22 @@ class Flat(Shape):
         lines = (along(cuts, "s"), along(cuts, self.across))
         made = solid(grid(*self._divided(size), *lines), 1.0, 1.0, sliced(kind))
         s, t, z = made.points.T
-        points = np.stack([*self(s, t), self.depth * (z - 0.5)], axis=1)
-        return Mesh(np.ascontiguousarray(points), made.cells, made.kind)
+        points = np.ascontiguousarray(np.stack([*self(s, t), self.depth * (z - 0.5)], axis=1))
+        for k, ends in enumerate(made.element.between):
+            if len(ends) == 2:
+                _straighten(points, made, ends, made.element.corners + k)
+        return Mesh(points, made.cells, made.kind)
+
+
+def _straighten(points: Floats, square: Mesh, ends: tuple[int, ...], middle: int) -> None:
+    """Middles of diagonals of a grid of the square put straight between their ends: `points` are changed, m.
+
+    Lines of the grid are straight where sides of the region are; its diagonals are not.
+    """
+    both = square.cells[:, list(ends)]
+    way = np.ptp(square.points[both, :2], axis=1)
+    diagonal = (way > 0.0).all(axis=1)
+    points[square.cells[diagonal, middle]] = points[both[diagonal]].mean(axis=1)
 
 
 @dataclass(frozen=True)

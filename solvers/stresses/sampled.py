@@ -122,9 +122,9 @@ def superconvergent(element: type[Element]) -> Rule:
     """Where derivatives of an element are one order better than elsewhere, in cells that are near to parallelepipeds.
 
     Gauss points of a rule of as many points along each axis as the order: of the linear hexahedron its centre. On
-    tetrahedra, which have no such points, those of the rule for the stiffness (Zienkiewicz and Zhu 1992, part 1).
+    tetrahedra and wedges, which have no such points, those of the rule for the stiffness (Zienkiewicz and Zhu 1992).
     """
-    if element.family == "tetrahedra":
+    if element.corners != 8:
         return element.quadrature()
     one, _ = np.polynomial.legendre.leggauss(element.order)
     grid = np.stack(np.meshgrid(one, one, one, indexing="ij"), axis=-1).reshape(-1, 3)

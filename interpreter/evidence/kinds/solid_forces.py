@@ -21,7 +21,7 @@ from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.pressures import Pressed, split_of
 from softmark.solvers.checks.solids import CheckedBody, Floats, ForceBalance, StressTerm
-from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements import CELLS
 
 LEFT = 50.0  # times the estimate of what rounding leaves
 
@@ -77,7 +77,7 @@ class Solved:
 
 def solved(model: Fem, case: Case, mesh: Moved | None) -> Solved:
     """The state that a mesh is in. Raises Unchecked."""
-    if mesh is None or mesh.kind not in ELEMENTS:
+    if mesh is None or mesh.kind not in CELLS:
         raise Unchecked(f"there is no other formula for {model.element}")
     return Solved(model, case, mesh)
 

@@ -48,7 +48,9 @@ def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
 
 def for_plane(model: Fem, text: str) -> str:
     """A remedy in the elements of plane bodies, for a model of these."""
-    return text.replace("tet10", "quad9").replace("hex8", "quad4") if model.element in PLANE else text
+    if model.element not in PLANE:
+        return text
+    return text.replace("tet10", "tri6" if model.element in ("tri3", "tri6") else "quad9").replace("hex8", "quad4")
 
 
 def _fits(model: Fem, case: Case) -> Iterator[Clash]:

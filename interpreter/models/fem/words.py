@@ -17,7 +17,7 @@ from softmark.interpreter.problem.small_deflection import bending_angle
 from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
-from softmark.solvers.elements import UnknownElement, named
+from softmark.solvers.elements import WORDS, named, unknown
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
@@ -76,7 +76,9 @@ class Fem(Model):
     finely = ("size",)
 
     element: Annotated[
-        str, "element", "the element: tet4, tet10, hex8, hex20 or hex27; of plane bodies quad4, quad8 or quad9"
+        str,
+        "element",
+        "the element: tet4, tet10, hex8, hex20 or hex27; of plane bodies quad4, quad8, quad9, tri3, tri6",
     ]
     strain: Annotated[Literal["small", "corotational", "finite"], "how strain is measured"]
     size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
@@ -185,10 +187,8 @@ class Fem(Model):
         """What speaks against this model of this case: of every material, where there are several."""
         if case.parts:
             return self._of_parts(declared, case)
-        try:
-            named(self.element)
-        except UnknownElement as error:
-            return [options.unmeshed(declared, error)]
+        if self.element not in WORDS:
+            return [options.unmeshed(declared, unknown(self.element))]
         found = [
             *self.refusals(declared, case),
             self.one_mesh(declared, case),
@@ -302,7 +302,8 @@ class Fem(Model):
         element = named(self.element)
         cells = len(element.split[0]) * shape.volume / self.size**3
         if shape.flat:  # one through the thickness
-            cells, thick = shape.volume / (high[2] - low[2]) / self.size**2, max(high[0] - low[0], high[1] - low[1])
+            cells = len(element.split[0]) * shape.volume / (high[2] - low[2]) / self.size**2
+            thick = max(high[0] - low[0], high[1] - low[1])
             low, high = (*low[:2], 0.0), (*high[:2], thick)
         if cells > element.most:
             size = units.show(self.size, units.LENGTH)

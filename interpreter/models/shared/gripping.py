@@ -33,7 +33,6 @@ ASIDE = 1e-3  # of the size of a face: how far from it the slope of a level is l
 WHOLE = 1e-9  # what rounding leaves of a share
 ALONG = 1e-6  # of an edge: what rounding leaves of one that begins on the border
 MISSED = 0.02  # of a selection: a polygon with as many sides as a mesh has around a circle misses no more
-SIX = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))  # of a hexahedron
 
 
 @dataclass(frozen=True)
@@ -177,7 +176,7 @@ def _share(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float]:
 def cells_of(mesh: Mesh, depth: float = 0.0) -> _Kind:
     """The cells of a mesh; with a `depth`, m, of a slice through a body of revolution, as whole rings."""
     corners = mesh.cells[:, : mesh.element.corners]
-    simplices = corners[:, None, :] if corners.shape[1] == 4 else corners[:, np.array(SIX)]
+    simplices = corners[:, np.array(mesh.element.tetrahedra)]
     sizes = mesh.volumes
     if depth:
         from softmark.solvers.energies.revolved import around
