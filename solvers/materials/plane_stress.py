@@ -9,6 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
+from softmark.solvers.materials.components import components
+from softmark.solvers.materials.invariants import OfInvariants, invariants
 from softmark.solvers.materials.isotropic import Isotropic
 from softmark.solvers.materials.law import project
 
@@ -64,13 +66,25 @@ class PlaneStress:
         with np.errstate(all="ignore"):
             for _ in range(ITERATIONS):
                 some, s = F[left], F[left, 2, 2]
-                step = -self.solid.P(some)[:, 2, 2] / self.solid.dPdF(some)[:, 2, 2, 2, 2]
+                stress, slope = self._across(some)
+                step = -stress / slope
                 F[left, 2, 2] = np.clip(s + step, LEAST * s, MOST * s)
                 left = left[~(np.abs(step) <= ROUNDING * s)]
                 if not len(left):
                     return F
         F[left[~self._still(F[left])], 2, 2] = np.nan
         return F
+
+    def _across(self, F: Array) -> tuple[Array, Array]:
+        """P33 and dP33/dF33 (m,), Pa, of the solid: of laws of invariants without the tensors that they are part of."""
+        if not isinstance(self.solid, OfInvariants):
+            return self.solid.P(F)[:, 2, 2], self.solid.dPdF(F)[:, 2, 2, 2, 2]
+        f = components(F)
+        stretch, j = invariants(f)
+        (a, s), (c, d) = self.solid.slopes(stretch, j), self.solid.curvatures(stretch, j)
+        along, C = f[2, 2], f[0, 0] * f[1, 1] - f[0, 1] * f[1, 0]  # C = dJ/dF33
+        slope = a + d * C**2
+        return a * along + s * C, slope if c is None else slope + 2.0 * c * along * C
 
     def _still(self, F: Array) -> Any:
         """Whether the stress across the plate is rounding alone (m,)."""
