@@ -295,3 +295,31 @@ def test_a_point_force_is_one_of_the_plane(element: str) -> None:
                     model own = fem({element}, strain = small, size = 8 mm)""")
     nodes(report.models["own"])
     assert report.models["own"].loads["push"].force == pytest.approx((0.0, 3e-3, 0.0), rel=0, abs=1e-15)
+
+
+@pytest.mark.parametrize("element", ["quad4", "tri6"])
+def test_where_stress_has_no_limit_is_said_of_plane_bodies_too(element: str) -> None:
+    """At the end of a clamp and where two materials end on the edge; not along the clamp, nor along their border.
+
+    All points of a plane body are held along z: that had hidden it.
+    """
+    report = softmark.loads(f"""
+material gel  = linear_elastic(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)
+material iron = linear_elastic(young = 9 MPa, poisson = 0.3, density = 1000 kg/m^3)
+shape    area = quadrilateral((0, 0, 0) mm, (48, 0, 0) mm, (48, 16, 0) mm, (0, 16, 0) mm)
+body     bar  = plane_strain(area, gel, thickness = 1 m)
+region   far  = part(bar, where = x >= 24 mm, material = iron)
+support  wall = fixed(bar, where = x <= 0 mm)
+load     pull = traction(bar, where = x >= 48 mm, vector = (100, 0, 0) Pa)
+model    own  = fem({element}, strain = small, size = 2 mm)
+probe    rim  = point(bar, at = (0, 16, 0) mm)
+probe    mid  = point(bar, at = (0, 8, 0) mm)
+probe    end  = point(bar, at = (24, 0, 0) mm)
+probe    seam = point(bar, at = (24, 8, 0) mm)
+metric   s_rim  = stress(rim, component = xx)
+metric   s_mid  = stress(mid, component = xx)
+metric   s_end  = stress(end, component = xx)
+metric   s_seam = stress(seam, component = xx)
+""").run()
+    said = [w.message for w in report.warnings if w.code == "W388"]
+    assert [next(m for m in ("rim", "mid", "end", "seam") if f"`s_{m}`" in text) for text in said] == ["rim", "end"]
