@@ -294,3 +294,30 @@ metric way = displacement(tip, along = -x)
 assert 'softmark.solvers.energies.revolved' not in sys.modules
 """
     subprocess.run([sys.executable, "-c", text], check=True)
+
+
+@pytest.mark.slow
+def test_studies_take_bodies_of_revolution(tmp_path: Path) -> None:
+    """`stress` walks Poisson's ratio and the element, and nothing is silent; `compare` times all kinds of cells."""
+    file = tmp_path / "tube.scene"
+    file.write_text("""softmark 1
+param nu = 0.3 in 0 .. 0.499
+param h  = 5 mm in 1 mm .. 10 mm
+material rubber = neo_hookean(young = 1 MPa, poisson = nu, density = 1000 kg/m^3)
+body     tube = axisymmetric(quadrilateral((10, 0, 0) mm, (20, 0, 0) mm, (20, 5, 0) mm, (10, 5, 0) mm), rubber)
+support  ends = fixed(tube, where = y <= 0 mm or y >= 5 mm, components = y)
+load     blow = pressure(tube, where = x <= 10 mm, magnitude = 10 kPa)
+model    four = fem(quad4, strain = finite, formulation = mean_dilatation, size = h)
+model    nine = fem(quad9, strain = finite, formulation = mixed, size = h)
+model    six  = fem(tri6, strain = finite, size = h)
+reference fine = self_converged(methods = [nine, four], sizes = [5, 2.5, 1.25] mm)
+probe    wall = line(tube, from = (10, 2, 0) mm, to = (20, 2, 0) mm)
+metric   off  = energy_norm(wall, against = fine)
+study    edges = stability(over = [nu, four.element], models = [four, six], metric = off, within = 2 %)
+""")
+    for command in (["stress", "--timeout", "20"], ["compare", "--vary", "h=5mm,2.5mm", "--repeats", "1"]):
+        call = [sys.executable, "-m", "softmark.interpreter", *command, str(file), "--out", str(tmp_path / command[0])]
+        done = subprocess.run(call, capture_output=True, text=True, check=False, cwd=tmp_path)
+        assert done.returncode == 0, done.stdout + done.stderr
+        if command[0] == "stress":
+            assert "0 silent" in done.stdout
