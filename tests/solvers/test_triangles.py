@@ -36,7 +36,7 @@ def test_cells_fill_the_region_and_its_surface_is_closed(kind: str) -> None:
 
 
 def test_curved_sides_lie_on_the_circle() -> None:
-    """All nodes of facets on the two arcs; parabolas through three points of an arc miss next to nothing of the area."""
+    """All nodes of facets on the two arcs; parabolas through three points of an arc miss next to nothing."""
     mesh = RING.mesh("tri6", 0.25)
     r = np.hypot(*mesh.points[mesh.facets, :2].transpose(2, 0, 1))
     for radius in (1.0, 2.0):
