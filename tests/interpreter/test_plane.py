@@ -214,11 +214,20 @@ def test_forces_are_those_of_the_thickness_and_nothing_else_is() -> None:
     assert list(both.models["own"].reactions) == ["wall"]  # the plane is nobody's support
 
 
-def test_a_motion_stays_in_the_plane() -> None:
+@pytest.mark.parametrize(
+    "model",
+    [
+        "quad4",
+        pytest.param("tri6", marks=pytest.mark.slow),
+        pytest.param("tri3, mass = lumped", marks=pytest.mark.slow),
+        pytest.param("tri3, mass = uniform", marks=pytest.mark.slow),
+    ],
+)
+def test_a_motion_stays_in_the_plane(model: str) -> None:
     """Dynamics of a slice: the same through the thickness, and its mean is where it rests (undamped, one period)."""
-    text = """
+    text = f"""
     analysis swing = dynamic(duration = 20 ms, step = 1 ms)
-    model own = fem(quad4, strain = finite, size = 8 mm)
+    model own = fem({model}, strain = finite, size = 8 mm)
     """
     X, u = nodes(solved(text).models["own"])
     assert np.abs(u).max() > 1e-5
@@ -227,7 +236,13 @@ def test_a_motion_stays_in_the_plane() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("model", "kind"), [("quad9, strain = finite", "plane_strain"), ("quad4, strain = small", "plane_stress")]
+    ("model", "kind"),
+    [
+        ("quad9, strain = finite", "plane_strain"),
+        ("quad4, strain = small", "plane_stress"),
+        ("tri3, strain = corotational", "plane_strain"),
+        ("tri6, strain = finite", "plane_stress"),
+    ],
 )
 def test_a_stated_error_holds_the_true_one(model: str, kind: str) -> None:
     """True: away from finite strain on cells of 4 mm; that of `rise` at 10 kPa bends by some degrees."""
