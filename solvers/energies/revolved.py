@@ -88,7 +88,7 @@ class Revolved(Elastic):
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Tangent stiffness, N/m."""
-        self._add_tensors(self.law.dPdF_projected if projected else self.law.dPdF, x, data, slots, scale)
+        self._add_tensors(self.law, "dPdF_projected" if projected else "dPdF", x, data, slots, scale)
 
     def add_moduli(self, A: Floats, some: slice, data: Floats, slots: Ints, scale: float = 1.0) -> None:
         """Stiffness, N/m, of tensors dP/dF (c q, 3, 3, 3, 3), Pa, at the points of some cells."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.records import dataclass
 from softmark.solvers.materials.components import components
 from softmark.solvers.materials.invariants import OfInvariants, invariants
-from softmark.solvers.materials.isotropic import Isotropic
+from softmark.solvers.materials.isotropic import Isotropic, is_array
 from softmark.solvers.materials.law import project
 
 if TYPE_CHECKING:
@@ -66,37 +66,53 @@ class PlaneStress:
         with np.errstate(all="ignore"):
             for _ in range(ITERATIONS):
                 some, s = F[left], F[left, 2, 2]
-                stress, slope = self._across(some)
+                stress, slope = self._across(self._at(left), some)
                 step = -stress / slope
                 F[left, 2, 2] = np.clip(s + step, LEAST * s, MOST * s)
                 left = left[~(np.abs(step) <= ROUNDING * s)]
                 if not len(left):
                     return F
-        F[left[~self._still(F[left])], 2, 2] = np.nan
+        F[left[~self._still(self._at(left), F[left])], 2, 2] = np.nan
         return F
 
-    def _across(self, F: Array) -> tuple[Array, Array]:
+    @staticmethod
+    def _across(solid: Any, F: Array) -> tuple[Array, Array]:
         """P33 and dP33/dF33 (m,), Pa, of the solid: of laws of invariants without the tensors that they are part of."""
-        if not isinstance(self.solid, OfInvariants):
-            return self.solid.P(F)[:, 2, 2], self.solid.dPdF(F)[:, 2, 2, 2, 2]
+        if not isinstance(solid, OfInvariants):
+            return solid.P(F)[:, 2, 2], solid.dPdF(F)[:, 2, 2, 2, 2]
         f = components(F)
         stretch, j = invariants(f)
-        (a, s), (c, d) = self.solid.slopes(stretch, j), self.solid.curvatures(stretch, j)
+        (a, s), (c, d) = solid.slopes(stretch, j), solid.curvatures(stretch, j)
         along, C = f[2, 2], f[0, 0] * f[1, 1] - f[0, 1] * f[1, 0]  # C = dJ/dF33
         slope = a + d * C**2
         return a * along + s * C, slope if c is None else slope + 2.0 * c * along * C
 
-    def _still(self, F: Array) -> Any:
+    def _at(self, which: Any) -> Any:
+        """The law of the solid at some of the points: one for all, but where constants are arrays (varying.py)."""
+        if not any(is_array(v) for v in vars(self.solid).values()):
+            return self.solid
+        from softmark.solvers.materials.varying import changed
+
+        return changed(self.solid, lambda a: a[which])
+
+    @staticmethod
+    def _rest(solid: Any, F: Array) -> Array:
+        """dP/dF of a solid at rest, one for all (1, 3, 3, 3, 3), or of each F where constants are arrays."""
+        many = len(F) if any(is_array(v) for v in vars(solid).values()) else 1
+        found: Array = solid.dPdF(np.broadcast_to(np.eye(3, dtype=F.dtype), (many, 3, 3)))
+        return found
+
+    def _still(self, solid: Any, F: Array) -> Any:
         """Whether the stress across the plate is rounding alone (m,)."""
-        A = self.solid.dPdF(np.eye(3, dtype=F.dtype)[None])[0, 2, 2, 2, 2]
-        found = np.abs(self.solid.P(F)[:, 2, 2]) <= 100.0 * np.finfo(F.dtype).eps * A
+        A = self._rest(solid, F)[:, 2, 2, 2, 2]
+        found = np.abs(solid.P(F)[:, 2, 2]) <= 100.0 * np.finfo(F.dtype).eps * A
         return found & (F[:, 2, 2] > FLAT)
 
     def _first(self, F: Array) -> Array:
         """A stretch to start from (m,): J^-(lam / (lam + 2 mu)) of the area ratio J, right where strains are small."""
-        A = self.solid.dPdF(np.eye(3, dtype=F.dtype)[None])[0]
+        A = self._rest(self.solid, F)
         area = F[:, 0, 0] * F[:, 1, 1] - F[:, 0, 1] * F[:, 1, 0]
-        found: Array = np.maximum(area, LEAST) ** -(A[2, 2, 0, 0] / A[2, 2, 2, 2])
+        found: Array = np.maximum(area, LEAST) ** -(A[:, 2, 2, 0, 0] / A[:, 2, 2, 2, 2])
         return found
 
     def psi(self, F: Array) -> Array:
@@ -124,5 +140,5 @@ class PlaneStress:
 
 def thickness(law: Law, F: Array) -> Array:
     """The stretch across a plate (m,) under F (m, 3, 3); of another law than a plate's that of F."""
-    found: Array = (law.opened(F) if isinstance(law, PlaneStress) else F)[:, 2, 2]
+    found: Array = (law.opened(F) if hasattr(law, "opened") else F)[:, 2, 2]
     return found
