@@ -363,3 +363,19 @@ metric   skin = stress(rim, component = zz)
         for name, value in out.items():
             stiff = name in (f"quad4_{strain}_0", f"tri3_{strain}_0")
             assert value == pytest.approx(right, rel=0.2 if stiff else 0.05), name
+
+
+@pytest.mark.slow
+def test_constants_may_vary_around_an_axis() -> None:
+    """Moduli of rings by their means over whole rings, in the solver and in the check alike: forces balance."""
+    ways = ("quad4, strain = finite, integration = selective", "quad4, strain = finite, formulation = mean_dilatation",
+            "quad9, strain = finite, formulation = mixed", "tri6, strain = corotational, formulation = mixed",
+            "tri3, strain = small")  # fmt: skip
+    text = "".join(f"model m{i} = fem({way}, size = 3 mm)\n" for i, way in enumerate(ways))
+    stiff = "material gel   = neo_hookean(young = 1 MPa * (1 + x / (20 mm)), poisson = 0.3 + 0.1 * y / (20 mm),"
+    scene = TAPER.replace(f"material gel   = neo_hookean(young = 1 MPa, poisson = {NU},", stiff)
+    assert stiff in scene
+    report = softmark.loads(scene + text + "load weight = gravity(9.81 m/s^2, direction = -y)\n").run()
+    for model in report.models.values():
+        assert model.status == "converged", model.message
+        assert model.solve["checks"]["residual"] < 1e-7
