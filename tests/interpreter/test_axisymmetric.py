@@ -327,7 +327,7 @@ study    edges = stability(over = [nu, four.element], models = [four, six], metr
 def test_every_formulation_of_every_element_is_vouched_for() -> None:
     """A disc of two materials near incompressibility, pressed: forces found again by other formulas, and all alike.
 
-    Linear triangles and quadrilaterals without means lock here, by a tenth; quadratic ones of serendipity lose 4 %.
+    What has displacements alone is too stiff here, by up to a seventh; others differ by their meshes alone.
     """
     text = """
 material gel  = neo_hookean(young = 100 kPa, poisson = 0.46, density = 1000 kg/m^3)
@@ -361,7 +361,7 @@ metric   skin = stress(rim, component = zz)
         right = out.pop(f"quad9_{strain}_1")
         assert right is not None
         for name, value in out.items():
-            stiff = name in (f"quad4_{strain}_0", f"tri3_{strain}_0")
+            stiff = name.endswith("_0")
             assert value == pytest.approx(right, rel=0.2 if stiff else 0.05), name
 
 
@@ -372,8 +372,8 @@ def test_constants_may_vary_around_an_axis() -> None:
             "quad9, strain = finite, formulation = mixed", "tri6, strain = corotational, formulation = mixed",
             "tri3, strain = small")  # fmt: skip
     text = "".join(f"model m{i} = fem({way}, size = 3 mm)\n" for i, way in enumerate(ways))
-    stiff = "material gel   = neo_hookean(young = 1 MPa * (1 + x / (20 mm)), poisson = 0.3 + 0.1 * y / (20 mm),"
-    scene = TAPER.replace(f"material gel   = neo_hookean(young = 1 MPa, poisson = {NU},", stiff)
+    stiff = "material gel  = neo_hookean(young = 1 MPa * (1 + x / (20 mm)), poisson = 0.3 + 0.1 * y / (20 mm),"
+    scene = TAPER.replace(f"material gel  = neo_hookean(young = 1 MPa, poisson = {NU},", stiff)
     assert stiff in scene
     report = softmark.loads(scene + text + "load weight = gravity(9.81 m/s^2, direction = -y)\n").run()
     for model in report.models.values():
