@@ -31,7 +31,7 @@ from softmark.interpreter.results.report import ModelResult
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.solids import CheckedBody
-from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements import CELLS
 
 AGREES = 2.0  # times what the solver claims
 SEEN = 0.005  # of a value: differences that three digits show
@@ -154,7 +154,7 @@ def _cells(solution: Solution, depth: float) -> dict[str, Any]:
     `depth` (m) is that of the slice that stands for a body of revolution, 0 of another body.
     """
     mesh = solution.mesh
-    if mesh is None or mesh.kind not in ELEMENTS:
+    if mesh is None or mesh.kind not in CELLS:
         return {}
     u = np.asarray(mesh.displacement, dtype=np.float64)
     body = CheckedBody(mesh.points, mesh.cells, mesh.kind, u, (), 0.0, depth=depth)

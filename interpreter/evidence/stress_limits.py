@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 ALONG = 0.99  # squared cosine: a facet's normal is among the directions in which it is held
 FLAT = 0.17  # cosine of 80 degrees: faces that enclose 100 degrees and more, of which a right angle is none
+FACE = 1e-6  # of the thickness of a slice: a facet whose nodes differ less in z is of its faces
 UNSETTLED = 0.25  # relative: what refinement may change by more than that may have no limit
 
 
@@ -43,6 +44,7 @@ def limitless(metric: Metric | None, case: Case, mesh: Mesh | None, X: Floats) -
         return None
     near = _edge(mesh)
     for name, places in _places(case, mesh):
+        places = places * (1.0, 1.0, 0.0) if case.planar else places  # the same for all z
         if neighbours(places, len(X)).distance(X).min() < near:
             return name
     return None
@@ -61,22 +63,26 @@ def settled(answer: Answer, seen: ProbeAnswer, discretisation: Callable[[Answer,
 def _edge(mesh: Mesh) -> float:
     """The usual length of the boundary's edges, m."""
     corners = mesh.points[mesh.facets[:, : mesh.element.facet.corners]]
-    return float(np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)))
+    lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    return float(np.median(lengths[lengths > 0.0]))  # a side of a triangle may be a corner
 
 
 def _places(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
     """Points (n, 3) of the mesh where stress has no limit, with words for each kind."""
-    held = _held(case, mesh)
-    of_facets = np.all(held[mesh.facets], axis=1)  # (f, 3)
+    held, facets = _held(case, mesh), mesh.facets
+    if case.planar:  # the border of its region: its faces are no surface
+        z = mesh.points[facets, 2]
+        facets = facets[np.ptp(z, axis=1) > FACE * np.ptp(z)]
+    of_facets = np.all(held[facets], axis=1)  # (f, 3)
     free = ~np.any(of_facets, axis=1)
-    rim = _rim(mesh, np.all(of_facets, axis=1), free)
+    rim = _rim(facets, np.all(of_facets, axis=1), free)
     sideways = any(material.poisson != 0.0 for material in case.materials)
     if len(rim) and sideways:
         yield _edge_of(case, mesh, rim, whole=True), mesh.points[rim]
-    punched = _punched(mesh, of_facets, free)
+    punched = _punched(mesh, facets, of_facets, free)
     if len(punched):
         yield _edge_of(case, mesh, punched, whole=False), mesh.points[punched]
-    ends = _ends(case, mesh, held) if sideways and case.parts else rim[:0]
+    ends = _ends(case, mesh, facets, held) if sideways and case.parts else rim[:0]
     if len(ends):
         yield "the edge where parts of different materials end on the surface", mesh.points[ends]
     for load in case.loads:
@@ -105,7 +111,7 @@ def _points_along(line: PerLength, step: float) -> Floats:
     return found
 
 
-def _ends(case: Case, mesh: Mesh, held: NDArray[np.bool_]) -> NDArray[np.int64]:
+def _ends(case: Case, mesh: Mesh, facets: NDArray[np.int64], held: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Nodes of cells of several materials on the surface, where nothing is held: not those in planes of symmetry."""
     from softmark.interpreter.models.shared.regions import owners
 
@@ -115,7 +121,7 @@ def _ends(case: Case, mesh: Mesh, held: NDArray[np.bool_]) -> NDArray[np.int64]:
         np.minimum.at(low, mesh.cells[:, k], number)
         np.maximum.at(high, mesh.cells[:, k], number)
     outer = np.zeros(len(mesh.points), dtype=np.bool_)
-    outer[mesh.facets] = True
+    outer[facets] = True
     return np.flatnonzero(outer & (low < high) & ~held.any(axis=1))
 
 
@@ -132,37 +138,41 @@ def _held(case: Case, mesh: Mesh) -> NDArray[np.bool_]:
     held = np.zeros((len(mesh.points), 3), dtype=np.bool_)
     for support in case.supports:
         held[np.ix_(grip(support.thing.where, mesh).nodes, support.thing.components)] = True
+    if case.planar:  # every point is held along z, which says nothing: both other directions are all that there are
+        held[:, 2] = held[:, :2].all(axis=1)
     return held
 
 
-def _rim(mesh: Mesh, some: NDArray[np.bool_], others: NDArray[np.bool_]) -> NDArray[np.int64]:
+def _rim(facets: NDArray[np.int64], some: NDArray[np.bool_], others: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Nodes between facets of one kind and of another, each (f,)."""
-    return np.intersect1d(mesh.facets[some], mesh.facets[others]).astype(np.int64)
+    return np.intersect1d(facets[some], facets[others]).astype(np.int64)
 
 
-def _punched(mesh: Mesh, of_facets: NDArray[np.bool_], free: NDArray[np.bool_]) -> NDArray[np.int64]:
+def _punched(
+    mesh: Mesh, facets: NDArray[np.int64], of_facets: NDArray[np.bool_], free: NDArray[np.bool_]
+) -> NDArray[np.int64]:
     """Nodes where facets that are held along their normal alone go on, within FLAT, as facets that are free."""
     slide = ~free & ~np.all(of_facets, axis=1)
-    rim = _rim(mesh, slide, free)
+    rim = _rim(facets, slide, free)
     if not len(rim):
         return rim
-    normals = _normals(mesh)
+    normals = _normals(mesh, facets)
     slide &= (normals**2 * of_facets[:, None]).sum(axis=2).mean(axis=1) > ALONG
 
     def flat(node: int) -> bool:
-        there = mesh.facets == node
+        there = facets == node
         turns = normals[there & slide[:, None]] @ normals[there & free[:, None]].T
         return bool(np.any(turns > FLAT))
 
     return rim[[flat(int(node)) for node in rim]]
 
 
-def _normals(mesh: Mesh) -> Floats:
+def _normals(mesh: Mesh, facets: NDArray[np.int64]) -> Floats:
     """Of facets at their nodes (f, nodes, 3): the chord of a curved face leans away from the right angle it ends in."""
     facet = mesh.element.facet
     corners = np.array(facet.rim)
     places = np.concatenate([corners, *(corners[list(some)].mean(axis=0, keepdims=True) for some in facet.between)])
-    along = np.einsum("fni,pnk->fpki", mesh.points[mesh.facets], facet.gradient(places))  # (f, p, 2, 3)
+    along = np.einsum("fni,pnk->fpki", mesh.points[facets], facet.gradient(places))  # (f, p, 2, 3)
     normals: Floats = np.cross(along[:, :, 0], along[:, :, 1])
     normals /= np.linalg.norm(normals, axis=2, keepdims=True)
     return normals

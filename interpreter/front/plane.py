@@ -28,12 +28,11 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
 from softmark.interpreter.vocabulary.probes import Line, Point
 from softmark.interpreter.vocabulary.supports import Symmetric, Turned
-from softmark.solvers.elements.quadrilaterals import PLANE
+from softmark.solvers.elements.plane import PLANE
 from softmark.solvers.mesh.flat import NEAR
 
 WHAT = {"plane_strain": "plane strain", "plane_stress": "plane stress", "axisymmetric": "axial symmetry"}
 AT_POINTS = (Displacement, EnergyNorm, MaxError, MeanError, OfTensors, TipError)  # known of bodies of revolution
-NEARLY = 0.49  # Poisson's ratio from which bodies of revolution are refused
 QUADS = ", ".join(f"`{name}`" for name in PLANE)
 
 
@@ -177,13 +176,11 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
         yield from _of_revolution(thing, declared, case)
 
 
-PLAIN = {"formulation": "displacement", "integration": "full", "rotation": "point", "precision": "double",
-         "mass": "consistent", "start": None}  # fmt: skip
+PLAIN = {"rotation": "point", "precision": "double", "mass": "consistent", "start": None}
 
 
 def _of_revolution(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """What is not known of bodies of revolution: all but displacements at all points, at rest."""
-    body = case.body
+    """What is not known of bodies of revolution: levers that would need rings of their own, and motions."""
     for field in (name for name, only in PLAIN.items() if getattr(thing, name) != only):
         yield diagnostic("E322", declared.at(field), f"`{declared.name}` is of a body of revolution, which knows no "
                          f"such `{field}`", "not with axial symmetry", "leave it out")  # fmt: skip
@@ -191,13 +188,6 @@ def _of_revolution(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagn
         yield diagnostic("E322", declared.at(), f"`{declared.name}` is of a body of revolution, which is known at rest "
                          "alone, as its loads grow", "not with axial symmetry",
                          "use `static()`, or a `solid`")  # fmt: skip
-    if case.parts:
-        yield diagnostic("E322", case.parts[0].at(), f"`{case.parts[0].name}` is a part of a body of revolution, which "
-                         "is of one material", "not with axial symmetry", "use a `solid`")  # fmt: skip
-    elif case.largest_poisson >= NEARLY:
-        yield diagnostic("E322", body.at("material"), f"`{body.name}` hardly changes its volume, and bodies of "
-                         "revolution know no formulation that does not lock", "too near to a Poisson's ratio of 0.5",
-                         f"use one below {NEARLY:g}, or a `solid`")  # fmt: skip
     for load in case.loads:
         if isinstance(load.thing.action, AtPoint | PerLength):
             where = "at a point" if isinstance(load.thing.action, AtPoint) else "along a line"

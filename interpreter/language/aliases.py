@@ -88,6 +88,10 @@ CELLS = {
     "tetrahedron": "tet4", "tetra": "tet4", "tetrahedra": "tet4", "tet": "tet4", "C3D4": "tet4", "P1": "tet4",
     "T4": "tet4", "C3D20": "hex20", "H20": "hex20", "hexahedron20": "hex20", "serendipity": "hex20", "C3D27": "hex27",
     "H27": "hex27", "Q2": "hex27", "hexahedron27": "hex27", "triquadratic": "hex27", "quadratic_hex": "hex27",
+    "triangle": "tri3", "triangle3": "tri3", "CST": "tri3", "CPE3": "tri3", "CPS3": "tri3", "CAX3": "tri3",
+    "triangle6": "tri6", "LST": "tri6", "CPE6": "tri6", "CPS6": "tri6", "CAX6": "tri6",
+    "quad": "quad4", "CPE4": "quad4", "CPS4": "quad4", "CAX4": "quad4", "CPE8": "quad8", "CPS8": "quad8",
+    "CAX8": "quad8",
 }  # fmt: skip
 
 # Words for directions, which depend on how one looks at a scene.

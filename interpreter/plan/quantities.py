@@ -18,7 +18,7 @@ from softmark.interpreter.plan import ladder
 from softmark.interpreter.plan.ladder import Ladder
 from softmark.interpreter.results.plain import Plain
 from softmark.records import dataclass
-from softmark.solvers.elements.quadrilaterals import PLANE
+from softmark.solvers.elements.plane import PLANE
 
 Kind = Literal["gap", "factor", "integer", "choice", "reach"]
 Value = float | str

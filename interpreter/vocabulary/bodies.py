@@ -55,9 +55,9 @@ class PlaneStrain(Planar):
     """A slice of a long body that cannot grow or shrink along z: displacements in x and y alone, the same for all z.
 
     The region lies in the plane z = 0. Forces are those on the given thickness, and stress along z is what keeps it so.
-    Models are `fem` with `quad4`, `quad8` or `quad9`. Loads act on the edge, or as gravity in the plane. Conditions and
-    points are of x and y, with z = 0. Frequencies are not found, nor reduced models made: a slice of finite thickness
-    has motions that vary through it, which the plane has not. Whether an equilibrium is stable is judged of the slice
+    Models are `fem` with `quad4`, `quad8`, `quad9`, `tri3` or `tri6`. Loads act on the edge, or as gravity. Conditions,
+    and points, are of x and y, with z = 0. Frequencies are not found, nor reduced models made: a thick slice has
+    motions that vary through it, which the plane has not. Whether an equilibrium is stable is judged of the slice
     as well, which may find such a motion in one that is thick and pressed: thin slices are as the plane.
     """
 
@@ -73,7 +73,7 @@ class PlaneStress(Planar):
 
     The region lies in the plane z = 0. At each point the stretch along z is found that leaves no stress there, whatever
     the law, so that the plate grows thinner where it is pulled; it stays in its plane, and does not buckle out of it.
-    Models are `fem` with `quad4`, `quad8` or `quad9`, which do not lock here: `integration = selective` and
+    Models are `fem` with quadrilaterals or triangles, which do not lock here: `integration = selective` and
     formulations against locking are refused, and so is a Poisson's ratio of 0.5. Otherwise as `plane_strain`.
     """
 
@@ -97,8 +97,9 @@ class Axisymmetric(Planar):
     stretched by 1 + u_x / x, and what lies on the axis stays on it. A quarter ring that touches the axis is half of a
     hollow ball, a quadrilateral beside it a tube. Forces are those of the whole body, and along y: across the axis they
     cancel. Conditions and points are of x and y, with z = 0; components zz of stress, strain and stretch are those
-    around the axis. Models are `fem` with `quad4`, `quad8` or `quad9`, at rest, with displacements at all points: other
-    formulations, motions, parts and forces at points are refused. Twist is not known, nor what buckles out of the form.
+    around the axis. Models are `fem` with quadrilaterals or triangles, at rest, which take Poisson's ratios up to 0.5
+    with `formulation = mixed`. Parts of it are rings; their volumes are those of whole rings. Motions and forces at
+    points are refused. Twist is not known, nor what buckles out of the form.
     """
 
     region: Annotated[Any, "shape", "a plane region with x >= 0, such as `quadrilateral(...)`"]

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from softmark.solvers.assembly.mixed import MixedPoints, volumetric
 from softmark.solvers.energies.corotational_tets import CorotationalTets
-from softmark.solvers.energies.elastic import Elastic, Together
+from softmark.solvers.energies.elastic import Elastic, ElasticLaw, Together
 from softmark.solvers.energies.energy import Energy
 from softmark.solvers.materials import Isotropic, drags_for, law_for, parts_for
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.mesh.interpolation import centre_rule, integration
+from softmark.solvers.mesh.interpolation import Integration, centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 
 
@@ -35,7 +36,7 @@ def elastic_parts(
         return (replace(elastic, law=law_for(material, strain), drag=whole),)
     middle, mean = integration(mesh, rule=centre_rule(mesh.element)), _at_centre(material, elastic)
     of_volume, (_, volume) = parts_for(mean, strain) or laws, drags_for(mean, strain) or (None, None)
-    centre = Elastic(mesh.cells, middle.dNdX, middle.w, of_volume[1], drag=volume)
+    centre = elsewhere(elastic, mesh, middle, of_volume[1], volume)
     return replace(elastic, law=laws[0], drag=None), centre
 
 
@@ -46,6 +47,16 @@ def _at_centre(material: Isotropic, elastic: Elastic) -> Isotropic:
     from softmark.solvers.materials.varying import averaged
 
     return averaged(material, elastic.w)
+
+
+def elsewhere(elastic: Elastic, mesh: Mesh, at: Integration, law: ElasticLaw, drag: Any = None) -> Elastic:
+    """Another law over the same cells at other points: of a body of revolution, around its axis too."""
+    made = Elastic(mesh.cells, at.dNdX, at.w, law, drag=drag)
+    if type(elastic) is Elastic:
+        return made
+    from softmark.solvers.energies.revolved import Revolved
+
+    return Revolved.of(made, at.N, mesh.points, elastic.depth) if isinstance(elastic, Revolved) else made
 
 
 def _mixed(part: Elastic, material: Isotropic, strain: str) -> Elastic:

@@ -17,7 +17,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.solids import CHUNK, EPS, Floats, Ints, Stress
-from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements import CELLS
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
@@ -165,7 +165,8 @@ class Pressed:
 
     `mu` is the shear modulus in Pa. `pressures` are those of a state, Pa, positive in
     tension: at the corners of each cell (m, c), or one in each (m, 1), as the element has them; None where they are
-    M times the mean of g, with M finite.
+    M times the mean of g, with M finite. With a `depth`, m, it is a slice of that thickness through a body of
+    revolution about the y axis, and forces and volumes are those of whole rings.
     """
 
     points: Floats
@@ -175,24 +176,33 @@ class Pressed:
     split: Split
     mu: float
     pressures: Floats | None
+    depth: float = 0.0
 
     def _chunks(self) -> Iterator[slice]:
         size = max(1, CHUNK // len(solids.rule(self.kind)[1]))
         return (slice(at, at + size) for at in range(0, len(self.cells), size))
 
-    def _deformed(self, some: slice) -> tuple[Floats, Floats, Floats]:
-        """F (c, q, 3, 3), dN/dX (c, q, a, 3) in 1/m and the volumes of the points (c, q), m^3, of some cells."""
+    def _deformed(self, some: slice) -> tuple[Floats, Floats, Floats, Floats | None]:
+        """F (c, q, 3, 3), dN/dX (c, q, a, 3) in 1/m and the volumes of the points (c, q), m^3, of some cells.
+
+        Of a body of revolution N_a / r (c, q, a) as well, in 1/m.
+        """
         xi, weights = solids.rule(self.kind)
         cells = self.cells[some]
         dNdX, det = solids.gradients(self.points, cells, self.kind, xi)
         F = np.einsum("mai,mqaJ->mqiJ", self.u[cells] - self.u[cells[:, :1]], dNdX) + np.eye(3)
-        return F, dNdX, weights * det
+        if not self.depth:
+            return F, dNdX, weights * det, None
+        N = solids.shape(self.kind, xi)
+        r = self.points[cells][:, :, 0] @ N.T
+        F[..., 2, 2] = 1.0 + (self.u[cells][:, :, 0] @ N.T) / r
+        return F, dNdX, weights * det * (2.0 * np.pi * r / self.depth), N / r[..., None]
 
     @property
     def _spread(self) -> tuple[Ints, Floats]:
         """Where in one list the pressures of each cell are (m, b), and their shape functions (q, b)."""
         xi = solids.rule(self.kind)[0]
-        element = ELEMENTS[self.kind]
+        element = CELLS[self.kind]
         if element.pressures == "corners":  # by node: continuous, and linear between them
             return self.cells[:, : element.corners], solids.shape(element.linear, xi)
         return np.arange(len(self.cells))[:, None], np.ones((len(xi), 1))
@@ -210,7 +220,7 @@ class Pressed:
             known[at] = self.pressures
         most = stiff = 0.0
         for some in self._chunks():
-            F, dNdX, w = self._deformed(some)
+            F, dNdX, w, ring = self._deformed(some)
             split = self._split(some)
             whole = np.size(split.compliance) == 1
             each = np.full(w.shape, split.compliance) if whole else np.reshape(split.compliance, w.shape)
@@ -222,14 +232,18 @@ class Pressed:
                 p = known[at[some]] @ N.T
                 np.add.at(lacking, at[some], (w * (g - each * p)) @ N)
             stiff = max(stiff, float((1.0 / each).max())) if self.pressures is None else stiff
-            P = split.shape(flat) + p.reshape(-1, 1, 1) * split.dg(flat)
-            local = np.einsum("mq,mqiJ,mqaJ->mai", w, P.reshape(F.shape), dNdX, optimize=True)
+            P = (split.shape(flat) + p.reshape(-1, 1, 1) * split.dg(flat)).reshape(F.shape)
+            local = np.einsum("mq,mqiJ,mqaJ->mai", w, P, dNdX, optimize=True)
+            if ring is not None:  # it pulls its nodes to the axis, and nothing along z
+                local[:, :, 2] = 0.0
+                local[:, :, 0] += np.einsum("mq,mqa->ma", w * P[..., 2, 2], ring)
             size = np.einsum("mq,mqa->ma", np.abs(w), np.linalg.norm(dNdX, axis=3))
             for i in range(3):
                 f[:, i] += np.bincount(cells.ravel(), local[:, :, i].ravel(), minlength=len(f))
             reach += np.bincount(cells.ravel(), size.ravel(), minlength=len(f))
             most = max(most, float(np.abs(p).max()))
-        unit = self.mu / float(np.cbrt(V.mean()))
+        rings = 2.0 * np.pi * self.points[self.cells][:, :, 0].mean() / self.depth if self.depth else 1.0
+        unit = self.mu / float(np.cbrt(V.mean() / rings))
         stiff = 12.0 * self.mu + 3.0 * most + 3.0 * stiff
         noise = EPS * (stiff * float(np.linalg.norm(reach)) + unit * float(np.linalg.norm(V)))
         return f, unit * float(np.linalg.norm(lacking)), noise
@@ -242,7 +256,7 @@ class Pressed:
         """The largest relative change of volume of a cell, and that of all together, as the strain measures it."""
         change, V = np.zeros(len(self.cells)), np.zeros(len(self.cells))
         for some in self._chunks():
-            F, _, w = self._deformed(some)
+            F, _, w, _ = self._deformed(some)
             change[some] = (w * self.split.grown(F.reshape(-1, 3, 3)).reshape(w.shape)).sum(axis=1)
             V[some] = w.sum(axis=1)
         return float(np.abs(change / V).max()), float(change.sum() / V.sum())

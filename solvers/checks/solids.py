@@ -11,14 +11,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from itertools import product
-from math import factorial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
-from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.checks.rules import along, by_moments, strang
+from softmark.solvers.elements import CELLS
 from softmark.solvers.elements.facets import FACETS
 
 Floats = NDArray[np.float64]
@@ -38,7 +38,7 @@ Cell = str | int  # an element by its word, a facet by its number of nodes
 @cache
 def _known(kind: Cell) -> Any:
     """What a cell or facet says of itself: where its nodes lie and which monomials it has, no formula of its own."""
-    return ELEMENTS[kind] if isinstance(kind, str) else FACETS[kind]
+    return CELLS[kind] if isinstance(kind, str) else FACETS[kind]
 
 
 @cache
@@ -46,14 +46,20 @@ def places(kind: Cell) -> Floats:
     """Local points of the nodes of a cell or facet (a, d), in the order of VTK: corners, and what lies between them."""
     known, d = _known(kind), len(_known(kind).monomials[0])
     cube = [[-1, 1, 1, -1, -1, 1, 1, -1], [-1, -1, 1, 1, -1, -1, 1, 1], [-1, -1, -1, -1, 1, 1, 1, 1]]
-    simplex = [[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
-    corners = np.array(cube if square(kind) else simplex, dtype=float).T[: known.corners, :d]
+    simplex, wedge = [[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], [[0, 1, 0] * 2, [0, 0, 1] * 2, [-1] * 3 + [1] * 3]
+    rows = cube if square(kind) else wedge if wedged(kind) else simplex
+    corners = np.array(rows, dtype=float).T[: known.corners, :d]
     return np.array([*corners, *(corners[list(ends)].mean(axis=0) for ends in known.between)])
 
 
 def square(kind: Cell) -> bool:
-    """Whether a cell is a cube, or a facet a square; else it is a tetrahedron or a triangle."""
+    """Whether a cell is a cube, or a facet a square; else it is a wedge, a tetrahedron or a triangle."""
     return bool(_known(kind).corners == 2 ** len(_known(kind).monomials[0]))
+
+
+def wedged(kind: Cell) -> bool:
+    """Whether a cell is a wedge: a triangle, along a line."""
+    return bool(_known(kind).corners == 6)
 
 
 def _monomials(kind: Cell, xi: Floats) -> Floats:
@@ -92,16 +98,20 @@ def rule(kind: Cell, centre: bool = False) -> tuple[Floats, Floats]:
     """Local points (q, d) and weights (q,) that define the stiffness of a cell, or the load on a facet.
 
     Gauss's in cubes and squares; Hammer, Marlowe and Stroud (1956) for ten-node tetrahedra, Strang and Fix (1973) for
-    six-node triangles; and else the centre.
+    six-node triangles; and else the centre. In wedges one point of the triangle, or three, at two Gauss points along.
     """
     d, many = len(_known(kind).monomials[0]), len(_known(kind).quadrature()[1])
+    if wedged(kind):
+        flat = places(kind)[:3, :2]
+        inner = flat.mean(axis=0, keepdims=True) if many == 2 or centre else 1.0 / 6.0 + 0.5 * flat
+        return along((inner, np.full(len(inner), 0.5 / len(inner))), [0.0] if centre else [-(3**-0.5), 3**-0.5])
     if square(kind):
         return _gauss(kind, 1 if centre else round(many ** (1 / d)))
     if many == 4 and not centre:
         a = (5.0 - np.sqrt(5.0)) / 20.0
         return a + (1.0 - 4.0 * a) * places(kind)[:4], np.full(4, 1.0 / 24.0)
     if many == 6 and not centre:
-        return _strang()
+        return strang()
     return np.full((1, d), 1.0 / (d + 1)), np.array([1.0 / 6.0 if d == 3 else 0.5])
 
 
@@ -116,23 +126,14 @@ def _gauss(kind: Cell, n: int) -> tuple[Floats, Floats]:
     return xi, np.prod(np.array(list(product(w, repeat=d))), axis=1)
 
 
-def _strang() -> tuple[Floats, Floats]:
-    """Six points of degree four, in closed form."""
-    root, below = np.sqrt(10.0), np.sqrt(38.0 - 44.0 * np.sqrt(0.4))
-    xi, w = [], []
-    for sign in (1.0, -1.0):
-        a = (8.0 - root + sign * below) / 18.0
-        xi += [(a, a), (1.0 - 2.0 * a, a), (a, 1.0 - 2.0 * a)]
-        w += 3 * [0.5 * (620.0 + sign * np.sqrt(213125.0 - 53320.0 * root)) / 3720.0]
-    return np.array(xi), np.array(w)
-
-
 @cache
 def _mass_rule(kind: str) -> tuple[Floats, Floats]:
     """Points and weights for products of shape functions: of degree five in tetrahedra (Stroud 1971)."""
     if square(kind):
         return rule(kind)
-    (a, u), (b, v), (c, w) = (_by_moments(3, power) for power in (2, 1, 0))
+    if wedged(kind):
+        return along(strang(), [-np.sqrt(0.6), 0.0, np.sqrt(0.6)])
+    (a, u), (b, v), (c, w) = (by_moments(3, power) for power in (2, 1, 0))
     xi, weights = [], []
     for i in range(3):
         for j in range(3):
@@ -141,18 +142,6 @@ def _mass_rule(kind: str) -> tuple[Floats, Floats]:
                 xi.append((r, (1 - r) * s, (1 - r) * (1 - s) * t))
                 weights.append(u[i] * v[j] * w[k])
     return np.array(xi), np.array(weights)
-
-
-def _by_moments(n: int, power: int) -> tuple[Floats, Floats]:
-    """Points and weights (n,) on [0, 1] for integrands times (1 - t)^power, exact to degree 2n - 1.
-
-    The points are the roots of the polynomial that is orthogonal to all lower ones, the weights those that integrate
-    1, t, ...: both from the moments k! power! / (k + power + 1)! alone.
-    """
-    moments = [factorial(k) * factorial(power) / factorial(k + power + 1) for k in range(2 * n)]
-    hankel = np.array([[moments[i + j] for j in range(n)] for i in range(n)])
-    t = np.sort(np.roots([1.0, *np.linalg.solve(hankel, -np.array(moments[n:]))[::-1]]).real)
-    return t, np.linalg.solve(np.vander(t, increasing=True).T, np.array(moments[:n]))
 
 
 def cofactor(J: Floats) -> tuple[Floats, Floats]:

@@ -38,10 +38,12 @@ class VaryingBody(CheckedBody):
             return super()._stress(cells, term, F)
         kind = self.kind if len(solids.places(self.kind)) != 4 else "tet10"
         xi, w = solids.rule(kind)
-        E, nu = self.constants(points_in(self.points, cells, self.kind, xi).reshape(-1, 3))
+        X = points_in(self.points, cells, self.kind, xi)
+        E, nu = self.constants(X.reshape(-1, 3))
         mu, lam = (m.reshape(len(cells), -1) for m in moduli(E, nu))
         if term.centre or len(solids.places(self.kind)) == 4:
             w = w if kind != self.kind else w * solids.gradients(self.points, cells, kind, xi)[1]
+            w = w * X[..., 0] if self.depth else w  # of whole rings
             share = np.broadcast_to(w, mu.shape) / np.broadcast_to(w, mu.shape).sum(axis=1, keepdims=True)
             mu, lam = (mu * share).sum(axis=1), (lam * share).sum(axis=1)
         return term.of(mu.ravel(), lam.ravel())(F)

@@ -158,8 +158,12 @@ class Elastic(Energy):
                     body = (self.cells, self.dNdX, self.w)
                     kernels.add_forces_of(h, a, s, *body, some.start, scale, forces)
             return
-        P = np.ascontiguousarray(self.law.P(self.F(x))).reshape(*self.w.shape, 3, 3)
-        kernels.add_forces(P, self.cells, self.dNdX, self.w, scale, forces)
+        self.add_stresses(self.law.P(self.F(x)), g, scale)
+
+    def add_stresses(self, P: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Nodal forces, N, of first Piola-Kirchhoff stresses P (m q, 3, 3), Pa: int P : dF/du."""
+        each = np.ascontiguousarray(P).reshape(*self.w.shape, 3, 3)
+        kernels.add_forces(each, self.cells, self.dNdX, self.w, scale, g.reshape(-1, 3))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Tangent stiffness, N/m; its geometric part is within dP/dF."""
@@ -181,8 +185,17 @@ class Elastic(Energy):
         F = self.F(x).reshape(*self.w.shape, 3, 3)
         for some in self._some():
             own = law.of(some, self.w.dtype) if self.varies else law
-            A = np.ascontiguousarray(getattr(own, tangent)(F[some].reshape(-1, 3, 3))).reshape(*F[some].shape, 3, 3)
-            kernels.add_stiffness(A, self.dNdX[some], self.w[some], scale, slots[some], data)
+            self.add_moduli(getattr(own, tangent)(F[some].reshape(-1, 3, 3)), some, data, slots[some], scale)
+
+    def add_moduli(self, A: Floats, some: slice, data: Floats, slots: Ints, scale: float = 1.0) -> None:
+        """Stiffness, N/m, of tensors dP/dF (c q, 3, 3, 3, 3), Pa, at the points of some cells."""
+        each = np.ascontiguousarray(A).reshape(*self.w[some].shape, 3, 3, 3, 3)
+        kernels.add_stiffness(each, self.dNdX[some], self.w[some], scale, np.ascontiguousarray(slots), data)
+
+    def slope(self, G: Floats, some: slice = slice(None)) -> Floats:
+        """dg/du (c, q, 3a), 1/m, of what has dg/dF = G (c, q, 3, 3) at the points of some cells."""
+        rows: Floats = np.einsum("mqiJ,mqaJ->mqai", G, self.dNdX[some], optimize=True)
+        return rows.reshape(*G.shape[:2], -1)
 
     def _add_of_invariants(self, x: Floats, data: Floats, slots: Ints, scale: float, more: Floats | None) -> None:
         """The tangent without tensors; `more` (m, q) is added to the number s of its term d(cof F)/dF, Pa."""

@@ -14,7 +14,6 @@ from typing import Any, Protocol
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies import kernels
 from softmark.solvers.energies.blocks import add_blocks
 from softmark.solvers.energies.elastic import POINTS, Elastic, ElasticLaw
 from softmark.solvers.energies.energy import SLACK, Energy, Floats, Ints
@@ -37,7 +36,8 @@ class VolumeConstraint(Protocol):
 class MixedSolid(Energy):
     """Displacements and pressures of a solid: int psi_shape(F) + p g(F) - p^2/(2 M) dV, in J.
 
-    `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m and `w` (m, q) in m^3 are as in `Elastic`, `law` is psi_shape. The
+    `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m and `w` (m, q) in m^3 are as in `Elastic`, `law` is psi_shape; with
+    `hoop` (m, q, a), 1/m, they are of a body of revolution, as in `Revolved`. The
     state x is the displacements (3 `nodes`,) in m and behind them the pressures, in units of `shear` / `edge`, a shear
     modulus in Pa over the size of a cell in m, so that all unknowns are lengths and all equations forces. `pressures`
     (m, b) are their places in x, `Np` (q, b) their shape functions, `compliance` is 1/M in 1/Pa, one for all or of each
@@ -60,6 +60,7 @@ class MixedSolid(Energy):
     shear: float
     edge: float
     conservative: bool = True
+    hoop: Floats | None = None
 
     @property
     def unit(self) -> float:
@@ -78,7 +79,7 @@ class MixedSolid(Energy):
 
     @cached_property
     def _shape(self) -> Elastic:
-        return Elastic(self.cells, self.dNdX, self.w, self.law)
+        return _solid(self.cells, self.dNdX, self.w, self.law, self.hoop)
 
     def displacements(self, x: Floats) -> Floats:
         """Those of a state (3 nodes,), m."""
@@ -113,8 +114,7 @@ class MixedSolid(Energy):
         u, p = self.displacements(x), self.pressure(x)
         self._shape.add_gradient(u, g[: u.size], scale)
         F = self.F(x)
-        stress = self.constraint.gradient(F).reshape(*self.w.shape, 3, 3) * p[:, :, None, None]
-        kernels.add_forces(stress, self.cells, self.dNdX, self.w, scale, g[: u.size].reshape(-1, 3))
+        self._shape.add_stresses(self.constraint.gradient(F) * p.reshape(-1, 1, 1), g[: u.size], scale)
         lacking = self.constraint.value(F).reshape(self.w.shape) - self.compliance * p
         np.add.at(g, self.pressures, (scale * self.unit) * ((self.w * lacking) @ self.Np))
 
@@ -127,9 +127,7 @@ class MixedSolid(Energy):
 
     def _add_coupling(self, x: Floats, data: Floats, slots: Ints, scale: float, width: int) -> None:
         """int N_b dg/du, on both sides of the diagonal, and -int N_a N_b / M."""
-        m, a = self.cells.shape
-        G = self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3)
-        rows = np.einsum("mqiJ,mqaJ->mqai", G, self.dNdX, optimize=True).reshape(m, -1, 3 * a)
+        rows = self._shape.slope(self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3))
         B = rows.transpose(0, 2, 1) @ (self.w[:, :, None] * self.Np)  # (m, 3a, b)
         C = np.einsum("mq,qb,qc->mbc", self.w * self.compliance, self.Np, self.Np, optimize=True)
         add_blocks(scale * B, slots[:, :width, width:], data)
@@ -152,7 +150,8 @@ class MeanDilatation(Energy):
     procedures"), and with g = J - 1 the three-field element Q1/P0 of Simo, Taylor and Pister (1985): the consistent
     form of F-bar, with an energy and a symmetric tangent. `bulk` is M in Pa, one for all or of each cell (m,): where it
     varies within cells the harmonic mean, V / int 1/M dV, which is what a pressure of each cell makes of it. `expected`
-    (m,) are pressures in Pa that the tangent takes in place of M times the mean, as `solvers.mixed` explains.
+    (m,) are pressures in Pa that the tangent takes in place of M times the mean, as `solvers.mixed` explains. With
+    `hoop` (m, q, a), 1/m, it is of a body of revolution, as in `Revolved`: the mean is that over whole rings.
     """
 
     cellular = True
@@ -165,10 +164,11 @@ class MeanDilatation(Energy):
     bulk: Any
     expected: Floats | None = None
     conservative: bool = True
+    hoop: Floats | None = None
 
     @cached_property
     def _shape(self) -> Elastic:
-        return Elastic(self.cells, self.dNdX, self.w, self.law)
+        return _solid(self.cells, self.dNdX, self.w, self.law, self.hoop)
 
     @property
     def stencils(self) -> Ints:
@@ -228,7 +228,7 @@ class MeanDilatation(Energy):
         F = self.F(x)
         p = self.bulk * self._means(F)
         stress = self.constraint.gradient(F).reshape(*self.w.shape, 3, 3) * p[:, None, None, None]
-        kernels.add_forces(stress, self.cells, self.dNdX, self.w, scale, g.reshape(-1, 3))
+        self._shape.add_stresses(stress, g, scale)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Tangent stiffness, N/m. Projected: that of the shape made definite, and the mean without its curvature."""
@@ -247,8 +247,17 @@ class MeanDilatation(Energy):
     def _grown(self, F: Floats, some: slice) -> Floats:
         """int dg/du of each cell (c, 3a), m^2."""
         G = self.constraint.gradient(F.reshape(-1, 3, 3)).reshape(F.shape)
-        b = np.einsum("mq,mqiJ,mqaJ->mai", self.w[some], G, self.dNdX[some], optimize=True)
-        return np.ascontiguousarray(b.reshape(len(F), -1))
+        b: Floats = (self.w[some][:, None] @ self._shape.slope(G, some))[:, 0]
+        return b
+
+
+def _solid(cells: Ints, dNdX: Floats, w: Floats, law: ElasticLaw, hoop: Floats | None) -> Elastic:
+    """A law over cells; with `hoop`, of a body of revolution."""
+    if hoop is None:
+        return Elastic(cells, dNdX, w, law)
+    from softmark.solvers.energies.revolved import Revolved
+
+    return Revolved(cells, dNdX, w, law, hoop=hoop)
 
 
 def _add_stiffness(
@@ -262,9 +271,7 @@ def _add_stiffness(
         A = getattr(shape.law_of(some), tangent)(flat)
         if not projected:
             A = A + constraint.curvature(flat, p[some].ravel())
-        A = np.ascontiguousarray(A).reshape(*F[some].shape, 3, 3)
-        own = np.ascontiguousarray(slots[some])
-        kernels.add_stiffness(A, shape.dNdX[some], shape.w[some], scale, own, data)
+        shape.add_moduli(A, some, data, slots[some], scale)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,8 @@ body times 2 pi r / depth. Source: Bonet and Wood (2008), "Nonlinear Continuum M
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 
 from softmark.records import dataclass
@@ -23,6 +25,21 @@ def around(r: Floats, depth: float) -> Floats:
     return 2.0 * np.pi / depth * r
 
 
+class OfSlice(Protocol):
+    """An energy over cells (m, a) of a slice, with the volumes w (m, q) of its points, m^3."""
+
+    @property
+    def cells(self) -> Ints: ...
+    @property
+    def w(self) -> Floats: ...
+
+
+def carried(like: OfSlice, N: Floats, points: Floats, depth: float) -> tuple[Floats, Floats]:
+    """N_a / r (m, q, a), 1/m, of a slice with nodes (n, 3), m, and the volumes of whole rings (m, q), m^3."""
+    r = points[like.cells, 0] @ N.T
+    return N[None] / r[:, :, None], like.w * around(r, depth)
+
+
 @dataclass(frozen=True)
 class Revolved(Elastic):
     """sum over points of w psi(F), with F of the slice but F33 = 1 + u_x / r: `hoop` (m, q, a) is N_a / r in 1/m.
@@ -31,13 +48,13 @@ class Revolved(Elastic):
     """
 
     hoop: Floats | None = None
+    depth: float = 1.0
 
     @classmethod
     def of(cls, like: Elastic, N: Floats, points: Floats, depth: float) -> Revolved:
         """The energy of a slice with nodes (n, 3), m, and shape functions N (q, a), carried around the axis."""
-        r = points[like.cells, 0] @ N.T
-        hoop = N[None] / r[:, :, None]
-        return cls(like.cells, like.dNdX, like.w * around(r, depth), like.law, hoop=hoop)
+        hoop, w = carried(like, N, points, depth)
+        return cls(like.cells, like.dNdX, w, like.law, drag=like.drag, hoop=hoop, depth=depth)
 
     @property
     def _rings(self) -> Floats:
@@ -58,7 +75,11 @@ class Revolved(Elastic):
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Nodal elastic forces, N, of whole rings."""
-        wP = self.law.P(self.F(x)).reshape(*self.w.shape, 3, 3) * (scale * self.w)[:, :, None, None]
+        self.add_stresses(self.law.P(self.F(x)), g, scale)
+
+    def add_stresses(self, P: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Nodal forces, N, of stresses P (m q, 3, 3), Pa, of whole rings."""
+        wP = P.reshape(*self.w.shape, 3, 3) * (scale * self.w)[:, :, None, None]
         ring = wP[:, :, 2, 2].copy()
         wP[:, :, 2, 2] = 0.0
         f = np.einsum("mqiJ,mqaJ->mai", wP, self.dNdX, optimize=True)
@@ -67,14 +88,18 @@ class Revolved(Elastic):
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Tangent stiffness, N/m."""
-        tangent = "dPdF_projected" if projected else "dPdF"
-        F = self.F(x).reshape(*self.w.shape, 3, 3)
-        for some in self._some():
-            B = self._strains(some)
-            A = getattr(self.law_of(some), tangent)(F[some].reshape(-1, 3, 3)).reshape(*F[some].shape[:2], 9, 9)
-            A = A * (scale * self.w[some])[:, :, None, None]
-            K = (B.swapaxes(2, 3) @ (A @ B)).sum(axis=1)
-            add_blocks(K, slots[some], data)
+        self._add_tensors(self.law, "dPdF_projected" if projected else "dPdF", x, data, slots, scale)
+
+    def add_moduli(self, A: Floats, some: slice, data: Floats, slots: Ints, scale: float = 1.0) -> None:
+        """Stiffness, N/m, of tensors dP/dF (c q, 3, 3, 3, 3), Pa, at the points of some cells."""
+        B, w = self._strains(some), self.w[some]
+        each = A.reshape(*w.shape, 9, 9) * (scale * w)[:, :, None, None]
+        add_blocks((B.swapaxes(2, 3) @ (each @ B)).sum(axis=1), slots, data)
+
+    def slope(self, G: Floats, some: slice = slice(None)) -> Floats:
+        """dg/du (c, q, 3a), 1/m, of what has dg/dF = G (c, q, 3, 3) at the points of some cells."""
+        found: Floats = (G.reshape(*G.shape[:2], 1, 9) @ self._strains(some))[:, :, 0]
+        return found
 
     def _strains(self, some: slice) -> Floats:
         """dF/du of some cells (c, q, 9, 3a), 1/m."""

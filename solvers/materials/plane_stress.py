@@ -9,6 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
+from softmark.solvers.materials.components import components
+from softmark.solvers.materials.invariants import OfInvariants, invariants
 from softmark.solvers.materials.isotropic import Isotropic, is_array
 from softmark.solvers.materials.law import project
 
@@ -63,14 +65,27 @@ class PlaneStress:
         left = np.arange(len(F))
         with np.errstate(all="ignore"):
             for _ in range(ITERATIONS):
-                some, s, solid = F[left], F[left, 2, 2], self._at(left)
-                step = -solid.P(some)[:, 2, 2] / solid.dPdF(some)[:, 2, 2, 2, 2]
+                some, s = F[left], F[left, 2, 2]
+                stress, slope = self._across(self._at(left), some)
+                step = -stress / slope
                 F[left, 2, 2] = np.clip(s + step, LEAST * s, MOST * s)
                 left = left[~(np.abs(step) <= ROUNDING * s)]
                 if not len(left):
                     return F
         F[left[~self._still(self._at(left), F[left])], 2, 2] = np.nan
         return F
+
+    @staticmethod
+    def _across(solid: Any, F: Array) -> tuple[Array, Array]:
+        """P33 and dP33/dF33 (m,), Pa, of the solid: of laws of invariants without the tensors that they are part of."""
+        if not isinstance(solid, OfInvariants):
+            return solid.P(F)[:, 2, 2], solid.dPdF(F)[:, 2, 2, 2, 2]
+        f = components(F)
+        stretch, j = invariants(f)
+        (a, s), (c, d) = solid.slopes(stretch, j), solid.curvatures(stretch, j)
+        along, C = f[2, 2], f[0, 0] * f[1, 1] - f[0, 1] * f[1, 0]  # C = dJ/dF33
+        slope = a + d * C**2
+        return a * along + s * C, slope if c is None else slope + 2.0 * c * along * C
 
     def _at(self, which: Any) -> Any:
         """The law of the solid at some of the points: one for all, but where constants are arrays (varying.py)."""

@@ -9,9 +9,9 @@ import math
 from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.cuts import Cut
+from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import divisions
-from softmark.solvers.mesh.shape import Bounds, Shape, Side, Vector3
+from softmark.solvers.mesh.shape import Bounds, Shape, Side, Span, Vector3
 
 if TYPE_CHECKING:
     import numpy as np
@@ -35,6 +35,7 @@ class Flat(Shape):
 
     flat = True
     depth = 1.0
+    across = "t"  # the second coordinate by name: along `s`, the first, lines are straight
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
         """x and y (m) of points of the square, s and t from 0 to 1: counter-clockwise, numbers or arrays."""
@@ -75,21 +76,53 @@ class Flat(Shape):
         slack = NEAR * self.diagonal
         return abs(point[2]) <= 0.5 * self.depth + slack and self.within(point[0], point[1], slack)
 
+    @property
+    def spans(self) -> dict[str, Span]:
+        """Of the square."""
+        return {"s": (0.0, 1.0), self.across: (0.0, 1.0)}
+
+    def place(self, **at: float) -> Vector3:
+        """A point by its two coordinates, m: without arrays."""
+        x, y = self(at["s"], at[self.across])
+        return float(x), float(y), 0.0
+
+    def _divided(self, size: float) -> tuple[int, int]:
+        """Cells of a size (m) along s and along t, evenly."""
+        return divisions(self.sizes[0], size), divisions(self.sizes[1], size)
+
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
         """Cells of a mesh of a size (m) along s and along t."""
-        along, across = self.sizes
-        return divisions(along, size), divisions(across, size)
+        each = zip(("s", self.across), self._divided(size), strict=True)
+        return tuple(cells(0.0, 1.0, n, along(cuts, axis)) for axis, n in each)
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of an element with edges of about `size` (m), one through the thickness. Raises UnknownElement."""
+        """Cells of an element with edges of about `size` (m), one through the thickness, with nodes on all cuts.
+
+        Raises UnknownElement.
+        """
         from softmark.solvers.elements import sliced
         from softmark.solvers.mesh.mesh import Mesh
         from softmark.solvers.mesh.structured import grid, solid
 
-        made = solid(grid(*self.counts(size)), 1.0, 1.0, sliced(kind))
+        lines = (along(cuts, "s"), along(cuts, self.across))
+        made = solid(grid(*self._divided(size), *lines), 1.0, 1.0, sliced(kind))
         s, t, z = made.points.T
-        points = np.stack([*self(s, t), self.depth * (z - 0.5)], axis=1)
-        return Mesh(np.ascontiguousarray(points), made.cells, made.kind)
+        points = np.ascontiguousarray(np.stack([*self(s, t), self.depth * (z - 0.5)], axis=1))
+        for k, ends in enumerate(made.element.between):
+            if len(ends) == 2:
+                _straighten(points, made, ends, made.element.corners + k)
+        return Mesh(points, made.cells, made.kind)
+
+
+def _straighten(points: Floats, square: Mesh, ends: tuple[int, ...], middle: int) -> None:
+    """Middles of diagonals of a grid of the square put straight between their ends: `points` are changed, m.
+
+    Lines of the grid are straight where sides of the region are; its diagonals are not.
+    """
+    both = square.cells[:, list(ends)]
+    way = np.ptp(square.points[both, :2], axis=1)
+    diagonal = (way > 0.0).all(axis=1)
+    points[square.cells[diagonal, middle]] = points[both[diagonal]].mean(axis=1)
 
 
 @dataclass(frozen=True)
@@ -112,6 +145,15 @@ class Slice(Flat):
     def convex(self) -> bool:
         """As the region is."""
         return self.region.convex
+
+    @property
+    def across(self) -> str:  # type: ignore[override]
+        """As the region has it."""
+        return self.region.across
+
+    def place(self, **at: float) -> Vector3:
+        """As the region has it."""
+        return self.region.place(**at)
 
     @property
     def area(self) -> float:
@@ -216,6 +258,8 @@ class QuarterRing(Flat):
     curved sides lie on them. `size` is that of cells where they are largest.
     """
 
+    across = "turn"
+
     inner: Annotated[float, "m in (0, inf)", "semi-axis of the hole along x"]
     outer: Annotated[float, "m in (0, inf)", "semi-axis of the outer border along x"]
     inner_y: Annotated[float | None, "m in (0, inf)", "semi-axis of the hole along y; as along x without"] = None
@@ -240,6 +284,12 @@ class QuarterRing(Flat):
         turn = 0.5 * math.pi * t
         (a, b), (c, d) = self._hole, self._border
         return (a + s * (c - a)) * np.cos(turn) * (t < 1), (b + s * (d - b)) * np.sin(turn)  # 0 on the y axis, exactly
+
+    def place(self, **at: float) -> Vector3:
+        """A point by its two coordinates, m: without arrays."""
+        turn, s = 0.5 * math.pi * at["turn"], at["s"]
+        (a, b), (c, d) = self._hole, self._border
+        return (a + s * (c - a)) * math.cos(turn), (b + s * (d - b)) * math.sin(turn), 0.0
 
     @property
     def area(self) -> float:

@@ -32,7 +32,7 @@ class Mesh:
 
     points: Floats  # (n, 3)
     cells: Ints  # (m, a)
-    kind: str = "tet4"  # a key of ELEMENTS
+    kind: str = "tet4"  # a key of CELLS
     skin: Ints | None = None
     groups: Mapping[str, Group] | None = None
 
@@ -81,6 +81,8 @@ class Mesh:
     def faces(self) -> Ints:
         """Boundary triangles (t, 3) over existing points, counter-clockwise from outside: for views and distances."""
         faces: Ints = self.facets[:, np.array(self.element.facet.triangles)].reshape(-1, 3)
+        if any(len({*facet}) < len(facet) for facet in self.element.facets):  # triangles among facets of four sides
+            faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
         return faces
 
     @cached_property

@@ -41,9 +41,9 @@ def rectangle(width: float, height: float, size: float, cuts: tuple[Cut, ...] = 
     return grid_of(x, _line(-height / 2, height / 2, ny, along(cuts, "second")))
 
 
-def grid(nx: int, ny: int) -> PlaneMesh:
-    """The unit square in nx by ny cells."""
-    return grid_of(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1))
+def grid(nx: int, ny: int, first: tuple[Cut, ...] = (), second: tuple[Cut, ...] = ()) -> PlaneMesh:
+    """The unit square in nx by ny cells, with lines at cuts of either coordinate."""
+    return grid_of(_line(0.0, 1.0, nx, first), _line(0.0, 1.0, ny, second))
 
 
 def _line(low: float, high: float, count: int, cuts: tuple[Cut, ...]) -> Floats:

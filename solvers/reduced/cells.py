@@ -64,9 +64,10 @@ def of_cells(energy: Energy, which: Any) -> dict[str, Any]:
 
 
 def _fields(energy: Energy, names: tuple[str, ...]) -> dict[str, Any]:
-    """Those of its fields that have one of these names."""
+    """Those of its fields that have one of these names, and a value."""
     known: Any = energy
-    return {f.name: getattr(known, f.name) for f in fields(known) if f.name in names}
+    each = ((f.name, getattr(known, f.name)) for f in fields(known) if f.name in names)
+    return {name: value for name, value in each if value is not None}
 
 
 def pressed(load: FollowerPressure) -> tuple[FollowerPressure, Ints]:

@@ -115,9 +115,10 @@ class State:
     def _dilated(self, constraint: Constraint) -> Floats:
         """The pressure of each cell (m, 1), Pa: int g dV / int 1/M dV."""
         rule = self.mesh.element.quadrature()
-        split, w = mixed_for(self._made_of(rule), self.strain), integration(self.mesh, rule=rule).w
+        parts, split = integration(self.mesh, rule=rule), mixed_for(self._made_of(rule), self.strain)
         if split is None:
             raise NoStress("its law has no part of the volume for a pressure to take")
+        w = parts.w * (self.mesh.points[self.mesh.cells, 0] @ parts.N.T) if self.revolved else parts.w
         g = constraint.value(_deformation(self._gradient(rule))).reshape(w.shape)
         pressure: Floats = ((w * g).sum(axis=1) / (w * split.compliance).sum(axis=1))[:, None]
         return pressure
@@ -142,9 +143,9 @@ def superconvergent(element: type[Element]) -> Rule:
     """Where derivatives of an element are one order better than elsewhere, in cells that are near to parallelepipeds.
 
     Gauss points of a rule of as many points along each axis as the order: of the linear hexahedron its centre. On
-    tetrahedra, which have no such points, those of the rule for the stiffness (Zienkiewicz and Zhu 1992, part 1).
+    tetrahedra and wedges, which have no such points, those of the rule for the stiffness (Zienkiewicz and Zhu 1992).
     """
-    if element.family == "tetrahedra":
+    if element.corners != 8:
         return element.quadrature()
     one, _ = np.polynomial.legendre.leggauss(element.order)
     grid = np.stack(np.meshgrid(one, one, one, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -47,16 +47,18 @@ def nodes(model: ModelResult) -> tuple[np.ndarray, np.ndarray]:
 
 
 def by_skfem(element: str, kind: str) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and displacements of linear plane elasticity on the same quadrilaterals, by scikit-fem."""
+    """Nodes and displacements of linear plane elasticity on the same cells, by scikit-fem."""
     import skfem
     from skfem.helpers import ddot, sym_grad, trace
     from skfem.models.elasticity import lame_parameters
 
-    made = PANEL.mesh("hex8", 0.008)
+    corners = 3 if element.startswith("tri") else 4
+    made = PANEL.mesh("tri3" if corners == 3 else "quad4", 0.008)
     lower = made.points[:, 2] < 0
-    mesh = skfem.MeshQuad(made.points[lower, :2].T, made.cells[:, :4].T)
-    kinds = {"quad4": skfem.ElementQuad1, "quad8": skfem.ElementQuadS2, "quad9": skfem.ElementQuad2}
-    order = 3 if element == "quad4" else 5  # as many Gauss points: more would be another integral on trapezia
+    mesh = (skfem.MeshTri if corners == 3 else skfem.MeshQuad)(made.points[lower, :2].T, made.cells[:, :corners].T)
+    kinds = {"quad4": skfem.ElementQuad1, "quad8": skfem.ElementQuadS2, "quad9": skfem.ElementQuad2,
+             "tri3": skfem.ElementTriP1, "tri6": skfem.ElementTriP2}  # fmt: skip
+    order = {"quad4": 3, "tri3": 1, "tri6": 2}.get(element, 5)  # more would be another integral on trapezia
     basis = skfem.Basis(mesh, skfem.ElementVector(kinds[element]()), intorder=order)
     lam, mu = lame_parameters(E, NU)
     lam = 2 * lam * mu / (lam + 2 * mu) if kind == "plane_stress" else lam
@@ -77,7 +79,7 @@ def by_skfem(element: str, kind: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("kind", ["plane_strain", "plane_stress"])
-@pytest.mark.parametrize("element", ["quad4", "quad8", "quad9"])
+@pytest.mark.parametrize("element", ["quad4", "quad8", "quad9", "tri3", "tri6"])
 def test_linear_answers_are_those_of_scikit_fem(element: str, kind: str) -> None:
     """Node by node to 1e-8 of the largest: both solve the same equations, to residuals far below."""
     model = solved(f"model own = fem({element}, strain = small, size = 8 mm)", kind).models["own"]
@@ -89,15 +91,17 @@ def test_linear_answers_are_those_of_scikit_fem(element: str, kind: str) -> None
         assert known[nearest] == pytest.approx(value, rel=0, abs=1e-8 * np.abs(u).max())
 
 
-def by_felupe(law: Any) -> np.ndarray:
-    """Displacements (n, 2) of quad4 in plane strain, by FElupe."""
+def by_felupe(law: Any, element: str) -> np.ndarray:
+    """Displacements (n, 2) of linear cells in plane strain, by FElupe."""
     import felupe
 
-    made = PANEL.mesh("hex8", 0.008)
-    mesh = felupe.Mesh(made.points[made.points[:, 2] < 0, :2], made.cells[:, :4], "quad")
+    made, few = PANEL.mesh(element, 0.008), element == "tri3"
+    points = made.points[made.points[:, 2] < 0, :2]
+    mesh = felupe.Mesh(points, made.cells[:, : 3 if few else 4], "triangle" if few else "quad")
+    region = felupe.RegionTriangle if few else felupe.RegionQuad
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        field = felupe.FieldContainer([felupe.FieldPlaneStrain(felupe.RegionQuad(mesh), dim=2)])
+        field = felupe.FieldContainer([felupe.FieldPlaneStrain(region(mesh), dim=2)])
         clamp = {"wall": felupe.Boundary(field[0], fx=0.0)}
         dof0, dof1 = felupe.dof.partition(field, clamp)
         right = np.flatnonzero(mesh.points[:, 0] > 0.048 - 1e-9)
@@ -113,14 +117,15 @@ def by_felupe(law: Any) -> np.ndarray:
 
 
 @pytest.mark.slow
-def test_rubber_in_plane_strain_is_that_of_felupe() -> None:
+@pytest.mark.parametrize("element", ["quad4", "tri3"])
+def test_rubber_in_plane_strain_is_that_of_felupe(element: str) -> None:
     """The same law, cells and load (linear sides: a trapezoidal rule is exact); node by node to 1e-8."""
     import felupe
 
     mu, lam = E / (2 * (1 + NU)), E * NU / ((1 + NU) * (1 - 2 * NU))
-    model = solved("model own = fem(quad4, strain = finite, size = 8 mm)").models["own"]
+    model = solved(f"model own = fem({element}, strain = finite, size = 8 mm)").models["own"]
     _, u = nodes(model)
-    known = by_felupe(felupe.NeoHookeCompressible(mu=mu, lmbda=lam))
+    known = by_felupe(felupe.NeoHookeCompressible(mu=mu, lmbda=lam), element)
     assert known == pytest.approx(u, rel=0, abs=1e-8 * np.abs(u).max())
 
 
@@ -209,11 +214,20 @@ def test_forces_are_those_of_the_thickness_and_nothing_else_is() -> None:
     assert list(both.models["own"].reactions) == ["wall"]  # the plane is nobody's support
 
 
-def test_a_motion_stays_in_the_plane() -> None:
+@pytest.mark.parametrize(
+    "model",
+    [
+        "quad4",
+        pytest.param("tri6", marks=pytest.mark.slow),
+        pytest.param("tri3, mass = lumped", marks=pytest.mark.slow),
+        pytest.param("tri3, mass = uniform", marks=pytest.mark.slow),
+    ],
+)
+def test_a_motion_stays_in_the_plane(model: str) -> None:
     """Dynamics of a slice: the same through the thickness, and its mean is where it rests (undamped, one period)."""
-    text = """
+    text = f"""
     analysis swing = dynamic(duration = 20 ms, step = 1 ms)
-    model own = fem(quad4, strain = finite, size = 8 mm)
+    model own = fem({model}, strain = finite, size = 8 mm)
     """
     X, u = nodes(solved(text).models["own"])
     assert np.abs(u).max() > 1e-5
@@ -222,7 +236,13 @@ def test_a_motion_stays_in_the_plane() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("model", "kind"), [("quad9, strain = finite", "plane_strain"), ("quad4, strain = small", "plane_stress")]
+    ("model", "kind"),
+    [
+        ("quad9, strain = finite", "plane_strain"),
+        ("quad4, strain = small", "plane_stress"),
+        ("tri3, strain = corotational", "plane_strain"),
+        ("tri6, strain = finite", "plane_stress"),
+    ],
 )
 def test_a_stated_error_holds_the_true_one(model: str, kind: str) -> None:
     """True: away from finite strain on cells of 4 mm; that of `rise` at 10 kPa bends by some degrees."""
@@ -245,7 +265,9 @@ def test_walks_along_elements_stay_with_those_of_the_body() -> None:
     from softmark.interpreter.plan.quantities import quantity_of
 
     text = SCENE.replace("KIND", "plane_strain") + "model own = fem(quad4, strain = small, size = 16 mm)"
-    assert quantity_of(softmark.loads(text).scene, "own.element").options == ("quad4", "quad8", "quad9")
+    assert quantity_of(softmark.loads(text).scene, "own.element").options == (
+        "quad4", "quad8", "quad9", "tri3", "tri6",
+    )  # fmt: skip
 
 
 def test_a_page_shows_the_plane() -> None:
@@ -278,7 +300,7 @@ assert 'softmark.solvers.materials.plane_stress' not in sys.modules
     subprocess.run([sys.executable, "-c", text], check=True)
 
 
-@pytest.mark.parametrize("element", ["quad4", "quad8", "quad9"])
+@pytest.mark.parametrize("element", ["quad4", "quad8", "quad9", "tri3", "tri6"])
 def test_a_point_force_is_one_of_the_plane(element: str) -> None:
     """Every layer moves as the others (asserted in `nodes`), and the force is counted again by another rule.
 
@@ -288,3 +310,31 @@ def test_a_point_force_is_one_of_the_plane(element: str) -> None:
                     model own = fem({element}, strain = small, size = 8 mm)""")
     nodes(report.models["own"])
     assert report.models["own"].loads["push"].force == pytest.approx((0.0, 3e-3, 0.0), rel=0, abs=1e-15)
+
+
+@pytest.mark.parametrize("element", ["quad4", "tri6"])
+def test_where_stress_has_no_limit_is_said_of_plane_bodies_too(element: str) -> None:
+    """At the end of a clamp and where two materials end on the edge; not along the clamp, nor along their border.
+
+    All points of a plane body are held along z: that had hidden it.
+    """
+    report = softmark.loads(f"""
+material gel  = linear_elastic(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)
+material iron = linear_elastic(young = 9 MPa, poisson = 0.3, density = 1000 kg/m^3)
+shape    area = quadrilateral((0, 0, 0) mm, (48, 0, 0) mm, (48, 16, 0) mm, (0, 16, 0) mm)
+body     bar  = plane_strain(area, gel, thickness = 1 m)
+region   far  = part(bar, where = x >= 24 mm, material = iron)
+support  wall = fixed(bar, where = x <= 0 mm)
+load     pull = traction(bar, where = x >= 48 mm, vector = (100, 0, 0) Pa)
+model    own  = fem({element}, strain = small, size = 4 mm)
+probe    rim  = point(bar, at = (0, 16, 0) mm)
+probe    mid  = point(bar, at = (0, 8, 0) mm)
+probe    end  = point(bar, at = (24, 0, 0) mm)
+probe    seam = point(bar, at = (24, 8, 0) mm)
+metric   s_rim  = stress(rim, component = xx)
+metric   s_mid  = stress(mid, component = xx)
+metric   s_end  = stress(end, component = xx)
+metric   s_seam = stress(seam, component = xx)
+""").run()
+    said = [w.message for w in report.warnings if w.code == "W388"]
+    assert [next(m for m in ("rim", "mid", "end", "seam") if f"`s_{m}`" in text) for text in said] == ["rim", "end"]

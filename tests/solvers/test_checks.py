@@ -12,7 +12,7 @@ from softmark.solvers.assembly.pressured import with_pressures
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.pressures import Pressed, split_of
 from softmark.solvers.checks.rods import CheckedRod, exponential, left_jacobian, rotation_vector
-from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements import CELLS, ELEMENTS
 from softmark.solvers.energies import elementwise
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.elementwise import ElementRotation
@@ -50,12 +50,16 @@ def bent(mesh: Mesh) -> np.ndarray:
     return np.asarray(u + 0.002 * np.random.default_rng(1).standard_normal(X.shape))
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [*CELLS])
 def test_shape_functions_are_those_of_the_elements(kind: str) -> None:
     xi = np.random.default_rng(0).random((5, 3)) / 3.0
-    assert solids.places(kind) == pytest.approx(ELEMENTS[kind].places())
-    assert solids.shape(kind, xi) == pytest.approx(ELEMENTS[kind].shape(xi), abs=1e-13)
-    assert solids.slope(kind, xi) == pytest.approx(ELEMENTS[kind].gradient(xi), abs=1e-13)
+    assert solids.places(kind) == pytest.approx(CELLS[kind].places())
+    assert solids.shape(kind, xi) == pytest.approx(CELLS[kind].shape(xi), abs=1e-13)
+    assert solids.slope(kind, xi) == pytest.approx(CELLS[kind].gradient(xi), abs=1e-13)
+    for centre in (False, True):  # points of the same polynomials, in any order
+        (own, w), (known, v) = solids.rule(kind, centre), (CELLS[kind].quadrature(), centre_rule(CELLS[kind]))[centre]
+        assert w @ own**2 == pytest.approx(v @ known**2, abs=1e-13)
+        assert len(w) == len(v)
 
 
 def test_rotations_are_the_nearest_ones_flat_and_inverted_too() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements import CELLS, ELEMENTS
 from softmark.solvers.elements.element import Element, Facet
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.elements.tet4 import Tet4
@@ -19,7 +19,7 @@ from softmark.solvers.mesh.interpolation import integration, locate
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
-EVERY = pytest.mark.parametrize("element", ELEMENTS.values(), ids=ELEMENTS)
+EVERY = pytest.mark.parametrize("element", CELLS.values(), ids=[*CELLS])
 CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 
 
@@ -28,12 +28,14 @@ def points_within(element: type[Element], count: int = 50) -> np.ndarray:
     rng = np.random.default_rng(1)
     if element.family == "hexahedra":
         return rng.uniform(-1, 1, (count, 3))
+    if element.family == "wedges":
+        return element.strewn(rng, count)
     return rng.dirichlet(np.ones(4), count)[:, 1:]
 
 
 def loose(kind: str, count: int = 40) -> Mesh:
     """Cells of any shape, none flat, that share no points: affine images, then every node moved a little."""
-    element, rng, made = ELEMENTS[kind], np.random.default_rng(4), []
+    element, rng, made = CELLS[kind], np.random.default_rng(4), []
     while len(made) < count:
         A = rng.normal(size=(3, 3))
         if np.linalg.det(A) > 0.2:
@@ -116,13 +118,20 @@ def test_linear_fields_are_reproduced(element: type[Element]) -> None:
 def test_quadrature_integrates_the_products_it_must(element: type[Element]) -> None:
     """Over the unit tetrahedron the integral of xi^a eta^b zeta^c is a! b! c!/(a + b + c + 3)!, up to its order.
 
-    Over the cube it is 8/((a + 1)(b + 1)(c + 1)) for even powers and 0 for odd ones, each up to three.
+    Over the cube it is 8/((a + 1)(b + 1)(c + 1)) for even powers and 0 for odd ones, each up to three. Over the wedge
+    2 a! b!/(a + b + 2)!/(c + 1) for even c, up to three.
     """
     xi, w = element.quadrature()
     cube = element.family == "hexahedra"
-    for powers in np.ndindex(*[4 if cube else element.order + 1] * 3):
+    for powers in np.ndindex(*[4 if cube else element.order + 1] * 2, element.order + 1 if element.corners == 4 else 4):
         if cube:
             exact = math.prod(2 / (p + 1) if p % 2 == 0 else 0.0 for p in powers)
+        elif element.family == "wedges":
+            a, b, c = powers
+            if a + b > element.order:
+                continue
+            flat = math.factorial(a) * math.factorial(b) / math.factorial(a + b + 2)
+            exact = 0.0 if c % 2 else 2 * flat / (c + 1)
         elif sum(powers) <= element.order:
             exact = math.prod(math.factorial(p) for p in powers) / math.factorial(sum(powers) + 3)
         else:
@@ -137,7 +146,7 @@ def test_weights_add_up_to_the_volume(element: type[Element]) -> None:
 
 
 def _kind(element: type[Element]) -> str:
-    return next(kind for kind, known in ELEMENTS.items() if known is element)
+    return next(kind for kind, known in CELLS.items() if known is element)
 
 
 def test_gradients_of_a_tetrahedron_are_its_face_normals() -> None:

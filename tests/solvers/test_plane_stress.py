@@ -45,6 +45,16 @@ def test_derivatives(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", FINITE)
+def test_stress_across_without_tensors(name: str) -> None:
+    """P33 and dP33/dF33 are those entries of the tensors, to rounding: two sums of the same terms."""
+    law, F = plate(name, "finite"), in_plane()
+    F[:, 2, 2] = np.linspace(0.8, 1.3, len(F))
+    stress, slope = law._across(law.solid, F)
+    assert stress == pytest.approx(law.solid.P(F)[:, 2, 2], abs=1e-13)
+    assert slope == pytest.approx(law.solid.dPdF(F)[:, 2, 2, 2, 2], rel=1e-12)
+
+
+@pytest.mark.parametrize("name", FINITE)
 def test_no_stress_across_and_the_least_energy(name: str) -> None:
     """The solid at the stretch that is found has no stress across, and more energy at any other nearby."""
     law, F = plate(name, "finite"), in_plane()

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 
+from softmark.solvers.assembly.pressured import with_pressures
+from softmark.solvers.assembly.solids import elastic_parts
 from softmark.solvers.checks import solids
+from softmark.solvers.checks.pressures import Pressed, split_of
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.revolved import Revolved, RevolvedPressure
-from softmark.solvers.materials import law_for
+from softmark.solvers.energies.pressures import MeanDilatation, MixedSolid
+from softmark.solvers.energies.revolved import Revolved, RevolvedPressure, carried
+from softmark.solvers.materials import MATERIALS, law_for, mixed_for
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.mesh.flat import Quadrilateral, Slice
 from softmark.solvers.mesh.interpolation import integration
@@ -100,3 +107,75 @@ def test_volumes_and_forces_found_again(kind: str) -> None:
                               depth=DEPTH)  # fmt: skip
     f, _ = body.forces(energy.cells)
     assert f.ravel() == pytest.approx(gradient(energy, x), rel=0, abs=1e-13 * np.abs(f).max())
+
+
+def held(kind: str, strain: str, material: Any = GEL, mixed: bool = False) -> tuple[Any, Floats]:
+    """The tapered ring with pressures, or with one mean for each cell, and its nodes (n, 3)."""
+    mesh = SECTION.mesh(kind, 0.6)
+    parts, split = integration(mesh), mixed_for(material, strain)
+    assert split is not None
+    if mixed:
+        made: Any = with_pressures(mesh, parts, split, material.shear_modulus)
+    else:
+        made = MeanDilatation(mesh.cells, parts.dNdX, parts.w, split.shape, split.constraint, split.modulus)
+    hoop, w = carried(made, parts.N, mesh.points, DEPTH)
+    return replace(made, w=w, hoop=hoop), mesh.points
+
+
+def differentiated(energy: Any, x: Floats, across: Any) -> None:
+    """Forces and stiffness are those of the value by central differences, to 1e-7 of the largest."""
+    g, K = gradient(energy, x), tangent(energy, x)
+    assert differences(energy.value, x)[~across] == pytest.approx(g[~across], rel=0, abs=1e-7 * np.abs(g).max())
+    by_steps = differences(lambda y: gradient(energy, y), x)
+    assert by_steps == pytest.approx(K, rel=0, abs=1e-7 * np.abs(K).max())
+    assert np.abs(g[across]).max() < 1e-13 * np.abs(g).max()
+
+
+@pytest.mark.parametrize("name", [name for name in MATERIALS if name != "linear_elastic"])
+def test_derivatives_of_every_law_with_one_mean_in_each_cell(name: str) -> None:
+    energy, points = held("hex8", "finite", MATERIALS[name](1.0, 0.45, 1.0))
+    x = bent(points)
+    differentiated(energy, x, np.arange(len(x)) % 3 == 2)
+
+
+@pytest.mark.parametrize("strain", ["small", "corotational", "finite"])
+def test_derivatives_with_pressures(strain: str) -> None:
+    energy, points = held("hex8", strain, mixed=True)
+    assert isinstance(energy, MixedSolid)
+    x = np.concatenate([bent(points), 0.1 * np.arange(energy.dofs - points.size)])
+    differentiated(energy, x, (np.arange(len(x)) % 3 == 2) & (np.arange(len(x)) < points.size))
+
+
+@pytest.mark.parametrize("kind", ["hex8", "hex20", "hex27"])
+@pytest.mark.parametrize("strain", ["small", "corotational", "finite"])
+def test_forces_with_pressures_found_again(kind: str, strain: str) -> None:
+    """By the formulas of the checks: nodal forces, and what the volumes of whole rings lack."""
+    split = split_of(GEL, strain, GEL.young, GEL.poisson)
+    assert split is not None
+    energy, points = held(kind, strain, mixed=True)
+    x = np.concatenate([bent(points), 0.1 * np.sin(np.arange(energy.dofs - points.size))])
+    p = energy.unit * x[energy.pressures]
+    body = Pressed(points, energy.cells, kind, bent(points).reshape(-1, 3), split, GEL.shear_modulus, p, DEPTH)
+    f, lacking, _ = body.forces()
+    g = gradient(energy, x)
+    assert f.ravel() == pytest.approx(g[: points.size], rel=0, abs=1e-12 * np.abs(f).max())
+    assert lacking == pytest.approx(np.linalg.norm(g[points.size :]), rel=0.3)  # of other units: mean cells differ
+    if kind == "hex8":
+        means, _ = held(kind, strain)
+        alone = Pressed(points, energy.cells, kind, bent(points).reshape(-1, 3), split, GEL.shear_modulus, None, DEPTH)
+        assert alone.forces()[0].ravel() == pytest.approx(
+            gradient(means, bent(points)), rel=0, abs=1e-12 * np.abs(f).max()
+        )
+
+
+def test_selective_points_lie_on_rings_too() -> None:
+    """The part of the volume at the centre of each cell: all of its weight is the volume of whole rings there."""
+    mesh = SECTION.mesh("hex8", 0.6)
+    energy, points = revolved("hex8", "small")
+    _, middle = elastic_parts(mesh, energy, GEL, "small", selective=True)
+    assert isinstance(middle, Revolved)
+    x = bent(points)
+    ring = 1.0 + x.reshape(-1, 3)[mesh.cells, 0].mean(axis=1) / points[mesh.cells, 0].mean(axis=1)
+    assert middle.F(x)[:, 2, 2] == pytest.approx(ring, rel=1e-13)
+    assert middle.w.sum() == pytest.approx(energy.w.sum(), rel=0.1)  # of one point in each cell
+    differentiated(middle, x, np.arange(len(x)) % 3 == 2)

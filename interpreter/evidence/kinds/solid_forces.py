@@ -22,7 +22,7 @@ from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.pressures import Pressed, split_of
 from softmark.solvers.checks.solids import CheckedBody, Floats, ForceBalance, StressTerm
-from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements import CELLS
 
 LEFT = 50.0  # times the estimate of what rounding leaves
 
@@ -77,7 +77,7 @@ class Solved:
 
 def solved(model: Fem, case: Case, mesh: Moved | None) -> Solved:
     """The state that a mesh is in. Raises Unchecked."""
-    if mesh is None or mesh.kind not in ELEMENTS:
+    if mesh is None or mesh.kind not in CELLS:
         raise Unchecked(f"there is no other formula for {model.element}")
     return Solved(model, case, mesh)
 
@@ -131,7 +131,7 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
     if split is None:
         raise Unchecked(f"there is no other formula for a {type(case.material).__name__} with pressures")
     if case.uniform:
-        return Pressed(*body, split, mu, own)
+        return Pressed(*body, split, mu, own, case.depth)
     from softmark.interpreter.evidence.graded import constants_of
     from softmark.solvers.checks.varying import VaryingPressed
     from softmark.solvers.checks.varying import pressed as varying
@@ -139,7 +139,7 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
     constants = constants_of(case)
     E, nu = constants(mesh.points[mesh.cells[which]].mean(axis=1))
     mu = float((E / (2.0 * (1.0 + nu))).max(initial=0.0))
-    return VaryingPressed(*body, split, mu, own, apart=varying(material, model.strain, constants))
+    return VaryingPressed(*body, split, mu, own, case.depth, apart=varying(material, model.strain, constants))
 
 
 def checked_body(model: Fem, case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> CheckedBody:

@@ -48,7 +48,9 @@ def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
 
 def for_plane(model: Fem, text: str) -> str:
     """A remedy in the elements of plane bodies, for a model of these."""
-    return text.replace("tet10", "quad9").replace("hex8", "quad4") if model.element in PLANE else text
+    if model.element not in PLANE:
+        return text
+    return text.replace("tet10", "tri6" if model.element in ("tri3", "tri6") else "quad9").replace("hex8", "quad4")
 
 
 def _fits(model: Fem, case: Case) -> Iterator[Clash]:
@@ -160,9 +162,23 @@ def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str)
     if split is None:  # `doubts` refuses it
         raise KeyError(strain)
     if model.formulation == "mixed":
-        return with_pressures(mesh, parts, split, _mean(case.material.shear_modulus, parts.w))
-    body = (mesh.cells, parts.dNdX, parts.w)
-    return MeanDilatation(*body, split.shape, split.constraint, _of_cells(split.modulus, parts.w))
+        made: Any = with_pressures(mesh, parts, split, _mean(case.material.shear_modulus, parts.w))
+    else:
+        body = (mesh.cells, parts.dNdX, parts.w)
+        made = MeanDilatation(
+            *body, split.shape, split.constraint, _of_cells(split.modulus, _volumes(case, mesh, parts))
+        )
+    if not case.depth:
+        return made  # type: ignore[no-any-return]
+    from softmark.solvers.energies.revolved import carried
+
+    hoop, w = carried(made, parts.N, mesh.points, case.depth)
+    return replace(made, w=w, hoop=hoop)  # type: ignore[no-any-return]
+
+
+def _volumes(case: Case, mesh: Mesh, parts: Integration) -> Floats:
+    """Of integration points (m, q), m^3: of a body of revolution in proportion to those of whole rings."""
+    return parts.w * (mesh.points[mesh.cells, 0] @ parts.N.T) if case.depth else parts.w
 
 
 def _mean(modulus: Any, w: Floats) -> float:

@@ -18,7 +18,7 @@ from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
 from softmark.records import dataclass
-from softmark.solvers.elements import UnknownElement, named
+from softmark.solvers.elements import WORDS, named, unknown
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
@@ -81,7 +81,9 @@ class Fem(Model):
     finely = ("size",)
 
     element: Annotated[
-        str, "element", "the element: tet4, tet10, hex8, hex20 or hex27; of plane bodies quad4, quad8 or quad9"
+        str,
+        "element",
+        "the element: tet4, tet10, hex8, hex20 or hex27; of plane bodies quad4, quad8, quad9, tri3, tri6",
     ]
     strain: Annotated[Literal["small", "corotational", "finite"], "how strain is measured"]
     size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
@@ -206,10 +208,8 @@ class Fem(Model):
         if case.parts:
             return self._of_parts(declared, case)
         case = case.plain
-        try:
-            named(self.element)
-        except UnknownElement as error:
-            return [options.unmeshed(declared, error)]
+        if self.element not in WORDS:
+            return [options.unmeshed(declared, unknown(self.element))]
         found = [
             *self.refusals(declared, case),
             self.one_mesh(declared, case),
@@ -325,7 +325,8 @@ class Fem(Model):
         element = named(self.element)
         cells = len(element.split[0]) * shape.volume / self.size**3
         if shape.flat:  # one through the thickness
-            cells, thick = shape.volume / (high[2] - low[2]) / self.size**2, max(high[0] - low[0], high[1] - low[1])
+            cells = len(element.split[0]) * shape.volume / (high[2] - low[2]) / self.size**2
+            thick = max(high[0] - low[0], high[1] - low[1])
             low, high = (*low[:2], 0.0), (*high[:2], thick)
         if cells > element.most:
             size = units.show(self.size, units.LENGTH)

@@ -26,7 +26,7 @@ from softmark.interpreter.problem.graded import allowed, out_of_range
 from softmark.interpreter.problem.typical import profiles
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
-from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.elements import CELLS
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.materials.varying import averaged, changed, with_constants
 from softmark.solvers.mesh.interpolation import integration
@@ -82,7 +82,7 @@ def at_points(own: Part) -> Case:
     """The case of cells whose material varies, with its constants at their points of integration. Raises Fault."""
     mesh = own.mesh
     constant = mesh.element.constant
-    rule = ELEMENTS[mesh.element.finer].quadrature() if constant else mesh.element.quadrature()
+    rule = CELLS[mesh.element.finer].quadrature() if constant else mesh.element.quadrature()
     sampled = _sampled(own.case, mesh, rule)
     if constant and sampled.sampled:
         sampled = averaged(sampled, np.broadcast_to(rule[1], (len(mesh.cells), len(rule[1]))))
@@ -107,7 +107,7 @@ def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
 
     For what is told of a solution: its constants are in their range at the points that it was solved with.
     """
-    own = ELEMENTS[mesh.element.finer].quadrature() if mesh.element.constant else rule
+    own = CELLS[mesh.element.finer].quadrature() if mesh.element.constant else rule
     X = places(mesh, own)
     found = with_constants(material, {n: values(p, X) for n, p in profiles(material).items() if n in OF_LAWS})
     if not (mesh.element.constant and found.sampled):
@@ -202,7 +202,7 @@ class Spread:
 @cache
 def _fine(kind: str) -> Rule:
     """A rule that is finer than that of the element."""
-    element = ELEMENTS[kind]
+    element = CELLS[kind]
     if element.family == "tetrahedra":
         return element.mass_quadrature()
     one, w = np.polynomial.legendre.leggauss(FINE)
@@ -212,7 +212,7 @@ def _fine(kind: str) -> Rule:
 
 def spread_of(case: Case, mesh: Mesh, profile: Profile) -> Spread:
     """What a mesh makes of a constant of the material of a case."""
-    own = ELEMENTS[mesh.element.finer].quadrature() if mesh.element.constant else mesh.element.quadrature()
+    own = CELLS[mesh.element.finer].quadrature() if mesh.element.constant else mesh.element.quadrature()
     fine = _fine(mesh.kind)
     X, w = places(mesh, fine), integration(mesh, rule=fine).w
     c = values(profile, X)

@@ -22,6 +22,7 @@ from softmark.interpreter.problem.parts.pieces import Bools, cut, near, selects,
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.mesh.clip import Pieces
+from softmark.solvers.mesh.interpolation import integration
 
 if TYPE_CHECKING:
     from softmark.interpreter.problem.members import Members
@@ -32,7 +33,6 @@ ASIDE = 1e-3  # of the size of a face: how far from it the slope of a level is l
 WHOLE = 1e-9  # what rounding leaves of a share
 ALONG = 1e-6  # of an edge: what rounding leaves of one that begins on the border
 MISSED = 0.02  # of a selection: a polygon with as many sides as a mesh has around a circle misses no more
-SIX = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))  # of a hexahedron
 
 
 @dataclass(frozen=True)
@@ -111,6 +111,12 @@ class _Kind:
     sizes: Floats
     simplices: Ints
     members: Members
+    rings: bool = False  # around the y axis: every piece counts by its distance from it
+
+    def sizes_of(self, pieces: Pieces) -> Floats:
+        """By which pieces of them count (p,): in proportion to their volumes, areas or lengths."""
+        sizes: Floats = pieces.sizes * pieces.middles[:, 0] if self.rings else pieces.sizes
+        return sizes
 
 
 def _found(condition: Condition, mesh: Mesh) -> Grip:
@@ -167,10 +173,17 @@ def _share(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float]:
     return (1.0 if held > 1.0 - WHOLE else held), beyond
 
 
-def cells_of(mesh: Mesh) -> _Kind:
+def cells_of(mesh: Mesh, depth: float = 0.0) -> _Kind:
+    """The cells of a mesh; with a `depth`, m, of a slice through a body of revolution, as whole rings."""
     corners = mesh.cells[:, : mesh.element.corners]
-    simplices = corners[:, None, :] if corners.shape[1] == 4 else corners[:, np.array(SIX)]
-    return _Kind(mesh.cells, mesh.volumes, simplices, of_cells(mesh))
+    simplices = corners[:, np.array(mesh.element.tetrahedra)]
+    sizes = mesh.volumes
+    if depth:
+        from softmark.solvers.energies.revolved import around
+
+        parts = integration(mesh)
+        sizes = (parts.w * around(mesh.points[mesh.cells, 0] @ parts.N.T, depth)).sum(axis=1)
+    return _Kind(mesh.cells, sizes, simplices, of_cells(mesh), depth > 0.0)
 
 
 def _facets(mesh: Mesh) -> _Kind:
@@ -224,7 +237,7 @@ def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
     for border in condition.borders:
         pieces = cut(pieces, border, mesh.extent)
     chosen = selects(condition, pieces.middles, mesh.extent)
-    size, count = pieces.sizes, len(kind.nodes)
+    size, count = kind.sizes_of(pieces), len(kind.nodes)
     total = np.bincount(pieces.of, size, minlength=count)
     own = np.bincount(pieces.of[chosen], size[chosen], minlength=count)
     found: Floats = np.where(crossed & (total > 0.0), own / np.where(total > 0.0, total, 1.0), f)

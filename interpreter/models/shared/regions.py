@@ -91,7 +91,7 @@ def owners(case: Case, mesh: Mesh) -> Owners:
 
 
 def _found(case: Case, mesh: Mesh) -> Owners:
-    kind = cells_of(mesh)
+    kind = cells_of(mesh, case.depth)
     _disjoint(case, mesh)
     shares = np.array([fractions(where, kind, mesh) for where in remaining(case)])  # (r, m)
     shares = np.vstack([np.clip(1.0 - shares.sum(axis=0), 0.0, 1.0), shares])
@@ -140,7 +140,7 @@ def _taken(part: Declared, sizes: Floats, share: Floats, own: Any, beside: float
 
 def _disjoint(case: Case, mesh: Mesh) -> None:
     """Raises Fault where parts of different materials share a volume and none is said to lie over the other."""
-    kind = cells_of(mesh)
+    kind = cells_of(mesh, case.depth)
     for a, b in unordered(case):
         both = fractions(Condition.junction("and", a.thing.where, b.thing.where), kind, mesh)
         shared = float(both @ kind.sizes)

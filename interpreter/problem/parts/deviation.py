@@ -50,7 +50,8 @@ def _turns(mesh: Mesh) -> tuple[Ints, Ints, Floats]:
     middles = 0.5 * (places + np.roll(places, -1, axis=0))
     t = np.einsum("skj,fki->jfsi", facet.gradient(middles), mesh.points[mesh.facets])
     normals = np.cross(t[0], t[1])
-    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    sizes = np.linalg.norm(normals, axis=2, keepdims=True)
+    normals = np.divide(normals, sizes, out=normals, where=sizes > 0.0)  # a side of a triangle may be a corner
     ends = np.stack([mesh.facets[:, :n], np.roll(mesh.facets[:, :n], -1, axis=1)], axis=2).reshape(-1, 2)
     key = np.sort(ends, axis=1) @ np.array([len(mesh.points), 1])
     order = np.argsort(key, kind="stable")

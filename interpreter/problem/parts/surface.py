@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 SAME = 1e-8  # of the extent: how far from zero the level of a border may be where it is a side itself
 SOME = 1000  # curved facets at a time
+TOUCHED = 1e-6  # of what is selected: less of the faces of a slice is what tolerances of conditions leave
 
 
 @dataclass(frozen=True)
@@ -204,6 +205,16 @@ def by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | None]]
     yield flat, None
 
 
+def _of_edge(found: Loaded) -> Loaded:
+    """Without what tolerances leave of the faces of a slice: of triangles with a side on the border of a condition."""
+    z = found.points[:, 2]
+    faces = np.ptp(z[found.nodes], axis=1) <= SAME * np.ptp(z)
+    if not faces.any():
+        return found
+    edge = replace(found, nodes=found.nodes[~faces], xi=found.xi[~faces], w=found.w[~faces])
+    return edge if found.area - edge.area <= TOUCHED * edge.area else found
+
+
 def _found(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
     facets, corners = mesh.facets, mesh.points[mesh.facets]
     mask, values = settled_of(shape, mesh, condition)
@@ -221,4 +232,5 @@ def _found(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
         np.concatenate([p.w for _, p in found]),
         sum(p.remainder for _, p in found),
     )
+    whole = _of_edge(whole) if shape.flat else whole
     return replace(whole, leaning=whole.over(facets[leaning])) if len(leaning) else whole

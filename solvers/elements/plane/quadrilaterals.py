@@ -3,7 +3,8 @@
 A body of plane strain or plane stress is a slice whose points stay in their planes. Displacements that are the same
 through its thickness then fulfil the equations of its hexahedra, and these are the equations of the quadrilateral: the
 answers are the same to rounding, as the tests hold against a program of plane elements. To add one: a class on the
-hexahedron that it is a slice of, and a line in PLANE.
+hexahedron that it is a slice of, and a line in
+PLANE.
 """
 
 from __future__ import annotations
@@ -59,6 +60,3 @@ class Quad9(Hex27):
     briefly: ClassVar[str] = "quad9"
     family: ClassVar[str] = "quadrilaterals"
     slice_of: ClassVar[str] = "hex27"
-
-
-PLANE: dict[str, type[Quad4 | Quad8 | Quad9]] = {"quad4": Quad4, "quad8": Quad8, "quad9": Quad9}
