@@ -7,6 +7,7 @@
     simo_reissner      large deflections with shear and stretch
     small_deflection   the closed form for small ones
     torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
+    goodier, kirsch    an inclusion or a cavity in a ball, a hole in a plate, pulled from afar: `round_core` solves both
 
     self_converged     the scene's own models refined: what is asked for; solving them is not done here
 
@@ -32,6 +33,8 @@ from __future__ import annotations
 from softmark.references.ct_volume import CtVolume
 from softmark.references.curve import CurveFromFile
 from softmark.references.elastica import Elastica
+from softmark.references.goodier import Goodier
+from softmark.references.kirsch import Kirsch
 from softmark.references.markers import TrackedPoints
 from softmark.references.self_converged import SelfConverged
 from softmark.references.simo_reissner import SimoReissner
@@ -45,6 +48,8 @@ REFERENCES: dict[str, type] = {
     "small_deflection": SmallDeflection,
     "simo_reissner": SimoReissner,
     "torsion": Torsion,
+    "goodier": Goodier,
+    "kirsch": Kirsch,
     "self_converged": SelfConverged,
     "surface": SurfaceScan,
     "markers": TrackedPoints,

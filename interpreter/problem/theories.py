@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 from softmark.interpreter.language.scene import Declared
@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.results.reactions import AtRest
+
+
+SOLVED = {"torsion": "twisted", "sphere": "around", "hole": "around"}  # what solves a reference, by what it is about
+WITH_STRESS = ("sphere", "hole")  # about what references know stress, too
 
 
 class Theory(Protocol):
@@ -34,13 +38,17 @@ def problem_of(reference: Declared, case: Case) -> Any:
         from softmark.interpreter.problem.torsion_theory import cylinder_of
 
         return cylinder_of(reference, case)
+    if reference.thing.about in ("sphere", "hole"):
+        from softmark.interpreter.problem.far_stress import core_of
+
+        return core_of(reference, case)
     return cantilever_of(reference, case)
 
 
 def solved(reference: Declared, case: Case) -> Theory:
     """What it says. Raises Fault, and whatever solving it may."""
     problem = problem_of(reference, case)
-    found: Theory = (reference.thing.twisted if reference.thing.about == "torsion" else reference.thing.solve)(problem)
+    found: Theory = getattr(reference.thing, SOLVED.get(reference.thing.about, "solve"))(problem)
     return found
 
 
@@ -53,3 +61,20 @@ def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
     from softmark.interpreter.problem.torsion_theory import at_rest
 
     return at_rest(case, found)
+
+
+def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
+    """What it says of stress, as a model does; None of one that does not."""
+    if reference.thing.about not in WITH_STRESS:
+        return None
+    from softmark.interpreter.problem.far_stress import Told
+
+    told = Told(found)  # type: ignore[arg-type]
+    return lambda: told
+
+
+def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:
+    """What a report has of it beside its error."""
+    if reference.thing.about not in WITH_STRESS:
+        return {}
+    return {"size_matters": found.size_matters}  # type: ignore[attr-defined]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Tensile, Turning
 from softmark.interpreter.vocabulary.supports import Holding
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class Model:
     """A model as a scene declares it, where nothing else is said."""
 
     # what a scene may put on it: `refusals` says so of all else, when the scene is checked
-    loads: tuple[type[Any], ...] = (PerMass, PerArea, Follower, Turning, AtPoint)  # how they may act
+    loads: tuple[type[Any], ...] = (PerMass, PerArea, Tensile, Follower, Turning, AtPoint)  # how they may act
     supports: tuple[type[Any], ...] = (Holding,)  # what they are
     moves = True  # it takes dynamic analyses
     composite = False  # it takes bodies with parts of other materials
