@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.reference import About, Reference
-from softmark.references.round_core import RoundCore
+
+if TYPE_CHECKING:
+    from softmark.references.round_core import RoundCore
 
 
 @dataclass(frozen=True)
