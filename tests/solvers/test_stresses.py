@@ -339,3 +339,61 @@ def test_cells_whose_nodes_are_all_on_borders_have_a_stress_of_their_own() -> No
     X = np.stack([np.full(5, 0.3), y, np.full(5, 0.4)])
     np.testing.assert_allclose(found.at(X.T.copy()).cauchy[:, 0, 0], [0.2, 1.0, 1.0, 1.0, 0.2], rtol=1e-12)
     assert found.shared(X.T.copy()) == 2
+
+
+def test_points_of_several_probes_are_found_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nine sets of points asked in turn, in two layers: each is found once in the whole mesh, and in no layer again.
+
+    Before, four sets were kept, so that a fifth probe made all of them be looked for again by every metric, three times
+    in a body of two materials. What is on the border between them is looked for in both, of which one cannot know.
+    """
+    counted: list[int] = []
+    searched = interpolation._in_curved_cells
+
+    def counting(mesh: Mesh, X: np.ndarray) -> Any:
+        counted.append(len(X))
+        return searched(mesh, X)
+
+    monkeypatch.setattr(interpolation, "_in_curved_cells", counting)
+    mesh = Box((1.0, 1.0, 1.0)).mesh("hex8", 0.25)
+    owners = (mesh.points[mesh.cells].mean(axis=1)[:, 1] > 0.5).astype(np.int64)
+    materials = tuple(MATERIALS["linear_elastic"](E, 0.0, 1.0) for E in (2.0, 10.0))
+    found = Layers.of(State(mesh, materials[0], "small", mesh.points * [0.1, 0.0, 0.0]), materials, owners)
+    rng = np.random.default_rng(5)
+    sets = [rng.uniform(0.01, 0.49, (k + 1, 3)) + [0.0, 0.5 * (k % 2), 0.0] for k in range(9)]
+    sets[4][:3, 1] += 0.5  # some in each
+    for _ in range(3):
+        for k, X in enumerate(sets):
+            expected = np.where(X[:, 1] < 0.5, 0.2, 1.0)
+            np.testing.assert_allclose(found.at(X).cauchy[:, 0, 0], expected, rtol=1e-12, err_msg=str(k))
+            found.unresolved(X)
+    assert counted == list(range(1, 10))
+    at_the_border = np.array([[0.3, 0.5, 0.4], [0.2, 0.3, 0.2]])
+    found.at(at_the_border)
+    assert sorted(counted[9:]) == [1, 2, 2]
+
+
+def test_many_points_do_not_stay() -> None:
+    """At most 64 sets, and 50 000 points of all but the last four together."""
+    mesh = Box((1.0, 1.0, 1.0)).mesh("tet4", 0.5)
+    rng = np.random.default_rng(6)
+    for _ in range(70):
+        interpolation.locate(mesh, rng.random((3, 3)))
+    kept = mesh.selections[interpolation.locate]
+    assert len(kept) == 64
+    for _ in range(6):
+        interpolation.locate(mesh, rng.random((20_000, 3)))
+    assert [len(X) for X, _ in kept] == [20_000] * 4
+
+
+def test_a_step_moves_a_state_once() -> None:
+    """All metrics ask for the same state next to it, whose recovery is shared."""
+    mesh = Box((1.0, 1.0, 1.0)).mesh("hex8", 0.5)
+    material = MATERIALS["linear_elastic"](2.0, 0.0, 1.0)
+    state = State(mesh, material, "small", mesh.points * [0.1, 0.0, 0.0])
+    steps = [mesh.points * [0.2, 0.0, 0.0], mesh.points * [0.3, 0.0, 0.0]]
+    for found in (Stresses(state), Layers.of(state, (material,), np.zeros(len(mesh.cells), dtype=np.int64))):
+        assert found.moved(steps[0]) is found.moved(steps[0])
+        for step, stress in zip(steps, (0.6, 0.8), strict=True):
+            np.testing.assert_allclose(found.moved(step).at(mesh.points[:3]).cauchy[:, 0, 0], stress, rtol=1e-12)
+        np.testing.assert_allclose(found.at(mesh.points[:3]).cauchy[:, 0, 0], 0.2, rtol=1e-12)
