@@ -195,8 +195,7 @@ def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> 
 
 
 def _each(probe: Declared, case: Case) -> tuple[Condition, ...]:
-    """What a probe selects, that of each material apart, for stress and strain jump between them; none where it is all.
-    """
+    """What a probe selects, that of each material apart: stress and strain jump between them. None where it is all."""
     where = probe.thing.where
     if not case.parts:
         return () if where is None else (where,)
