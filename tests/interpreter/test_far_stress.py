@@ -81,10 +81,12 @@ def test_on_a_whole_surface_it_makes_a_uniform_stress() -> None:
     )
     block = f"{GELS}body block = solid(box(size = (20, 10, 10) mm), gel)\n{corners}"
     block += "load pull = tension(block, where = x >= -1 mm, magnitude = 100 Pa, direction = (2, 1, 2))\n"
-    block += "model m = fem(hex8, strain = small, size = 5 mm)\nprobe inside = line(block, from = (1, 2, 3) mm, to = (20, 10, 10) mm)\n"
+    block += "model m = fem(hex8, strain = small, size = 5 mm)\n"
+    block += "probe inside = line(block, from = (1, 2, 3) mm, to = (20, 10, 10) mm)\n"
     ball = f"{GELS}body ball = solid(sphere(radius = 15 mm, part = octant), gel)\n{PLANES}"
     ball += f"load pull = tension(ball, where = {OUTER}, magnitude = 100 Pa, direction = -y)\n"
-    ball += "model m = fem(hex20, strain = small, size = 8 mm)\nprobe inside = line(ball, from = (0, 0, 0) mm, to = (9, 9, 7) mm)\n"
+    ball += "model m = fem(hex20, strain = small, size = 8 mm)\n"
+    ball += "probe inside = line(ball, from = (0, 0, 0) mm, to = (9, 9, 7) mm)\n"
     for text, d in ((block, np.array([2.0, 1.0, 2.0]) / 3.0), (ball, np.array([0.0, 1.0, 0.0]))):
         names = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "yz": (1, 2), "zx": (2, 0)}
         report = report_of(text + "".join(f"metric s{n} = stress(inside, component = {n})\n" for n in names))

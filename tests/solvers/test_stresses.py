@@ -348,7 +348,8 @@ def test_points_of_several_probes_are_found_once(monkeypatch: pytest.MonkeyPatch
     """Nine sets of points asked in turn, in two layers: each is found once in the whole mesh, and in no layer again.
 
     Before, four sets were kept, so that a fifth probe made all of them be looked for again by every metric, three times
-    in a body of two materials. What is on the border is looked for in the layer as well that the cell it was found in is not of.
+    in a body of two materials. What is on the border is looked for in
+    the layer as well that the cell is not of.
     """
     counted: list[int] = []
     searched = interpolation._in_curved_cells
