@@ -201,6 +201,15 @@ def _along(load: Declared, case: Case) -> Vector3:
 # ------------------------------------------------------------------ what theory says of stress
 
 
+def said(core: RoundCore) -> str:
+    """What the finite size of the body makes, in a sentence."""
+    place = "around the hole" if core.core is None else "at the border of the inclusion"
+    return (
+        f"it is exact for a body of this size; stress {place} differs from that in a body without end by up to "
+        f"{100.0 * core.size_matters:.3g} % of that from afar"
+    )
+
+
 @dataclass(frozen=True)
 class Told:
     """The stress of a theory, as metrics ask it of a model: exact, and the same in all cells, for it has none."""

@@ -77,4 +77,7 @@ def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:
     """What a report has of it beside its error."""
     if reference.thing.about not in WITH_STRESS:
         return {}
-    return {"size_matters": found.size_matters}  # type: ignore[attr-defined]
+    from softmark.interpreter.problem.far_stress import said
+
+    core: Any = found
+    return {"size_matters": core.size_matters, "said": said(core)}

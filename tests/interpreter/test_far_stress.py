@@ -12,6 +12,8 @@ import softmark
 from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.problem.case import case_of
 from softmark.interpreter.problem.far_stress import core_of
+from softmark.interpreter.report.run.html import render
+from softmark.interpreter.report.run.terminal import table
 from softmark.references.round_core import Hookean, RoundCore
 
 GELS = """material gel  = linear_elastic(young = 10 kPa, poisson = 0.4, density = 1000 kg/m^3)
@@ -246,6 +248,9 @@ def test_stress_is_held_against_theory() -> None:
     assert own["off"].unit == "1"
     assert own["eta"].value < 0.005 * 5e-3 * 0.03
     assert theory.facts["size_matters"] == pytest.approx(9.6 / 16, rel=0.1)
+    told = f"in a body without end by up to {100 * theory.facts['size_matters']:.3g} % of that from afar"
+    assert told in table(report, terminal=False)
+    assert told in render(report)
     assert theory.metrics["hoop"].details["where_materials_meet"] == 0
 
 

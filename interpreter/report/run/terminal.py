@@ -51,7 +51,13 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
         parts.append(_Rows(findings, body, paint).text(room))
     if told := list(over_states.lines(findings)):
         parts += ["", *told]
-    if notes := [*_uncertain(report), *_reasons(report), *vouching.lines(report), *reactions.lines(report)]:
+    if notes := [
+        *_uncertain(report),
+        *_reasons(report),
+        *_said(report),
+        *vouching.lines(report),
+        *reactions.lines(report),
+    ]:
         parts += ["", *notes]
     if report.expectations:
         parts += ["", *(_expectation(e, paint) for e in report.expectations)]
@@ -228,6 +234,11 @@ def _reasons(report: Report) -> list[str]:
         who = ", ".join(owners) if len(owners) <= SEVERAL else f"{len(owners)} models and references"
         lines.append(f"no {', '.join(metrics)} for {who}: {reason}")
     return lines
+
+
+def _said(report: Report) -> list[str]:
+    """What references say of themselves."""
+    return [f"{name}: {said}" for name, r in report.references.items() if (said := r.facts.get("said"))]
 
 
 def _expectation(e: ExpectationResult, paint: _Paint) -> str:
