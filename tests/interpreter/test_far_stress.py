@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -265,3 +266,9 @@ def test_theories_without_stress_are_refused() -> None:
 def test_forces_of_what_has_none_are_refused() -> None:
     text = BALL + "metric held = force(mid_x, along = +x, against = theory)\n"
     assert refused(text + "model m = fem(hex8, strain = small, size = 8 mm)\n")[0] == "E509"
+
+
+def test_the_example_of_the_guide_is_sound() -> None:
+    guide = (Path(__file__).parents[2] / "grammar" / "README.md").read_text(encoding="utf-8")
+    example = guide.split("### What pulls from afar")[1].split("```text\n")[1].split("```")[0]
+    assert softmark.loads(example).warnings == ()
