@@ -321,7 +321,7 @@ def test_means_over_several_materials_are_those_of_their_volumes() -> None:
 @pytest.mark.parametrize(
     ("where", "share"),
     [
-        ("y + 0.3 * z >= 3.3 mm and y + 0.3 * z <= 6.7 mm", 0.34),  # within from z = 0 to 10 mm
+        ("abs(y + 0.3 * z - 5 mm) <= 1.7 mm", 0.34),  # within from z = 0 to 10 mm
         ("x <= 17 mm and z <= 3.3 mm", 0.425 * 0.33),
         ("y <= 2 mm or y >= 7 mm", 0.5),
     ],
