@@ -6,6 +6,7 @@
     elastica           large deflections, bending alone
     simo_reissner      large deflections with shear and stretch
     small_deflection   the closed form for small ones
+    graded_bar         a bar whose constants vary along it, pulled along its axis
     torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
     goodier, kirsch    an inclusion or a cavity in a ball, a hole in a plate, pulled from afar: `round_core` solves both
 
@@ -34,6 +35,7 @@ from softmark.references.ct_volume import CtVolume
 from softmark.references.curve import CurveFromFile
 from softmark.references.elastica import Elastica
 from softmark.references.goodier import Goodier
+from softmark.references.graded_bar import GradedBar
 from softmark.references.kirsch import Kirsch
 from softmark.references.markers import TrackedPoints
 from softmark.references.self_converged import SelfConverged
@@ -50,6 +52,7 @@ REFERENCES: dict[str, type] = {
     "torsion": Torsion,
     "goodier": Goodier,
     "kirsch": Kirsch,
+    "graded_bar": GradedBar,
     "self_converged": SelfConverged,
     "surface": SurfaceScan,
     "markers": TrackedPoints,

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.reactions import AtRest
 
 
-SOLVED = {"torsion": "twisted", "sphere": "around", "hole": "around"}  # what solves a reference, by what it is about
+# what solves a reference, by what it is about
+SOLVED = {"torsion": "twisted", "bar": "stretched", "sphere": "around", "hole": "around"}
 WITH_STRESS = ("sphere", "hole")  # about what references know stress, too
 
 
@@ -34,6 +35,10 @@ class Theory(Protocol):
 
 def problem_of(reference: Declared, case: Case) -> Any:
     """The numbers that a reference is solved for. Raises Fault where an assumption of it is broken."""
+    if not case.uniform:
+        from softmark.interpreter.problem.graded import must_be_uniform
+
+        must_be_uniform(reference, case)
     if reference.thing.about == "torsion":
         from softmark.interpreter.problem.torsion_theory import cylinder_of
 
@@ -42,6 +47,10 @@ def problem_of(reference: Declared, case: Case) -> Any:
         from softmark.interpreter.problem.far_stress import core_of
 
         return core_of(reference, case)
+    if reference.thing.about == "bar":
+        from softmark.interpreter.problem.bar_theory import bar_of
+
+        return bar_of(reference, case)
     return cantilever_of(reference, case)
 
 

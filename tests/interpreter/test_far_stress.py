@@ -200,6 +200,7 @@ def test_a_ball_elsewhere_has_its_centre_there() -> None:
 
 WRONG = {
     "another law": BALL.replace("= linear_elastic(young = 80", "= neo_hookean(young = 80"),
+    "a graded one": BALL.replace("young = 10 kPa", "young = 10 kPa * (1 + x / 100 mm)"),
     "a quarter ball": BALL.replace("part = octant", "part = quarter").replace(MID_Z, ""),
     "no inclusion": SHELL.replace("spherical_shell(radius = 15 mm, inner = 5 mm,", "sphere(radius = 15 mm,"),
     "two": BALL + "region more = part(ball, where = x^2 + y^2 + z^2 >= (12 mm)^2, material = bead)\n",

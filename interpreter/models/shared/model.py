@@ -33,6 +33,7 @@ class Model:
     supports: tuple[type[Any], ...] = (Holding,)  # what they are
     moves = True  # it takes dynamic analyses
     composite = False  # it takes bodies with parts of other materials
+    graded = False  # it takes materials whose constants vary in space
     recovers = False  # it finds back to rest from any state
 
     # what it is
