@@ -200,7 +200,6 @@ def test_a_ball_elsewhere_has_its_centre_there() -> None:
 
 WRONG = {
     "another law": BALL.replace("= linear_elastic(young = 80", "= neo_hookean(young = 80"),
-    "a graded one": BALL.replace("young = 10 kPa", "young = 10 kPa * (1 + x / 100 mm)"),
     "a quarter ball": BALL.replace("part = octant", "part = quarter").replace(MID_Z, ""),
     "no inclusion": SHELL.replace("spherical_shell(radius = 15 mm, inner = 5 mm,", "sphere(radius = 15 mm,"),
     "two": BALL + "region more = part(ball, where = x^2 + y^2 + z^2 >= (12 mm)^2, material = bead)\n",
@@ -229,6 +228,10 @@ def test_what_breaks_an_assumption_is_refused(name: str) -> None:
     code, message = refused(WRONG[name])
     assert code == "E503", message
     assert message.startswith("`theory` does not hold for this scene: ")
+
+
+def test_a_solid_that_varies_is_refused() -> None:
+    assert refused(BALL.replace("young = 10 kPa", "young = 10 kPa * (1 + x / 100 mm)"))[0] == "E329"
 
 
 # ------------------------------------------------------------------ what is held against them
