@@ -44,10 +44,19 @@ from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.results.report import ModelKind, ModelResult
 from softmark.interpreter.run.pipeline import Options, run
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, Load, PerArea, PerLength, PerMass, Tensile, Turning
+from softmark.interpreter.vocabulary.loads import (
+    AtPoint,
+    Follower,
+    Load,
+    PerArea,
+    PerLength,
+    PerMass,
+    Routed,
+    Tensile,
+    Turning,
+)
 from softmark.interpreter.vocabulary.supports import Support
 from softmark.records import dataclass
-from softmark.solvers.mesh.filled import Filled
 from softmark.solvers.mesh.shape import Prism, Section, Shape, Swept, transverse
 
 HERE = Path(__file__).parent  # for the tables that words name
@@ -70,6 +79,7 @@ LOADED = {
     "point_force": "point_force(bar, at = (40, 0, 0) mm, vector = (0, 0, -0.1) mN)",
     "torque": "torque(bar, where = x >= 40 mm, moment = (0, 0, 1) uN*m)",
     "line_load": "line_load(bar, from = (0, 0, 0) mm, to = (40, 0, 0) mm, vector = (0, 0, -1) mN/m)",
+    "tendon": "tendon(bar, from = (0, 0, 5) mm, to = (40, 0, 5) mm, tension = 0.1 mN)",
 }
 SUPPORTED = {
     "fixed": "fixed(bar, where = x >= 40 mm, components = (y, z))",
@@ -161,7 +171,7 @@ def check_shape(shape: Shape, size: float) -> None:
     check_text(shape)
     mesh, (X, triangles) = shape.mesh("tet4", size), shape.surface(size)
     volume = float(mesh.volumes.sum())
-    near = 1e-3 if isinstance(shape, Filled) else 1e-9  # its surface is that of the file, which the mesh is next to
+    near = 1e-3 if shape.enclosed else 1e-9  # its surface is that of the file, which the mesh is next to
     a, b, c = (X[triangles[:, i]] for i in range(3))
     assert np.isclose(np.einsum("ti,ti->", a, np.cross(b, c)) / 6.0, volume, rtol=near), "closed, and outward"
     slack = 1e-9 * mesh.extent
@@ -180,7 +190,7 @@ def check_shape(shape: Shape, size: float) -> None:
             assert np.all(place <= high + slack)
     assert shape.volume is None or abs(volume / shape.volume - 1.0) < 0.1, "of a mesh this fine"
     counts, finer = (shape.counts(h) for h in (size, size / 2.0))
-    assert (counts is None) == (finer is None) == bool(shape.file)
+    assert (counts is None) == (finer is None) == (shape.enclosed or shape.prebuilt)
     assert counts is None or finer is None or all(0 < n <= m for n, m in zip(counts, finer, strict=True))
     assert shape.file or not shape.prebuilt
     corners = mesh.points[mesh.facets]
@@ -211,12 +221,12 @@ def check_load(cls: type[Any], words: str) -> None:
     """It derives from Load, and acts in a way that somebody knows; at half its size half as much."""
     assert issubclass(cls, Load)
     name = next(n for n, c in LOADS.items() if c is cls)
-    taker = "beam6dof(segments = 4)" if name == "line_load" else "fem(hex8, strain = small, size = 10 mm)"
+    taker = "beam6dof(segments = 4)" if name in ("line_load", "tendon") else "fem(hex8, strain = small, size = 10 mm)"
     scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}load push = {words}\nmodel m = {taker}\n")
     assert errors(found) == [], name
     push = scene.declared["push"].thing
     assert push.strength in {f.name for f in dataclasses.fields(cls)}, "which field says how much?"
-    assert isinstance(push.action, PerMass | PerArea | Tensile | Follower | Turning | AtPoint | PerLength)
+    assert isinstance(push.action, PerMass | PerArea | Tensile | Follower | Turning | AtPoint | PerLength | Routed)
     np.testing.assert_allclose(_amount(push.part(0.5).action), 0.5 * _amount(push.action), rtol=1e-15)
     case = case_for(scene, scene.declared["m"])
     prepared = build(scene.declared["m"], case, Workshop(scene=scene))
@@ -237,6 +247,8 @@ def _amount(action: Any) -> Any:
             return np.array(s)
         case Follower(pressure=p):
             return np.array(p)
+        case Routed(tension=T):
+            return np.array(T)
     return np.array(action.force)
 
 

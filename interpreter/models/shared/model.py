@@ -12,17 +12,35 @@ from typing import TYPE_CHECKING, Any, Self
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Tensile, Turning
+from softmark.interpreter.vocabulary.loads import (
+    AtPoint,
+    Follower,
+    PerArea,
+    PerLength,
+    PerMass,
+    Routed,
+    Tensile,
+    Turning,
+)
 from softmark.interpreter.vocabulary.supports import Holding
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.problem.case import Case
+    from softmark.interpreter.problem.conforming import Cuts
     from softmark.interpreter.results.report import ModelKind
     from softmark.solvers.mesh.shape import Shape
 
 MOST = "`fem(...)` takes all"
+_BEAMS: dict[type, tuple[str, str]] = {  # loads of beams alone: why, and what to do
+    PerLength: (
+        "a line of force has no limit in a solid",
+        "use a traction on a strip, whose width is part of what is asked; beams take lines",
+    ),
+    Routed: ("it presses along a line, which has no limit in a solid", "tendons are of beams: `beam6dof(...)`"),
+}
 
 
 class Model:
@@ -87,6 +105,10 @@ class Model:
         """What two models of a body must agree in to share a mesh; None of one without a mesh."""
         return None
 
+    def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
+        """What its meshes must follow."""
+        return cuts_of(case, shape)
+
     def mesh_words(self, case: Case) -> str:
         """Its mesh in words."""
         return ""
@@ -109,13 +131,7 @@ class Model:
                              "use `fem(...)` or `beam6dof(...)` in a dynamic analysis")  # fmt: skip
         for load in case.loads:
             if not isinstance(load.thing.action, self.loads):
-                line = isinstance(load.thing.action, PerLength)
-                label = "a line of force has no limit in a solid" if line else "not a load that it takes"
-                help = (
-                    "use a traction on a strip, whose width is part of what is asked; beams take lines"
-                    if line
-                    else MOST
-                )
+                label, help = _BEAMS.get(type(load.thing.action), ("not a load that it takes", MOST))
                 yield diagnostic("E501", load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
                                  label, help)  # fmt: skip
         for support in case.supports:
