@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import Any, ClassVar, Literal
 
 How = Literal["solved", "measured", "refined", "scanned"]
-About = Literal["cantilever", "torsion", "bar", "tendons"]
+About = Literal["cantilever", "torsion", "bar", "tendons", "sphere", "hole"]
 
 
 class Reference:
     """A reference, and by what it is known.
 
     `solved`: `solve(cantilever)` gives a CentreLine; about torsion, `twisted(cylinder)` what that does, about a bar
-    `stretched(bar)`; about tendons, `solve(rod)` a DrivenShape. `measured`: `load()` gives a MeasuredSurface,
-    MeasuredPoints or a MeasuredCurve.
+    `stretched(bar)`; about tendons, `solve(rod)` a DrivenShape; about a sphere or a hole in a round body
+    `around(core)`. `measured`: `load()` gives a MeasuredSurface, MeasuredPoints or a MeasuredCurve.
     `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
     computes, which `load(points, triangles)` takes.
     """

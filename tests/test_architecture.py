@@ -221,6 +221,8 @@ def test_a_scene_with_a_beam_alone_makes_no_mesh_and_imports_no_kernel(tmp_path:
         "softmark.interpreter.models.fem.build",
         "softmark.interpreter.models.shared.turning",
         "softmark.interpreter.problem.torsion_theory",
+        "softmark.interpreter.problem.far_stress",
+        "softmark.references.round_core",
         "softmark.solvers.energies.rod_loads",
         "softmark.interpreter.models.beam.moving",  # nor what moves
         "softmark.solvers.energies.turning.rods",

@@ -20,7 +20,7 @@ from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.members import apart, of_facets
 from softmark.interpreter.problem.parts.surface import by_sides, settled_of
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Tensile, Turning
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.solids import Floats, Ints
@@ -62,6 +62,9 @@ def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: st
         case PerArea(traction=traction):
             t = np.array(traction)
             return _pushed(action, case, mesh.mesh, mesh.points, lambda dA: np.linalg.norm(dA, axis=-1)[..., None] * t)
+        case Tensile(stress=stress, direction=direction):
+            d = np.array(direction)
+            return _pushed(action, case, mesh.mesh, mesh.points, lambda dA: (stress * (dA @ d))[..., None] * d)
         case Follower(pressure=pressure):
             surface, p = mesh.points if small else mesh.points + u, float(pressure)
             return _pushed(action, case, mesh.mesh, surface, lambda dA: -p * dA)
@@ -84,7 +87,7 @@ def _density(case: Case) -> Any:
 
 
 def _pushed(
-    load: PerArea | Follower, case: Case, mesh: Mesh, surface: Floats, push: Callable[[Floats], Floats]
+    load: PerArea | Tensile | Follower, case: Case, mesh: Mesh, surface: Floats, push: Callable[[Floats], Floats]
 ) -> tuple[Floats, float]:
     """Nodal forces (n, 3), N, of a load on the selected part of a surface through nodes `surface` (n, 3), m.
 
@@ -93,7 +96,7 @@ def _pushed(
     found: Floats = np.zeros_like(surface)
     unsure = 0.0
     for whole, (f, xi, w), (g, left) in _selected(load.where, case, mesh):
-        if isinstance(load, Follower) or whole.shape[1] == 3:
+        if isinstance(load, Tensile | Follower) or whole.shape[1] == 3:
             found += solids.surface_forces(surface, whole, push, case.depth)
         else:
             for each, at, weights in _sampled(whole):

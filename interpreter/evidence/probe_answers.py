@@ -13,7 +13,7 @@ from softmark.interpreter.metrics.measure import measured_by
 from softmark.interpreter.metrics.measurement import Known
 from softmark.interpreter.metrics.measurement import Seen as Looked
 from softmark.interpreter.metrics.metric import Metric, OfDisplacements, OfForces
-from softmark.interpreter.metrics.tensors import OfTensors
+from softmark.interpreter.metrics.tensors import OfTensors, shares_of
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.view import View
@@ -124,7 +124,7 @@ class ProbeAnswer:
             raise Unknown(NO_ERROR)
         if metric.measured_from is None:
             return max(abs(self.value), metric.usual(self.stress()))
-        return self._of_stress(lambda own, right: metric.extent(own, right, self.X), self.stress)
+        return self._of_stress(lambda own, right: metric.extent(own, right, self.X, self._shares), self.stress)
 
     @property
     def value(self) -> float:
@@ -171,7 +171,15 @@ class ProbeAnswer:
         if self.stress is None or other.stress is None:
             raise Unknown(NO_ERROR)
         own, theirs = self.stress, other.stress
-        return self._of_stress(lambda one, right: metric.apart(one, theirs(), self.X, right), own)
+        return self._of_stress(lambda one, right: metric.apart(one, theirs(), self.X, right, self._shares), own)
+
+    @property
+    def _shares(self) -> Floats:
+        """What each point counts in a mean (n,)."""
+        weights = (
+            None if self.view is None or self.metric is None else self.view.weights.get(self.metric.looked_at or "")
+        )
+        return shares_of(self.X, weights, None if self.probe is None else self.probe.triangles)
 
     def _of_stress(self, number: Callable[[Any, Any], float], own: Callable[[], Any]) -> float:
         """A number of the stresses of this answer and of what is taken as right, itself where that is nothing."""

@@ -16,7 +16,7 @@ from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.models.answers.at_rest import at_rest
 from softmark.interpreter.models.answers.carried import NOTHING, Carried, Wrench
 from softmark.interpreter.results.reactions import Reaction
-from softmark.interpreter.vocabulary.loads import Follower, PerArea, Turning
+from softmark.interpreter.vocabulary.loads import Follower, PerArea, Tensile, Turning
 from softmark.solvers.checks.solids import EPS, Floats
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def _unsure(case: Case) -> float:
     """How much of the loads, relative, was perhaps not found again: near the borders of what is loaded."""
     return (
         MOST_UNSURE
-        if any(isinstance(load.thing.action, PerArea | Follower | Turning) for load in case.loads)
+        if any(isinstance(load.thing.action, PerArea | Tensile | Follower | Turning) for load in case.loads)
         else EXACT
     )
 

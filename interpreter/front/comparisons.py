@@ -27,6 +27,7 @@ from softmark.interpreter.metrics.surface_distance import SurfaceDistance
 from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.tip_error import TipError
 from softmark.interpreter.metrics.volume_change import VolumeChange
+from softmark.interpreter.problem.theories import WITH_STRESS
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.probes import Markers, Surface, Volume
 from softmark.records import dataclass
@@ -144,6 +145,12 @@ def _right(scene: Scene, metric: Declared) -> _Refusal | None:
     """The model that is taken as right must have stress too."""
     if (name := metric.thing.against) is None:
         return None
+    if (right := scene.declared[name]).kind == "reference":
+        if right.thing.how == "solved" and right.thing.about in WITH_STRESS:
+            return None
+        return _Refusal("against", f"`{metric.name}` compares stress or strain, and `{name}` knows none",
+                        "of no stress", "compare with a model, or with a theory that has it: `goodier(...)`, "
+                        "`kirsch(...)`")  # fmt: skip
     law = _solid(scene, scene.declared[name]).thing.stress_law
     if not isinstance(law, str):
         return None

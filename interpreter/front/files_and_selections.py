@@ -12,7 +12,7 @@ from softmark.interpreter.language.conditions import Condition, Point
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.problem.case import Case, Fault, case_for, reach
-from softmark.interpreter.vocabulary.loads import Follower, PerArea, Turning
+from softmark.interpreter.vocabulary.loads import Follower, PerArea, Tensile, Turning
 from softmark.references.curve import CurveFromFile
 from softmark.solvers.elements import ELEMENTS, element_of
 from softmark.solvers.elements.cells import Tetrahedron
@@ -120,7 +120,7 @@ def loads(scene: Scene) -> Iterator[Diagnostic]:
     """Loads on a surface that select points within the body alone, so that no model can take them."""
     for load in scene.of_kind("load").values():
         action = load.thing.action
-        if not isinstance(action, PerArea | Follower | Turning) or load.thing.body not in scene.declared:
+        if not isinstance(action, PerArea | Tensile | Follower | Turning) or load.thing.body not in scene.declared:
             continue
         body = scene.declared[load.thing.body]
         if body.thing.shape.convex and not _meets(action.where, body.thing.shape):

@@ -25,7 +25,7 @@ from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Tensile, Turning
 from softmark.interpreter.vocabulary.probes import Line, Point
 from softmark.interpreter.vocabulary.supports import Symmetric, Turned
 from softmark.solvers.elements.plane import PLANE
@@ -107,6 +107,10 @@ def _across_axis(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
     elif isinstance(thing, Turned) and thing.body in turned:
         yield diagnostic("E323", declared.at(), f"`{declared.name}` turns a part of `{thing.body}`, a body of "
                          "revolution", "not around the axis", "its rings stay level: use a `solid`")  # fmt: skip
+    elif declared.value("body") in turned and declared.kind == "load" and _askew(thing.action):
+        yield diagnostic("E323", declared.at("direction"), f"`{declared.name}` pulls `{thing.body}` askew, and a body "
+                         "of revolution is pulled along its axis or across it", "neither along x nor along y",
+                         "`direction = +y` pulls along the axis, `direction = +x` outward all around")  # fmt: skip
     elif turned and declared.kind == "load" and _sideways(thing.action):
         yield diagnostic("E323", declared.at(), f"`{declared.name}` pulls `{turned[0]}` across its axis",
                          "not along y", "the axis is y: `direction = -y`")  # fmt: skip
@@ -115,6 +119,11 @@ def _across_axis(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
 def _sideways(action: Any) -> bool:
     """Whether it is gravity with a component along x or z."""
     return isinstance(action, PerMass) and bool(action.acceleration[0] or action.acceleration[2])
+
+
+def _askew(action: Any) -> bool:
+    """Whether it is a tension neither along the axis of a body of revolution nor across it."""
+    return isinstance(action, Tensile) and bool(action.direction[0] and action.direction[1])
 
 
 def _beside(action: Any) -> bool:
@@ -140,6 +149,8 @@ def _across(declared: Declared) -> float:
         return turned or (float(thing.displacement[2]) if 2 in thing.components else 0.0)
     match thing.action:
         case PerMass(acceleration=vector) | PerArea(traction=vector) | AtPoint(force=vector) | PerLength(force=vector):
+            return float(vector[2])
+        case Tensile(direction=vector):
             return float(vector[2])
     return 0.0
 

@@ -75,6 +75,7 @@ class Term:
     """Arithmetic over coordinates; `at` takes (x, y, z) as floats, numpy arrays or ranges.
 
     `plane` (a, b, c, d) is there where the term is a x + b y + c z + d; `axes` are the coordinates that occur in it.
+    `inside` is what it is the absolute value of.
     """
 
     at: Callable[[tuple[Any, Any, Any]], Any]
@@ -82,6 +83,7 @@ class Term:
     value: float = math.nan  # of a constant
     plane: Plane | None = None
     axes: frozenset[int] = frozenset()
+    inside: Term | None = None
 
     @staticmethod
     def constant(value: float) -> Term:
@@ -122,7 +124,7 @@ class Term:
     def function(self, name: str) -> Term:
         """sqrt or abs of this."""
         f = _FUNCTIONS[name]
-        return Term(lambda p: f(self.at(p)), True, axes=self.axes)
+        return Term(lambda p: f(self.at(p)), True, axes=self.axes, inside=self if name == "abs" else None)
 
 
 Plane = tuple[float, float, float, float]  # of a x + b y + c z + d
@@ -242,6 +244,8 @@ class Condition:
     @staticmethod
     def comparison(operator: str, a: Term, b: Term, length_power: int) -> Condition:
         """a < b and its kin; the tolerance is scaled by the power of length that is compared."""
+        if (both := _between_planes(operator, a, b, length_power)) is not None:
+            return both
 
         def tolerance(extent: float) -> float:
             return float(RELATIVE_TOLERANCE * extent**length_power)
@@ -319,6 +323,25 @@ class Condition:
             test, bound, told, borders=(*a.borders, *b.borders), regions=(*a.regions, *b.regions),
             groups=groups, _known=known if groups else None,
         )  # fmt: skip
+
+
+TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
+
+
+def _between_planes(operator: str, a: Term, b: Term, length_power: int) -> Condition | None:
+    """|t| < c and its kin as what they say of t, whose borders are two planes where t is linear in the coordinates.
+
+    As one border they would be curved, and what is cut along such is cut by straight pieces.
+    """
+    if b.inside is not None and not a.varies and operator in TURNED:
+        operator, a, b = TURNED[operator], b, a
+    t = a.inside
+    if t is None or t.plane is None or b.varies or not b.value > 0.0 or operator not in TURNED:
+        return None
+    low, high = Term.constant(-b.value), Term.constant(b.value)
+    sides = (Condition.comparison(TURNED[operator], t, low, length_power),
+             Condition.comparison(operator, t, high, length_power))  # fmt: skip
+    return Condition.junction("and" if operator in ("<", "<=") else "or", *sides)
 
 
 class MembersUnknown(Exception):

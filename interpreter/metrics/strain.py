@@ -35,7 +35,9 @@ class Strain(OfTensors):
     ] = "principal_1"
     measure_: Annotated[Literal["green", "biot", "logarithmic"], "which tensor"] = "green"
     over: Annotated[Over, "which of the values at the points"] = "largest"
-    against: Annotated[str | None, "model", "the model that is taken as right"] = None
+    against: Annotated[
+        str | None, "reference or model", "what is taken as right: a model, or a theory that knows it"
+    ] = None
     natural: ClassVar[str] = "1"
 
     def values(self, tensors: Tensors) -> Floats:

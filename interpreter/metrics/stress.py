@@ -52,7 +52,9 @@ class Stress(OfTensors):
     ] = "von_mises"
     measure_: Annotated[Literal["cauchy", "nominal"], "per deformed area, or per area at rest"] = "cauchy"
     over: Annotated[Over, "which of the values at the points"] = "largest"
-    against: Annotated[str | None, "model", "the model that is taken as right"] = None
+    against: Annotated[
+        str | None, "reference or model", "what is taken as right: a model, or a theory that knows it"
+    ] = None
     natural: ClassVar[str] = "Pa"
 
     @property

@@ -33,7 +33,9 @@ class Stretch(OfTensors):
         Literal["principal_1", "principal_2", "principal_3", "x", "y", "z", "volume"], "of which length, or of volumes"
     ] = "principal_1"
     over: Annotated[Over, "which of the values at the points"] = "largest"
-    against: Annotated[str | None, "model", "the model that is taken as right"] = None
+    against: Annotated[
+        str | None, "reference or model", "what is taken as right: a model, or a theory that knows it"
+    ] = None
     natural: ClassVar[str] = "1"
 
     def values(self, tensors: Tensors) -> Floats:

@@ -12,7 +12,7 @@ from softmark.interpreter.metrics.undefined import Undefined
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.measurement import Floats, Seen
+    from softmark.interpreter.metrics.measurement import Floats, Ints, Seen
     from softmark.solvers.stresses.field import Part, Stresses
     from softmark.solvers.stresses.measures import Tensors
 
@@ -53,8 +53,10 @@ class OfTensors(Metric):
         """What the numbers are of (n, 3, 3), in the metric's unit."""
         raise NotImplementedError(f"{type(self).__name__} has no tensors")
 
-    def apart(self, one: Stresses, other: Stresses, X: Floats, right: Stresses) -> float:
+    def apart(self, one: Stresses, other: Stresses, X: Floats, right: Stresses, shares: Floats | None = None) -> float:
         """How far two fields are apart at points X (n, 3), in the metric's unit: by all of the tensor.
+
+        `shares` (n,) are what each point counts in a mean, alike without them.
 
         One component may agree by chance. The norm of the difference bounds that of every component and principal value
         (Weyl 1912), and that of von Mises' stress with sqrt(3/2). How far each is from what is `right` changes by no
@@ -62,29 +64,29 @@ class OfTensors(Metric):
         """
         difference = self.tensors(one.at(X)) - self.tensors(other.at(X))
         if self.measured_from is not None:
-            return WORST * self._norm(difference) / self.scale(right, X)
+            return WORST * self._norm(difference, shares) / self.scale(right, X, shares)
         if self.over == "mean":
-            difference = difference.mean(axis=0, keepdims=True)
+            difference = np.average(difference, axis=0, weights=shares)[None]
         return WORST * float(np.linalg.norm(difference, axis=(1, 2)).max())
 
-    def scale(self, right: Stresses, X: Floats) -> float:
+    def scale(self, right: Stresses, X: Floats, shares: Floats | None = None) -> float:
         """What an error is relative to, in its natural unit; 1 of what is none. Raises Undefined."""
         if self.measured_from is None:
             return 1.0
-        if (size := self._norm(self.tensors(right.at(X)))) == 0.0:
+        if (size := self._norm(self.tensors(right.at(X)), shares)) == 0.0:
             raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
         return size
 
-    def extent(self, own: Stresses, right: Stresses, X: Floats) -> float:
+    def extent(self, own: Stresses, right: Stresses, X: Floats, shares: Floats | None = None) -> float:
         """What an error of the displacements is multiplied by, in the metric's unit. Raises Undefined.
 
         What tensors are there or, where these are none, in the body.
         """
-        return max(self._norm(self.tensors(own.at(X))), self.usual(own)) / self.scale(right, X)
+        return max(self._norm(self.tensors(own.at(X)), shares), self.usual(own)) / self.scale(right, X, shares)
 
-    def _norm(self, tensors: Floats) -> float:
+    def _norm(self, tensors: Floats, shares: Floats | None) -> float:
         norms = np.linalg.norm(tensors, axis=(1, 2))
-        return float(norms.mean() if self.over == "mean" else norms.max())
+        return float(np.average(norms, weights=shares) if self.over == "mean" else norms.max())
 
     def usual(self, field: Stresses) -> float:
         """What tensors of the body come to in the mean square, in the metric's unit."""
@@ -119,7 +121,7 @@ class OfTensors(Metric):
             theirs = self._finite(right.at(seen.X))
         except Undefined as undefined:
             raise Undefined(f"`{self.measured_from}` has nothing to compare with: {undefined}") from undefined
-        far, size = np.abs(values - theirs), self.scale(right, seen.X)
+        far, size = np.abs(values - theirs), self.scale(right, seen.X, shares_of(seen.X, seen.weights, seen.triangles))
         place, value = self._summed(far, seen)
         details = {f"difference_{self._suffix}": value, f"size_{self._suffix}": size}
         details |= {"at_m": seen.X[place].tolist(), "points": len(far)}
@@ -138,17 +140,25 @@ class OfTensors(Metric):
     def _summed(self, values: Floats, seen: Seen) -> tuple[int, float]:
         """The point of the greatest magnitude, and the value there or the mean."""
         place = int(np.abs(values).argmax())
-        return place, float(values[place]) if self.over == "largest" else self._mean(values, seen)
+        if self.over == "largest":
+            return place, float(values[place])
+        return place, float(shares_of(seen.X, seen.weights, seen.triangles) @ values)
 
-    def _mean(self, values: Floats, seen: Seen) -> float:
-        """Over the volume, the area or the length that points stand for; of points without these, each alike."""
-        if seen.weights is not None:
-            return float(seen.weights @ values / seen.weights.sum())
-        if seen.triangles is None or not len(seen.triangles):
-            return float(_along(seen.X) @ values)
-        corners = seen.X[seen.triangles]
-        areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-        return float(areas @ values[seen.triangles].mean(axis=1) / areas.sum())
+
+def shares_of(X: Floats, weights: Floats | None, triangles: Ints | None) -> Floats:
+    """What each of points X (n, 3) counts in a mean (n,), of sum 1.
+
+    The volume, the area or the length that it stands for, by `weights` (n,) or `triangles` (k, 3); else each alike.
+    """
+    if weights is not None:
+        told: Floats = weights / weights.sum()
+        return told
+    if triangles is None or not len(triangles):
+        return _along(X)
+    corners = X[triangles]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    found: Floats = np.bincount(triangles.ravel(), np.repeat(areas, 3), minlength=len(X)) / (3.0 * areas.sum())
+    return found
 
 
 def _along(X: Floats) -> Floats:

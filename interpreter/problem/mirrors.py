@@ -9,7 +9,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault
-from softmark.interpreter.vocabulary.loads import AtPoint, PerLength, PerMass
+from softmark.interpreter.vocabulary.loads import AtPoint, PerLength, PerMass, Tensile
 from softmark.interpreter.vocabulary.supports import Symmetric
 
 if TYPE_CHECKING:
@@ -44,8 +44,16 @@ def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnost
 
 
 def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
-    """What is wrong with a load beside a plane of symmetry: gravity across it, which the mirror image has turned."""
+    """What is wrong with a load beside a plane of symmetry: what the mirror image has turned.
+
+    Gravity across it, and tension neither across it nor along it.
+    """
     normal, action = support.thing.normal, load.thing.action
+    if normal is not None and isinstance(action, Tensile) and 0.0 < abs(action.direction[normal[0]]) < 1.0:
+        return diagnostic("E582", load.at("direction"),
+                          f"`{load.name}` pulls askew to the plane of symmetry `{support.name}`",
+                          "the mirror image is pulled another way",
+                          "along the plane or across it there is symmetry: `direction = +x`")  # fmt: skip
     if normal is None or not isinstance(action, PerMass) or not action.acceleration[normal[0]]:
         return None
     way = "xyz"[normal[0]]

@@ -181,33 +181,51 @@ def _nothing(probe: Declared, faces: Sequence[str] = ()) -> Fault:
 def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> ProbePoints:
     """Four points in every tetrahedron, by which integrals of squares of linear fields are exact: at its centroid alone
     the strains of linear elements are better than anywhere else, and their error seems less than it is. Tetrahedra that
-    a border of the condition passes are cut there. Raises Fault if nothing is selected."""
-    where, named = probe.thing.where, case.groups and shape.prebuilt
-    cuts = () if where is None else cuts_for(where, shape)
+    a border of the condition, or of a part of another material, passes are cut there. Raises Fault if nothing is
+    selected."""
+    each, named = _each(probe, case), case.groups and shape.prebuilt
+    cuts = tuple(dict.fromkeys(cut for where in each for cut in cuts_for(where, shape)))
     mesh = shape.named(Tet4.name) if named else shape.mesh(Tet4.name, size, cuts)
     xi, weights = Tet10.quadrature()
     corners, volumes = mesh.points[mesh.cells], mesh.volumes
-    if where is not None:
-        corners, volumes = _selected(probe, case, mesh)
+    if each:
+        corners, volumes = _selected(probe, case, mesh, each)
     X = Tet4.shape(xi) @ corners  # (m, 4, 3)
     return ProbePoints(X.reshape(-1, 3), weights=np.outer(volumes, weights / weights.sum()).ravel())
 
 
-def _selected(probe: Declared, case: Case, mesh: Mesh) -> tuple[Floats, Floats]:
-    """Tetrahedra (t, 4, 3), m, of what a probe selects of a mesh, and their volumes (t,), m^3. Raises Fault."""
+def _each(probe: Declared, case: Case) -> tuple[Condition, ...]:
+    """What a probe selects, that of each material apart: stress and strain jump between them. None where it is all."""
+    where = probe.thing.where
+    if not case.parts:
+        return () if where is None else (where,)
+    from softmark.interpreter.problem.regions import remaining
+
+    both = partial(Condition.junction, "and")
+    rest = reduce(both, (Condition.negation(part.thing.where) for part in case.parts))
+    each = (rest, *remaining(case))
+    return each if where is None else tuple(both(where, own) for own in each)
+
+
+def _selected(probe: Declared, case: Case, mesh: Mesh, each: Sequence[Condition]) -> tuple[Floats, Floats]:
+    """Tetrahedra (t, 4, 3), m, of what a probe selects of a mesh, and their volumes (t,), m^3. Raises Fault.
+
+    `each` are the conditions that select it, each in tetrahedra of its own.
+    """
     from softmark.interpreter.problem import members
     from softmark.interpreter.problem.parts.pieces import within
     from softmark.solvers.mesh.clip import Pieces
 
-    where, whole = probe.thing.where, Pieces(mesh.points[mesh.cells], np.arange(len(mesh.cells)))
-    members.check((r for r in case.groups if r.thing.name in where.groups), mesh)
+    whole, named = Pieces(mesh.points[mesh.cells], np.arange(len(mesh.cells))), {g for own in each for g in own.groups}
+    members.check((r for r in case.groups if r.thing.name in named), mesh)
     found = [
         within(own, whole.chosen(np.arange(len(mesh.cells))[which]), mesh.extent)
+        for where in each
         for own, which in members.apart(where, members.of_cells(mesh))
     ]
     corners, sizes = (np.concatenate([getattr(part, name) for part in found]) for name in ("corners", "sizes"))
     if not sizes.sum() > 0.0:
-        asked = {r.name: r.thing.name for r in case.groups if r.thing.name in where.groups}
+        asked = {r.name: r.thing.name for r in case.groups if r.thing.name in probe.thing.where.groups}
         faces = [region for region, name in asked.items() if (mesh.groups or {})[name].kind == "faces"]
         raise _nothing(probe, faces)
     return corners, sizes

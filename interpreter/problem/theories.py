@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 from softmark.interpreter.language.scene import Declared
@@ -14,6 +14,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.results.reactions import AtRest
+
+
+# what solves a reference, by what it is about
+SOLVED = {"torsion": "twisted", "bar": "stretched", "sphere": "around", "hole": "around"}
+WITH_STRESS = ("sphere", "hole")  # about what references know stress, too
 
 
 class Theory(Protocol):
@@ -38,6 +43,10 @@ def problem_of(reference: Declared, case: Case) -> Any:
         from softmark.interpreter.problem.torsion_theory import cylinder_of
 
         return cylinder_of(reference, case)
+    if reference.thing.about in ("sphere", "hole"):
+        from softmark.interpreter.problem.far_stress import core_of
+
+        return core_of(reference, case)
     if reference.thing.about == "tendons":
         from softmark.interpreter.problem.tendon_theory import driven_rod_of
 
@@ -52,9 +61,7 @@ def problem_of(reference: Declared, case: Case) -> Any:
 def solved(reference: Declared, case: Case) -> Theory:
     """What it says. Raises Fault, and whatever solving it may."""
     problem = problem_of(reference, case)
-    thing = reference.thing
-    solve = {"torsion": "twisted", "bar": "stretched"}.get(thing.about, "solve")
-    found: Theory = getattr(thing, solve)(problem)
+    found: Theory = getattr(reference.thing, SOLVED.get(reference.thing.about, "solve"))(problem)
     return found
 
 
@@ -67,3 +74,23 @@ def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
     from softmark.interpreter.problem.torsion_theory import at_rest
 
     return at_rest(case, found)
+
+
+def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
+    """What it says of stress, as a model does; None of one that does not."""
+    if reference.thing.about not in WITH_STRESS:
+        return None
+    from softmark.interpreter.problem.far_stress import Told
+
+    told = Told(found)  # type: ignore[arg-type]
+    return lambda: told
+
+
+def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:
+    """What a report has of it beside its error."""
+    if reference.thing.about not in WITH_STRESS:
+        return {}
+    from softmark.interpreter.problem.far_stress import said
+
+    core: Any = found
+    return {"size_matters": core.size_matters, "said": said(core)}

@@ -14,17 +14,26 @@ from softmark.interpreter.metrics.curves import Curve
 from softmark.interpreter.models.prepare import from_a_model, measurement
 from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.points import above, facts_of, scanned, seen_finite
-from softmark.interpreter.problem.theories import at_rest_of, solved
+from softmark.interpreter.problem.theories import at_rest_of, facts_of_theory, solved, stress_of
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.reactions import AtRest
 from softmark.interpreter.results.report import ProbeResult, ReferenceResult, SeenCurve, SeenSurface, clean
 from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.run import probes
 from softmark.interpreter.run.answers import Work
+from softmark.records import dataclass
 from softmark.references.curve import MeasuredCurve
 from softmark.references.measured import MeasuredSurface
 
 DRAWN = 400  # points of a measured curve that a report keeps
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a theory may know beside displacements: forces, and stress as a model has it."""
+
+    rest: AtRest | None = None
+    stress: Callable[[], Any] | None = None
 
 
 def read(work: Work) -> None:
@@ -93,7 +102,9 @@ def _reference(work: Work, declared: Declared) -> None:
         case = work.case(declared)
         found = work.options.recall(work.scene, declared, lambda: solved(declared, case))
         error, rest = float(found.estimated_error), at_rest_of(declared, case, found)
-        _keep_reference(work, declared, lambda X: above(found.displacement(X), error), error, rest=rest)
+        more = Known(rest, stress_of(declared, found))
+        facts = facts_of_theory(declared, found)
+        _keep_reference(work, declared, lambda X: above(found.displacement(X), error), error, facts, more)
     except Fault as refused:
         raise SceneError([refused.diagnostic]) from refused
     except Exception as failure:
@@ -120,7 +131,7 @@ def _keep_reference(
     displacement: Callable[[Any], Any],
     error: float,
     facts: Mapping[str, Any] | None = None,
-    rest: AtRest | None = None,
+    more: Known | None = None,
 ) -> None:
     """A reference that has a field of displacements."""
     cls, case = type(declared.thing), work.case(declared)
@@ -129,9 +140,11 @@ def _keep_reference(
         _failed(work, declared, "its displacements are not finite numbers")
         return
     weights = probes.weights(work, case.body.name)
+    more = more or Known()
     work.views[declared.name] = View(
-        declared.name, case.body.name, case, None, displacement, seen, weights, uncertainty=error, at_rest=rest
-    )
+        declared.name, case.body.name, case, None, displacement, seen, weights, uncertainty=error,
+        at_rest=more.rest, stress=more.stress,
+    )  # fmt: skip
     work.references[declared.name] = ReferenceResult(
         declared.name, "converged", None, cls.kind, cls.source, error, seen, facts=clean(facts or {})
     )

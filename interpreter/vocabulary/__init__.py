@@ -10,7 +10,16 @@ from typing import Any
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.bodies import Axisymmetric, PlaneStrain, PlaneStress, Solid
 from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, State, Table
-from softmark.interpreter.vocabulary.loads import Gravity, LineLoad, PointForce, Pressure, Tendon, Torque, Traction
+from softmark.interpreter.vocabulary.loads import (
+    Gravity,
+    LineLoad,
+    PointForce,
+    Pressure,
+    Tendon,
+    Tension,
+    Torque,
+    Traction,
+)
 from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published import Column
 from softmark.interpreter.vocabulary.regions import BodyGroup, BodyPart
@@ -40,6 +49,7 @@ SUPPORTS: dict[str, type[Any]] = {
 LOADS: dict[str, type[Any]] = {
     "gravity": Gravity,
     "traction": Traction,
+    "tension": Tension,
     "pressure": Pressure,
     "point_force": PointForce,
     "torque": Torque,

@@ -35,6 +35,22 @@ class PerArea:
 
 
 @dataclass(frozen=True)
+class Tensile:
+    """What a uniform stress along one direction exerts on a part of the surface, per undeformed area: a dead force."""
+
+    where: Any  # a condition
+    stress: float  # Pa
+    direction: Vector3  # unit vector
+
+    @property
+    def tensor(self) -> tuple[Vector3, Vector3, Vector3]:
+        """The stress, Pa: its rows."""
+        x, y, z = ((self.stress * a * self.direction[0], self.stress * a * self.direction[1],
+                    self.stress * a * self.direction[2]) for a in self.direction)  # fmt: skip
+        return x, y, z
+
+
+@dataclass(frozen=True)
 class Follower:
     """A pressure on a part of the surface, inward, that stays normal to it while it moves."""
 
@@ -153,6 +169,31 @@ class Traction(Load):
     def action(self) -> PerArea:
         """How it acts."""
         return PerArea(self.where, self.vector)
+
+
+@dataclass(frozen=True)
+class Tension(Load):
+    """What a uniform stress along a direction exerts on a part of the surface: a body that is pulled from afar.
+
+    The force per undeformed area is T (d.n) d, with T the tension, d its direction and n the outward normal: all of it
+    where the surface looks that way, none where it lies along it. It keeps its direction (a dead load). On the whole
+    surface it makes the uniform stress T d d in a body of one material. Several add up to any uniform stress: three of
+    one size along the axes are a pressure, negative. Facets across the border of the selection count by the exact part
+    of them that lies inside. Beams refuse it.
+    """
+
+    strength = "magnitude"
+
+    body: Annotated[str, "body", "the body that is loaded"]
+    where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
+    magnitude: Annotated[float, "Pa", "the stress, positive where it pulls"]
+    direction: Annotated[Vector3, "direction", "along which line it pulls, `+x` as well as `-x`"]
+    course: Annotated[Any | None, "course", COURSE] = None
+
+    @property
+    def action(self) -> Tensile:
+        """How it acts."""
+        return Tensile(self.where, self.magnitude, self.direction)
 
 
 @dataclass(frozen=True)

@@ -102,8 +102,9 @@ class Volume(Probe):
     """Points throughout a body, or a part of it, each with the part of the volume that it stands for.
 
     Four in every cell of a tetrahedral mesh of about `size` (Hammer, Marlowe and Stroud 1956): what integrals over the
-    body are made of, exact for polynomials of degree two in each cell. Cells that a border of `where` passes are cut
-    there: along planes exactly, along curved borders by straight pieces, which miss as little as a mesh of this size.
+    body are made of, exact for polynomials of degree two in each cell. Cells that a border of `where`, or of a part of
+    another material, passes are cut there: along planes exactly, along curved borders by straight pieces, which miss as
+    little as a mesh of this size.
     """
 
     body: Annotated[str, "body", "the body that is looked at"]

@@ -48,7 +48,7 @@ def centre_rule(element: type[Element]) -> Rule:
     return np.array([element.centre]), np.array([element.volume])
 
 
-ASKED = 4  # sets of points whose places in a mesh are kept
+KEPT = (4, 64, 50_000)  # sets of points whose places in a mesh are kept: always, at most, and points of all together
 
 
 @dataclass(frozen=True)
@@ -74,16 +74,25 @@ def locate(mesh: Mesh, X: Floats) -> Located:
 
     A point between an inscribed mesh and the curved surface that it approximates is given to the nearest cell
     and extrapolated linearly, so the caller must look at `outside`. A point on a face that two cells share is given to
-    either. The last ASKED sets of points are kept with the mesh: a probe asks for its own many times.
+    either. The last sets of points are kept with the mesh: each probe asks for its own many times, in turn.
     """
     kept: list[tuple[Floats, Located]] = mesh.selections.setdefault(locate, [])
-    for own, found in kept:
+    for number, (own, found) in enumerate(kept):
         if own.shape == X.shape and np.array_equal(own, X):
+            kept.insert(0, kept.pop(number))
             return found
     found = _in_tetrahedra(mesh, X) if mesh.element.constant else _in_curved_cells(mesh, X)
-    kept.insert(0, (X.copy(), found))
-    del kept[ASKED:]
+    located(mesh, X, found)
     return found
+
+
+def located(mesh: Mesh, X: Floats, found: Located) -> None:
+    """Keep where points X (n, 3) lie in a mesh: found in it, or in a larger one in cells that it has."""
+    kept: list[tuple[Floats, Located]] = mesh.selections.setdefault(locate, [])
+    kept.insert(0, (X.copy(), found))
+    always, most, points = KEPT
+    sizes = np.cumsum([len(own) for own, _ in kept])
+    del kept[min(most, max(always, int(np.searchsorted(sizes, points, side="right")))) :]
 
 
 # ------------------------------------------------------------------ four-node tetrahedra, in closed form

@@ -119,7 +119,16 @@ class Stresses:
         return stress, strain, shape
 
     def moved(self, step: Floats) -> Stresses:
-        """The same with displacements added to its nodes (n, 3), m."""
+        """The same with displacements added to its nodes (n, 3), m: made once while the same step is asked for."""
+        if not self._moves or self._moves[0][0] is not step:
+            self._moves[:] = [(step, self._moved(step))]
+        return self._moves[0][1]
+
+    @cached_property
+    def _moves(self) -> list[tuple[Floats, Stresses]]:
+        return []
+
+    def _moved(self, step: Floats) -> Stresses:
         return Stresses(replace(self.state, u=self.state.u + step))
 
     def strain(self) -> Floats:

@@ -15,7 +15,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.groups import same_rows
-from softmark.solvers.mesh.interpolation import locate
+from softmark.solvers.mesh.interpolation import Located, locate, located
 from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.stresses.field import Part, Stresses, norm_of
 from softmark.solvers.stresses.sampled import State
@@ -102,8 +102,7 @@ class Layers(Stresses):
         stress, strain, shape = np.sqrt(sizes @ squares / sizes.sum()).tolist()
         return stress, strain, shape
 
-    def moved(self, step: Floats) -> Layers:
-        """The same with displacements added to its nodes (n, 3), m."""
+    def _moved(self, step: Floats) -> Layers:
         moved = tuple(own.moved(step) for own in self.each)
         return Layers(replace(self.state, u=self.state.u + step), moved)
 
@@ -136,12 +135,16 @@ class Layers(Stresses):
         """
         where = locate(self.state.mesh, X)
         found = np.stack([same_rows(own.state.mesh.cells, where.nodes) for own in self.each])
+        alone = found.copy()
         counts = np.abs(where.N) > AT
         several = (self._touched[:, where.nodes] | ~counts).all(axis=2).sum(axis=0) > 1
         for point in np.flatnonzero(several & ~counts.all(axis=1)).tolist():
             nodes = where.nodes[point][counts[point]]
             for row, own in zip(found, self.each, strict=True):
                 row[point] |= bool(np.isin(own.state.mesh.cells, nodes).sum(axis=1).max() == len(nodes))
+        for own, row, here in zip(self.each, found, alone, strict=True):
+            if row.any() and (row == here).all():  # its cells have all of these points: they need not be found again
+                located(own.state.mesh, X[row], Located(where.nodes[row], where.N[row], where.outside[row]))
         return found
 
 

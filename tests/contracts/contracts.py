@@ -44,7 +44,17 @@ from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.results.report import ModelKind, ModelResult
 from softmark.interpreter.run.pipeline import Options, run
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, Load, PerArea, PerLength, PerMass, Routed, Turning
+from softmark.interpreter.vocabulary.loads import (
+    AtPoint,
+    Follower,
+    Load,
+    PerArea,
+    PerLength,
+    PerMass,
+    Routed,
+    Tensile,
+    Turning,
+)
 from softmark.interpreter.vocabulary.supports import Support
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism, Section, Shape, Swept, transverse
@@ -63,6 +73,7 @@ BEADS = 'reference beads = markers("beads.csv", unit = 1 mm, uncertainty = 0.1 m
 # one of each, as a scene has it; a new word needs none of these to be checked by itself
 LOADED = {
     "gravity": "gravity(1 m/s^2)",
+    "tension": "tension(bar, where = x >= 40 mm, magnitude = 1 Pa, direction = +x)",
     "traction": "traction(bar, where = x >= 40 mm, vector = (0, 0, -1) Pa)",
     "pressure": "pressure(bar, where = z >= 10 mm, magnitude = 1 Pa)",
     "point_force": "point_force(bar, at = (40, 0, 0) mm, vector = (0, 0, -0.1) mN)",
@@ -215,7 +226,7 @@ def check_load(cls: type[Any], words: str) -> None:
     assert errors(found) == [], name
     push = scene.declared["push"].thing
     assert push.strength in {f.name for f in dataclasses.fields(cls)}, "which field says how much?"
-    assert isinstance(push.action, PerMass | PerArea | Follower | Turning | AtPoint | PerLength | Routed)
+    assert isinstance(push.action, PerMass | PerArea | Tensile | Follower | Turning | AtPoint | PerLength | Routed)
     np.testing.assert_allclose(_amount(push.part(0.5).action), 0.5 * _amount(push.action), rtol=1e-15)
     case = case_for(scene, scene.declared["m"])
     prepared = build(scene.declared["m"], case, Workshop(scene=scene))
@@ -232,6 +243,8 @@ def _amount(action: Any) -> Any:
             return np.array(a)
         case PerArea(traction=t) | Turning(moment=t):
             return np.array(t)
+        case Tensile(stress=s):
+            return np.array(s)
         case Follower(pressure=p):
             return np.array(p)
         case Routed(tension=T):

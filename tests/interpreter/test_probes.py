@@ -186,7 +186,7 @@ def test_an_integral_of_squared_strains_is_exact_on_any_mesh(size: float) -> Non
     """
     L, c = 0.06, 1e-6 / 0.06
     probe: Any = SimpleNamespace(thing=SimpleNamespace(where=None))
-    whole: Any = SimpleNamespace(groups=())
+    whole: Any = SimpleNamespace(groups=(), parts=())
     place = _volume(probe, whole, Box((L, 0.02, 0.02)), size)
 
     def right(X: np.ndarray) -> np.ndarray:

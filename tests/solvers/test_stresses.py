@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from softmark.solvers.energies.loads import DeadForces
 from softmark.solvers.energies.pressures import DisplacementEnergy, MeanDilatation, MixedSolid
 from softmark.solvers.linear.systems import Linear
 from softmark.solvers.materials import MATERIALS, Isotropic, law_for, mixed_for
+from softmark.solvers.mesh import interpolation
 from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh, jacobians
 from softmark.solvers.mesh.shapes import Box
@@ -339,3 +342,65 @@ def test_cells_whose_nodes_are_all_on_borders_have_a_stress_of_their_own() -> No
     X = np.stack([np.full(5, 0.3), y, np.full(5, 0.4)])
     np.testing.assert_allclose(found.at(X.T.copy()).cauchy[:, 0, 0], [0.2, 1.0, 1.0, 1.0, 0.2], rtol=1e-12)
     assert found.shared(X.T.copy()) == 2
+
+
+def test_points_of_several_probes_are_found_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nine sets of points asked in turn, in two layers: each is found once in the whole mesh, and in no layer again.
+
+    Before, four sets were kept, so that a fifth probe made all of them be looked for again by every metric, three times
+    in a body of two materials. What is on the border is looked for in
+    the layer as well that the cell is not of.
+    """
+    counted: list[int] = []
+    searched = interpolation._in_curved_cells
+
+    def counting(mesh: Mesh, X: np.ndarray) -> Any:
+        counted.append(len(X))
+        return searched(mesh, X)
+
+    monkeypatch.setattr(interpolation, "_in_curved_cells", counting)
+    mesh = Box((1.0, 1.0, 1.0)).mesh("hex8", 0.25)
+    owners = (mesh.points[mesh.cells].mean(axis=1)[:, 1] > 0.5).astype(np.int64)
+    materials = tuple(MATERIALS["linear_elastic"](E, 0.0, 1.0) for E in (2.0, 10.0))
+    found = Layers.of(State(mesh, materials[0], "small", mesh.points * [0.1, 0.0, 0.0]), materials, owners)
+    rng = np.random.default_rng(5)
+    sets = [rng.uniform(0.01, 0.49, (k + 1, 3)) for k in range(9)]
+    for k in (1, 3, 5, 7):
+        sets[k][:, 1] += 0.5
+    sets[4][:3, 1] += 0.5  # some in each
+    for _ in range(3):
+        for k, X in enumerate(sets):
+            expected = np.where(X[:, 1] < 0.5, 0.2, 1.0)
+            np.testing.assert_allclose(found.at(X).cauchy[:, 0, 0], expected, rtol=1e-12, err_msg=str(k))
+            found.unresolved(X)
+    assert counted == list(range(1, 10))
+    at_the_border = np.array([[0.3, 0.5, 0.4], [0.2, 0.3, 0.2]])
+    found.at(at_the_border)
+    assert sorted(counted[9:]) == [1, 2]
+
+
+def test_many_points_do_not_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At most 64 sets, and so many points of all but the last four together."""
+    monkeypatch.setattr(interpolation, "KEPT", (4, 64, 500))
+    mesh = Box((1.0, 1.0, 1.0)).mesh("tet4", 0.5)
+    rng = np.random.default_rng(6)
+    for _ in range(70):
+        interpolation.locate(mesh, rng.random((3, 3)))
+    kept = mesh.selections[interpolation.locate]
+    assert len(kept) == 64
+    for _ in range(6):
+        interpolation.locate(mesh, rng.random((200, 3)))
+    assert [len(X) for X, _ in kept] == [200] * 4
+
+
+def test_a_step_moves_a_state_once() -> None:
+    """All metrics ask for the same state next to it, whose recovery is shared."""
+    mesh = Box((1.0, 1.0, 1.0)).mesh("hex8", 0.5)
+    material = MATERIALS["linear_elastic"](2.0, 0.0, 1.0)
+    state = State(mesh, material, "small", mesh.points * [0.1, 0.0, 0.0])
+    steps = [mesh.points * [0.2, 0.0, 0.0], mesh.points * [0.3, 0.0, 0.0]]
+    for found in (Stresses(state), Layers.of(state, (material,), np.zeros(len(mesh.cells), dtype=np.int64))):
+        assert found.moved(steps[0]) is found.moved(steps[0])
+        for step, stress in zip(steps, (0.6, 0.8), strict=True):
+            np.testing.assert_allclose(found.moved(step).at(mesh.points[:3]).cauchy[:, 0, 0], stress, rtol=1e-12)
+        np.testing.assert_allclose(found.at(mesh.points[:3]).cauchy[:, 0, 0], 0.2, rtol=1e-12)

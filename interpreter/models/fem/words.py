@@ -16,7 +16,7 @@ from softmark.interpreter.problem.conforming import Cuts, cuts_of, graded
 from softmark.interpreter.problem.small_deflection import bending_angle
 from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import PerLength
 from softmark.records import dataclass
 from softmark.solvers.elements import WORDS, named, unknown
 
@@ -125,7 +125,7 @@ class Fem(Model):
         Any | None, "condition", "at whose border cells are smaller, as at a clamp: `towards = x <= 0 mm`"
     ] = None
 
-    loads = (PerMass, PerArea, Follower, Turning, AtPoint, PerLength)
+    loads = (*Model.loads, PerLength)
 
     @property
     def constant(self) -> bool:  # type: ignore[override]

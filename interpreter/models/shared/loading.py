@@ -14,7 +14,16 @@ from softmark.interpreter.models.shared.pieces import pieces
 from softmark.interpreter.problem.case import Case, fault
 from softmark.interpreter.problem.mirrors import must_not_load_plane, must_not_turn_half
 from softmark.interpreter.problem.parts.surface import Loaded, loaded
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning, Vector3
+from softmark.interpreter.vocabulary.loads import (
+    AtPoint,
+    Follower,
+    PerArea,
+    PerLength,
+    PerMass,
+    Tensile,
+    Turning,
+    Vector3,
+)
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.loads import DeadForces, FaceMoment, FollowerPressure
 from softmark.solvers.mesh.interpolation import Integration, locate
@@ -56,6 +65,9 @@ def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: boo
             t = np.array(traction)
             surface = _surface(case, load, where, mesh)
             surface.spread(dead, lambda A: np.linalg.norm(A, axis=-1)[..., None] * t, False, case.depth)
+        case Tensile(where=where) as pull:
+            sigma = np.array(pull.tensor)
+            _surface(case, load, where, mesh).spread(dead, lambda A: A @ sigma, True, case.depth)
         case Follower(where=where, pressure=p) if small:
             _surface(case, load, where, mesh).spread(dead, lambda A: -p * A, True, case.depth)
         case Follower(where=where, pressure=p):
@@ -189,7 +201,7 @@ def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> Loaded
     facets = np.concatenate([found.whole, found.nodes[found.w > 0.0]])
     if case.planar:
         _must_be_edge(case, load, mesh.points[facets])
-    if isinstance(load.thing.action, PerArea):  # of a pressure, the plane's support takes all
+    if isinstance(load.thing.action, PerArea | Tensile):  # of a pressure, the plane's support takes all
         must_not_load_plane(case, load, mesh.points[facets], mesh.points)
     if isinstance(load.thing.action, Turning):
         must_not_turn_half(case, load, mesh.points[np.concatenate([found.whole, found.nodes])], mesh.points)

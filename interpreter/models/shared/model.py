@@ -14,7 +14,16 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Routed, Turning
+from softmark.interpreter.vocabulary.loads import (
+    AtPoint,
+    Follower,
+    PerArea,
+    PerLength,
+    PerMass,
+    Routed,
+    Tensile,
+    Turning,
+)
 from softmark.interpreter.vocabulary.supports import Holding
 
 if TYPE_CHECKING:
@@ -35,7 +44,7 @@ class Model:
     """A model as a scene declares it, where nothing else is said."""
 
     # what a scene may put on it: `refusals` says so of all else, when the scene is checked
-    loads: tuple[type[Any], ...] = (PerMass, PerArea, Follower, Turning, AtPoint)  # how they may act
+    loads: tuple[type[Any], ...] = (PerMass, PerArea, Tensile, Follower, Turning, AtPoint)  # how they may act
     supports: tuple[type[Any], ...] = (Holding,)  # what they are
     moves = True  # it takes dynamic analyses
     composite = False  # it takes bodies with parts of other materials

@@ -15,7 +15,16 @@ from softmark.interpreter.problem.parts.patches import Floats
 from softmark.interpreter.problem.parts.surface import Loaded
 from softmark.interpreter.problem.parts.true import selected
 from softmark.interpreter.results.loads import Resultant, Vector
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Routed, Turning
+from softmark.interpreter.vocabulary.loads import (
+    AtPoint,
+    Follower,
+    PerArea,
+    PerLength,
+    PerMass,
+    Routed,
+    Tensile,
+    Turning,
+)
 
 SHOWN = 1e-3  # of a load: what may be missing, or undecided, without a word
 
@@ -62,7 +71,7 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
         return _placed(action, force, moment)
     if isinstance(action, Routed):  # its ends and its guides are in the body: nothing is left of it
         return Resultant(force, moment, None, (0.0, 0.0, 0.0), 1.0, exact_moment=(0.0, 0.0, 0.0))
-    on_surface = isinstance(action, PerArea | Follower | Turning)
+    on_surface = isinstance(action, PerArea | Tensile | Follower | Turning)
     known: Loaded | None = mesh.selections.get(action.where) if mesh is not None and on_surface else None
     exact, area = _exact(case, load)
     if isinstance(action, Turning):
@@ -80,7 +89,9 @@ def _around(case: Case, load: Declared, mesh: Any, f: Floats) -> Resultant:
     """Of a load on a body of revolution, with forces f (n, 3) on whole rings, N: along the axis, the rest cancels."""
     force, none = (0.0, float(f[:, 1].sum()), 0.0), (0.0, 0.0, 0.0)
     action = load.thing.action
-    known: Loaded | None = mesh.selections.get(action.where) if isinstance(action, PerArea | Follower) else None
+    known: Loaded | None = (
+        mesh.selections.get(action.where) if isinstance(action, PerArea | Tensile | Follower) else None
+    )
     if known is None:
         return Resultant(force, none, None, None, 1.0)
     area = known.area_of(case.depth)
@@ -126,6 +137,8 @@ def _exact(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
             return _vector(found[0] * np.array(t)), found[0]
         case Turning(where=where) if (found := selected(shape, where)) is not None:
             return (0.0, 0.0, 0.0), found[0]
+        case Tensile(where=where) as pull if (found := selected(shape, where)) is not None:
+            return _vector(found[1] @ np.array(pull.tensor)), found[0]
         case Follower(where=where, pressure=p) if (found := selected(shape, where)) is not None:
             return _vector(-p * found[1]), found[0]
     return None, None

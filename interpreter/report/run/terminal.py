@@ -51,7 +51,7 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
         parts.append(_Rows(findings, body, paint).text(room))
     if told := list(over_states.lines(findings)):
         parts += ["", *told]
-    notes = [*_uncertain(report), *_reasons(report), *_read(report)]
+    notes = [*_uncertain(report), *_reasons(report), *_said(report), *_read(report)]
     if notes := [*notes, *vouching.lines(report), *reactions.lines(report)]:
         parts += ["", *notes]
     if report.expectations:
@@ -236,6 +236,11 @@ def _read(report: Report) -> list[str]:
     known = report.references.items()
     measured = [(n, r.facts.get("notes") or ()) for n, r in known if "uncertainty" in r.facts]
     return [all_visible(f"{name}: {note}") for name, notes in measured for note in notes]
+
+
+def _said(report: Report) -> list[str]:
+    """What references say of themselves."""
+    return [f"{name}: {said}" for name, r in report.references.items() if (said := r.facts.get("said"))]
 
 
 def _expectation(e: ExpectationResult, paint: _Paint) -> str:

@@ -92,6 +92,8 @@ def _meaning(metric: MetricColumn) -> str:
 def _source(name: str, reference: ReferenceResult) -> str:
     error = reference.estimated_error
     own = "" if error is None else f" Its own error is {own_error(error)}."
+    said = str(reference.facts.get("said") or "")
+    own += f" {said[:1].upper()}{said[1:]}." if said else ""
     return _defined(name, f"{reference.kind[:1].upper()}{reference.kind[1:]}: {reference.source}.{own}")
 
 
