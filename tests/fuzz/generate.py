@@ -301,6 +301,17 @@ class Maker:
         items = ", ".join(self.number() for _ in range(self.pick((1, 2, 3, 0))))
         return f"[{items}]{self.pick(('', ' mm', ' kPa', ' s'))}"
 
+    def _vectors(self, asked: Field, depth: int) -> str:
+        count = self.pick((2, 3, 1, 0)) if self.wrong else 2
+        return f"[{', '.join(self._vector(asked, depth) for _ in range(count))}]"
+
+    def _pairs(self, asked: Field, depth: int) -> str:
+        return str(self.pick(("[(1, 2)]", "[(2, 1)]", "[(1, 1)]", "[(0, 3)]", "[]", "[1]")) if self.wrong else "[(1, 2)]")
+
+    def _each(self, asked: Field, depth: int) -> str:
+        one = self._quantity(asked, depth)
+        return self.pick((one, f"[{one}]", f"[{one}, {one}]", "[]")) if self.wrong else one
+
     def expectation(self) -> str:
         """A condition on a metric, or on none."""
         owner = self.pick(("model0", "reference0", "model1", "body0", "p0"))

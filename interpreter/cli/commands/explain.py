@@ -245,13 +245,14 @@ _FITTING = {  # of fields whose value must go with that of another, or that take
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
 }  # fmt: skip
 _FILES = {"filled": '"file.stl"', "markers": '"file.csv"', "table": '"file.csv"', "ct_volume": '"file.nrrd"'}
-_CHOSEN = {"arc": ("side",)}  # fields that may be left out, one or another of which is needed
+_CHOSEN = {"arc": ("side",), "network": ("radius",)}  # fields that may be left out, one or another of which is needed
 _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "files": '"file.csv"',
     "texts": '"force"', "amount": "1 mm", "direction": "-z", "condition": "x <= 0 mm",
     "components": "(x, y)", "names": "[NAME_OF_MODEL, NAME_OF_MODEL]", "list": "[10, 5, 2.5] mm",
     "target": "NAME_OF_PARAMETER", "targets": "[NAME_OF_PARAMETER]",
-    "variants": "[10, 5, 2.5] mm",
+    "variants": "[10, 5, 2.5] mm", "vectors": "[(0, 0, 0), (0, 0, 1), (1, 0, 1)] m", "pairs": "[(1, 2), (2, 3)]",
+    "each": "20 mm",
 }  # fmt: skip
 
 

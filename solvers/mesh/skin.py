@@ -1,4 +1,4 @@
-"""The surface of a body along an axis for pictures, without a mesh: rings along its axis, and a cap at each end."""
+"""The surface of a body along an axis, without a mesh: rings along its axis, and a cap at each end."""
 
 from __future__ import annotations
 
