@@ -84,6 +84,7 @@ class Network(Shape):
     height: tuple[float, ...] | None = None
     up: Vector3 = (0.0, 0.0, 1.0)
 
+    wired = True
     gap = "empty between its members"
 
     @property

@@ -182,6 +182,7 @@ class Shape:
 
     prebuilt: ClassVar[bool] = False  # its cells are those of a file, and a size has no part in them
     flat: ClassVar[bool] = False  # it is a region of a plane, for plane problems
+    wired: ClassVar[bool] = False  # it is a network of axes, of which no cells are made
     gap: ClassVar[str] = "hollow"  # why a point between others that it holds may be outside, where it is not convex
 
     @property

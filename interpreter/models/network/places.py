@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Vector3
 
 HALVINGS = 12  # of a member, in which bounds decide what a condition selects of it
-END = 1e-6  # of a member: what is selected this near to its end is the end
+END = 1e-3  # of a member: what is selected this near to its end is the end
 ON = 1e-9  # of a member: points this near to its axis are on it
 
 

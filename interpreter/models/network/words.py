@@ -41,6 +41,7 @@ class Frame6Dof(Model):
     loads = (PerMass, AtPoint, PerLength, Turning)
     supports = (Fixed, Displaced, Hinged)
     moves = False
+    wired = True
     finely = ("segments",)
 
     segments: Annotated[int, "1 in [1, 1000]", "elements along each member"]
@@ -49,8 +50,7 @@ class Frame6Dof(Model):
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against it in this case."""
         network = case.shape
-        if not isinstance(network, Network):
-            return []  # which is refused before
+        assert isinstance(network, Network)  # all others are refused before
         found = [*self.refusals(declared, case), *_loads(declared, case, network), *_supports(declared, case, network)]
         if not found and case.supports:
             found += _held(self, case)

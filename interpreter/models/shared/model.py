@@ -14,7 +14,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
-from softmark.interpreter.vocabulary.supports import Holding
+from softmark.interpreter.vocabulary.supports import Hinged, Holding
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
@@ -32,6 +32,7 @@ class Model:
     loads: tuple[type[Any], ...] = (PerMass, PerArea, Follower, Turning, AtPoint)  # how they may act
     supports: tuple[type[Any], ...] = (Holding,)  # what they are
     moves = True  # it takes dynamic analyses
+    wired = False  # it is of networks of axes, and of nothing else
     composite = False  # it takes bodies with parts of other materials
     recovers = False  # it finds back to rest from any state
 
@@ -119,9 +120,11 @@ class Model:
                                  label, help)  # fmt: skip
         for support in case.supports:
             if not isinstance(support.thing, self.supports):
+                hinge = "a hinge holds points of a `network(...)`, and `frame6dof(...)` takes it"
                 yield diagnostic("E501", support.at(),
                                  f"`{declared.name}` cannot represent the support `{support.name}`",
-                                 "not a support that it takes", MOST)  # fmt: skip
+                                 "not a support that it takes",
+                                 hinge if isinstance(support.thing, Hinged) else MOST)  # fmt: skip
         yield from self.turns(declared, case)
 
     def turns(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
