@@ -161,6 +161,33 @@ class Network(Shape):
         side = side or 1.0  # without one it is a fault, of which only that is said
         return Rectangle(side, height or side)
 
+    def run(self, number: int) -> tuple[list[int], list[int]]:
+        """The members that go on straight with one, of its section, itself among them, and the ends of the whole run.
+
+        Members are from 0, points from 1.
+        """
+        found, ends = [number], []
+        for start in self.pairs[number]:
+            member, point = number, start
+            while (after := self._onward(member, point)) is not None and after not in found:
+                found.append(after)
+                member, point = after, next(p for p in self.pairs[after] if p != point)
+            ends.append(point)
+        return found, ends
+
+    def at(self, point: int) -> list[int]:
+        """The members that end at a point, from 0; the point is from 1."""
+        return [i for i, pair in enumerate(self.pairs) if point in pair]
+
+    def _onward(self, number: int, point: int) -> int | None:
+        """The member that goes on straight beyond a point at which no other ends, of the same section."""
+        here = self.at(point)
+        other = next((i for i in here if i != number), None)
+        if len(here) != 2 or other is None or self._section(other) != self._section(number):
+            return None
+        one, two = self.members[number], self.members[other]
+        return other if math.hypot(*cross(one.axis, two.axis)) <= ALONG else None
+
     def crossing(self) -> tuple[int, int] | None:
         """The first two members, from 1, whose axes meet where they share no point; None where there are none."""
         size = self.diagonal

@@ -252,15 +252,13 @@ class Networks(Beams):
 
 def _missing(network: Network, number: int, poisson: float, curvature: float) -> float:
     """What the theory leaves out of one member, relative: its section, and the extent of joints at its ends."""
-    member = network.members[number]
-    deep = [
-        max((max(network.members[i].section.extents) for i, p in enumerate(network.pairs) if end in p and i != number),
-            default=0.0)
-        for end in network.pairs[number]
-    ]  # fmt: skip
-    found = ribbon.missing(member.section, member.length, poisson, 2, True)
-    found += ribbon.stiffening(member.section, poisson, curvature) + ribbon.ovalling(member.section, poisson, curvature)
-    return found + JOINED * 0.5 * sum(deep) / member.length
+    section, (run, ends) = network.members[number].section, network.run(number)
+    length = sum(network.members[i].length for i in run)
+    others = [[i for i in network.at(end) if i not in run] for end in ends]
+    deep = sum(max((max(network.members[i].section.extents) for i in here), default=0.0) for here in others)
+    found = ribbon.missing(section, length, poisson, max(1, sum(map(bool, others))), True)
+    found += ribbon.stiffening(section, poisson, curvature) + ribbon.ovalling(section, poisson, curvature)
+    return found + JOINED * 0.5 * deep / length
 
 
 VOUCHER = Networks()

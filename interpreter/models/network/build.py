@@ -135,7 +135,7 @@ def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: Workshop
         target,
         case.analysis.tolerance,
         case.analysis.max_iterations,
-        bold=False,
+        bold=bool(np.any(target)),  # where members close a loop, what is imposed bends all of them at once
         extent=extent,
         weights=np.tile([1.0, 1.0, 1.0, *[1.0 / extent] * 3], layout.count),
         path=case.analysis.path,
