@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from softmark.interpreter.language.messages import diagnostic
-from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.vocabulary.bodies import BeamNetwork
 from softmark.interpreter.vocabulary.probes import Line, Markers, Point, Surface
@@ -43,13 +42,12 @@ def seen(scene: Scene) -> Iterator[Diagnostic]:
             continue
         part = isinstance(probe.thing, Surface) and probe.thing.where is not None
         if part or not isinstance(probe.thing, Point | Line | Surface | Markers):
-            yield diagnostic("E346", probe.at(), f"`{probe.name}` looks at {'a part of the surface' if part else 'points'}"
-                             f" of `{body.name}`, a network of beams", "not of networks", "look at points, along lines "
+            yield diagnostic("E346", probe.at(), f"`{probe.name}` looks {'at a part of the surface of' if part else 'into'}"
+                             f" `{body.name}`, a network of beams", "not of networks", "look at points, along lines "
                              "and at the whole surface")  # fmt: skip
     for metric in scene.of_kind("metric").values():
         body = scene.declared.get(metric.thing.body_in(scene) or "")
-        inner = isinstance(metric.thing, OfTensors | VolumeChange)
-        if inner and body is not None and isinstance(body.thing, BeamNetwork):
+        if isinstance(metric.thing, VolumeChange) and body is not None and isinstance(body.thing, BeamNetwork):
             yield diagnostic("E346", metric.at(), f"`{metric.name}` is of `{body.name}`, a network of beams", "not of "
-                             "networks", "sections are rigid: forces and moments are known, `force(...)` and "
-                             "`moment(...)`")  # fmt: skip
+                             "networks", "members pass through each other at joints; sections are rigid, and "
+                             "keep their area")  # fmt: skip

@@ -204,7 +204,7 @@ def _constructor(c: Constructor) -> str:
 def _facts(f: Field) -> str:
     """Dimension, range and default of a field."""
     facts = [f.expected if f.form != "quantity" or f.dimension is None else _dimension(f)]
-    if f.interval is not None and f.form in ("quantity", "vector", "integer"):
+    if f.interval is not None and f.form in ("quantity", "vector", "integer", "each"):
         facts.append(f.interval.words(f.dimension or units.NONE))
     facts.append("required" if f.required else f"default {_default(f)}")
     return f" [{'; '.join(facts)}]"

@@ -85,7 +85,8 @@ def _loads(declared: Declared, case: Case, network: Network) -> Iterator[Diagnos
             case PerLength(begin=begin, end=end) if places.line(network, begin, end) is None:
                 field, reason = "from", "not along the axis of one member"
             case Turning(where=where) if (count := _points(network, where)) != 1:
-                field, reason = "where", f"on {count} points" if count else "on no point where members begin or end"
+                many = "on more than one point"
+                field, reason = "where", many if count else "on no point where members begin or end"
             case _:
                 continue
         yield diagnostic("E345", load.at(field), f"`{declared.name}` cannot represent the load `{load.name}`", reason,

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
 
 MOST = "`fem(...)` takes all"
+OF_NETWORKS = "networks take gravity, forces and lines of force on axes, and torques; `fixed`, `displaced` and `hinged`"
 
 
 class Model:
@@ -114,7 +115,7 @@ class Model:
                 help = (
                     "use a traction on a strip, whose width is part of what is asked; beams take lines"
                     if line
-                    else MOST
+                    else self._most
                 )
                 yield diagnostic("E501", load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
                                  label, help)  # fmt: skip
@@ -124,8 +125,13 @@ class Model:
                 yield diagnostic("E501", support.at(),
                                  f"`{declared.name}` cannot represent the support `{support.name}`",
                                  "not a support that it takes",
-                                 hinge if isinstance(support.thing, Hinged) else MOST)  # fmt: skip
+                                 hinge if isinstance(support.thing, Hinged) else self._most)  # fmt: skip
         yield from self.turns(declared, case)
+
+    @property
+    def _most(self) -> str:
+        """What takes it, of what it does not take itself."""
+        return OF_NETWORKS if self.wired else MOST
 
     def turns(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
         """Errors for supports that turn, where it cannot follow them."""
