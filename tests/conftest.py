@@ -55,6 +55,7 @@ BROAD = {
     "truth-cube", "cantilevers", "cooks-membrane", "elliptic-membrane", "thick-ring", "force-and-travel",
     "swinging-beam", "silicone-beam-filled", "ecoflex-pulled", "coated-sphere", "torsion", "end-moments", "actuator",
     "inclusion", "organ", "press", "bonded-disc", "pressure-sphere", "bend-45",
+    "rigid-frames",
 }  # fmt: skip
 WORKERS = 8  # at most: each holds a few hundred MB
 # files and scenes whose tests begin first, in this order: one that compiles most kernels, those that need none

@@ -244,8 +244,8 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _wired(worker: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Of a network and a model or reference of other bodies, or the other way round."""
-    if case.shape.wired != getattr(worker.thing, "wired", False):
+    """Of a network and a model or reference of other bodies."""
+    if case.shape.wired and not getattr(worker.thing, "wired", False):
         from softmark.interpreter.front import networks
 
         yield from (networks.model if worker.kind == "model" else networks.reference)(worker, case)

@@ -1,4 +1,4 @@
-"""Networks and what is not for them: models of other bodies, theories of one beam, and what looks inside."""
+"""What is not for networks: models of other bodies, theories of one beam, and what looks inside."""
 
 from __future__ import annotations
 
@@ -18,14 +18,9 @@ if TYPE_CHECKING:
 
 
 def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """A model and a body of which one alone is a network's."""
-    if case.shape.wired:
-        yield diagnostic("E344", declared.at(), f"`{declared.name}` cannot be of `{case.body.name}`, a network of beams",
-                         "not of networks", "use `frame6dof(segments = 8)`")  # fmt: skip
-    else:
-        yield diagnostic("E344", declared.at(), f"`{declared.name}` is of networks, and `{case.body.name}` is none",
-                         "of networks alone", "use `beam6dof(...)` or `fem(...)`, or declare the body as "
-                         "`network(...)`")  # fmt: skip
+    """A model of other bodies, of a network."""
+    yield diagnostic("E344", declared.at(), f"`{declared.name}` cannot be of `{case.body.name}`, a network of beams",
+                     "not of networks", "use `frame6dof(segments = 8)`")  # fmt: skip
 
 
 def reference(declared: Declared, case: Case) -> Iterator[Diagnostic]:
@@ -42,8 +37,8 @@ def seen(scene: Scene) -> Iterator[Diagnostic]:
             continue
         part = isinstance(probe.thing, Surface) and probe.thing.where is not None
         if part or not isinstance(probe.thing, Point | Line | Surface | Markers):
-            yield diagnostic("E346", probe.at(), f"`{probe.name}` looks {'at a part of the surface of' if part else 'into'}"
-                             f" `{body.name}`, a network of beams", "not of networks", "look at points, along lines "
+            where = "at a part of the surface of" if part else "into"
+            yield diagnostic("E346", probe.at(), f"`{probe.name}` looks {where} `{body.name}`, a network of beams", "not of networks", "look at points, along lines "
                              "and at the whole surface")  # fmt: skip
     for metric in scene.of_kind("metric").values():
         body = scene.declared.get(metric.thing.body_in(scene) or "")

@@ -1,4 +1,4 @@
-"""Fields whose values are read by functions of their own: amounts of any dimension, several texts, lists, what is varied."""
+"""Fields whose values are read by functions of their own: amounts, several texts, lists, what is varied."""
 
 from __future__ import annotations
 

@@ -258,7 +258,11 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "list"}
     form, _, unit = spec.partition(" of ")
     if form in ("vectors", "pairs", "each"):
-        return {"form": form, "dimension": units.parse(unit.split(" in ")[0]).dimension, "interval": Interval.read(unit)}
+        return {
+            "form": form,
+            "dimension": units.parse(unit.split(" in ")[0]).dimension,
+            "interval": Interval.read(unit),
+        }
     listed, spec = spec.startswith("values of "), spec.removeprefix("values of ")
     unit = spec.split(" in ")[0]
     vector = tuple in (get_origin(base), *(get_origin(part) for part in get_args(base)))

@@ -142,7 +142,7 @@ class BeamNetwork:
     @cached_property
     def shape(self) -> Shape:
         """Its members as one geometry."""
-        from softmark.solvers.mesh.network import Network
+        from softmark.solvers.mesh.frame import Network
 
         return Network(self.points, self.members, self.radius, self.inner, self.side, self.height, self.up)
 

@@ -233,8 +233,8 @@ class Follows(Holding):
 class Hinged(Support):
     """Holds points of the axes of a network, or moves them, and leaves their sections to turn.
 
-    With an `axis` they turn about that alone, as on a bolt; without one in every way, as on a ball. `components` chooses
-    what is held of their places: `components = y` is a roller that slides along x and z. A hinge between two
+    With an `axis` they turn about that alone, as on a bolt; without one in every way, as on a ball. `components`
+    chooses what is held of their places: `components = y` is a roller that slides along x and z. A hinge between two
     members is no support: members that meet are joined rigidly.
     """
 

@@ -1,265 +1,105 @@
-"""Networks: straight members between points, each with a section, rigidly joined where they share a point."""
+"""Networks of springs along a mesh: its edges, and of hexahedra the diagonals that keep them from folding."""
 
 from __future__ import annotations
 
-import math
-from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Literal
+
+import numpy as np
+from scipy.optimize import nnls
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.sections import Disc, Rectangle
-from softmark.solvers.mesh.shape import Prism, Shape, Vector3, cross, dot
-from softmark.solvers.mesh.tube import Annulus
+from softmark.solvers.elements.element import Element
+from softmark.solvers.elements.hex8 import Hex8
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
-if TYPE_CHECKING:
-    import numpy as np
+Diagonals = Literal["faces", "all"]
 
-    from softmark.solvers.mesh.mesh import Floats
-    from softmark.solvers.mesh.shape import Bounds, Section, Surface
-else:
-    from softmark.solvers.base.deferred import np
+EDGE, FACE, BODY = 0, 1, 2  # what a spring runs along
 
-NEAR = 1e-9  # of the diagonal: points this near are one
-ALONG = 1e-6  # of a direction: less of it across a member says no second axis of its section
-
-
-@dataclass(frozen=True)
-class Member(Prism):
-    """A straight member from one point to another; its section's second axis is `up`, made normal to it."""
-
-    begin: Vector3
-    end: Vector3
-    section: Section
-    up: Vector3 = (0.0, 0.0, 1.0)
-
-    @property
-    def root(self) -> Vector3:
-        """Where its axis starts, m."""
-        return self.begin
-
-    @property
-    def length(self) -> float:
-        """Along the axis, m."""
-        return math.dist(self.begin, self.end)
-
-    @property
-    def axis(self) -> Vector3:
-        """Unit vector from its first point to its second."""
-        x, y, z = ((b - a) / self.length for a, b in zip(self.begin, self.end, strict=True))
-        return x, y, z
-
-    @cached_property
-    def _frame(self) -> tuple[Vector3, Vector3, Vector3]:
-        axis, up = self.axis, self.up
-        if math.hypot(*cross(up, axis)) < ALONG:
-            up = (1.0, 0.0, 0.0) if abs(axis[0]) < 0.5 else (0.0, 1.0, 0.0)
-        side = cross(up, axis)
-        norm = math.hypot(*side)
-        first = (side[0] / norm, side[1] / norm, side[2] / norm)
-        return axis, first, cross(axis, first)
-
-    def frame(self, station: float) -> tuple[Vector3, Vector3, Vector3]:
-        """Unit vectors of all its sections: along the axis, across `up`, and along it."""
-        return self._frame
-
-    def slab(self, first: float, last: float) -> Bounds:
-        """The lowest and highest coordinates of all between two stations, m."""
-        low, high = [0.0] * 3, [0.0] * 3
-        ends = list(zip(self.centre(first), self.centre(last), strict=True))
-        for i, (a, b) in enumerate(zip(*self._frame[1:], strict=True)):
-            reach = self.section.support(a, b), self.section.support(-a, -b)
-            low[i], high[i] = min(ends[i]) - reach[1], max(ends[i]) + reach[0]
-        return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+# Shares of E V / l0^2 that make a cube isotropic with Young's modulus E, as edge, face and body diagonal; in each row
+# 12 edges, 12 face diagonals and 4 body diagonals add up to 6. A lattice of cubes with edge a has the elasticities
+# C1111 = (k_e + 2 k_f + 4/3 k_b) / a and C1122 = C1212 = (k_f + 4/3 k_b) / a; isotropy asks for C1111 = 3 C1122.
+# "faces": k_e = k_f = 2 E a / 5. "all": half of that, and half of edges with body diagonals, k_e = 8/3 k_b = 4 E a / 5.
+# Edges and body diagonals alone are isotropic too, but rows of such a lattice slide past each other without force.
+CUBE: dict[str, tuple[float, float, float]] = {"faces": (0.1, 0.4, 0.0), "all": (0.15, 0.2, 0.45)}
+LEAST = 0.1  # of a cube's share that every spring keeps, so that no cell comes loose
+PULL = 0.01  # towards the shares of a cube, where the directions of springs leave a choice
 
 
 @dataclass(frozen=True)
-class Network(Shape):
-    """Members by pairs of points, counted from 1; sections for all members, or for each, m."""
+class Network:
+    """Pairs of nodes, each once: `edges` (n, 2), `what` each runs along (n,), and the cells around it.
 
-    points: tuple[Vector3, ...]
-    pairs: tuple[tuple[int, int], ...]
-    radius: tuple[float, ...] | None = None
-    inner: tuple[float, ...] | None = None
-    side: tuple[float, ...] | None = None
-    height: tuple[float, ...] | None = None
-    up: Vector3 = (0.0, 0.0, 1.0)
+    `count` (n,) is how many cells share a spring, `volume` (n,) the sum of their volumes and `weight` (n,) that sum
+    with each cell's share, m^3: the stiffness that stands for a modulus E is E weight / l0^2. Inside a lattice of cubes
+    an edge has four cells and a face diagonal two, on the surface of a block fewer, and as much less stiffness.
+    """
 
-    wired = True
-    gap = "empty between its members"
-
-    @property
-    def fault(self) -> str:
-        """What of its points, members and sections does not go together."""
-        return self._of_sections() or self._of_members() or self._of_points()
-
-    def _of_sections(self) -> str:
-        if (self.radius is None) == (self.side is None):
-            return "it needs a `radius`, of round sections, or a `side`, of rectangular ones"
-        if self.inner is not None and self.radius is None:
-            return "`inner` is of round sections, and rectangular ones have a `side` and a `height`"
-        if self.height is not None and self.side is None:
-            return "`height` is of rectangular sections, and round ones have a `radius` alone"
-        for name in ("radius", "inner", "side", "height"):
-            given = getattr(self, name)
-            if given is not None and len(given) not in (1, len(self.pairs)):
-                return f"`{name}` has {len(given)} values, and there are {len(self.pairs)} members: give one, or one each"
-        if self.inner is not None and any(m.section.hollow >= m.section.radius for m in self.members):
-            return "`inner`, the radius of the hollow, must be less than `radius`"
-        return ""
-
-    def _of_members(self) -> str:
-        known: dict[frozenset[int], int] = {}
-        for number, pair in enumerate(self.pairs, start=1):
-            beyond = next((n for n in pair if not 1 <= n <= len(self.points)), None)
-            if beyond is not None:
-                return f"member {number} ends at point {beyond}, and there are points 1 to {len(self.points)}"
-            if pair[0] == pair[1]:
-                return f"member {number} begins and ends at point {pair[0]}"
-            if (other := known.setdefault(frozenset(pair), number)) != number:
-                return f"members {other} and {number} join the same two points"
-        return ""
-
-    def _of_points(self) -> str:
-        order = sorted(range(len(self.points)), key=lambda i: self.points[i])
-        size = math.dist(*_ends(self.points))
-        for place, i in enumerate(order):
-            for j in order[place + 1 :]:
-                if self.points[j][0] - self.points[i][0] > NEAR * size:
-                    break
-                if math.dist(self.points[i], self.points[j]) <= NEAR * size:
-                    return f"points {min(i, j) + 1} and {max(i, j) + 1} are one: members join where they share a point"
-        joined = self._joined()
-        loose = next((i for i in range(len(self.points)) if i not in joined), None)
-        if loose is None:
-            return ""
-        used = any(loose + 1 in pair for pair in self.pairs)
-        return f"point {loose + 1} {'is not joined to point 1 by members' if used else 'is of no member'}"
-
-    def _joined(self) -> set[int]:
-        """The points that members lead to from the first (from 0)."""
-        beside: dict[int, list[int]] = {}
-        for a, b in self.pairs:
-            beside.setdefault(a - 1, []).append(b - 1)
-            beside.setdefault(b - 1, []).append(a - 1)
-        found, pending = {0}, [0]
-        while pending:
-            new = [j for j in beside.get(pending.pop(), []) if j not in found]
-            found.update(new)
-            pending += new
-        return found
-
-    @cached_property
-    def members(self) -> tuple[Member, ...]:
-        """Its members in order."""
-        ends = [(self.points[a - 1], self.points[b - 1]) for a, b in self.pairs]
-        return tuple(Member(*pair, self._section(i), self.up) for i, pair in enumerate(ends))
-
-    def _section(self, i: int) -> Section:
-        radius, inner, side, height = (_of(v, i) for v in (self.radius, self.inner, self.side, self.height))
-        if radius is not None:
-            return Disc(radius) if inner is None else Annulus(radius, inner)
-        side = side or 1.0  # without one it is a fault, of which only that is said
-        return Rectangle(side, height or side)
-
-    def run(self, number: int) -> tuple[list[int], list[int]]:
-        """The members that go on straight with one, of its section, itself among them, and the ends of the whole run.
-
-        Members are from 0, points from 1.
-        """
-        found, ends = [number], []
-        for start in self.pairs[number]:
-            member, point = number, start
-            while (after := self._onward(member, point)) is not None and after not in found:
-                found.append(after)
-                member, point = after, next(p for p in self.pairs[after] if p != point)
-            ends.append(point)
-        return found, ends
-
-    def at(self, point: int) -> list[int]:
-        """The members that end at a point, from 0; the point is from 1."""
-        return [i for i, pair in enumerate(self.pairs) if point in pair]
-
-    def _onward(self, number: int, point: int) -> int | None:
-        """The member that goes on straight beyond a point at which no other ends, of the same section."""
-        here = self.at(point)
-        other = next((i for i in here if i != number), None)
-        if len(here) != 2 or other is None or self._section(other) != self._section(number):
-            return None
-        one, two = self.members[number], self.members[other]
-        return other if math.hypot(*cross(one.axis, two.axis)) <= ALONG else None
-
-    def crossing(self) -> tuple[int, int] | None:
-        """The first two members, from 1, whose axes meet where they share no point; None where there are none."""
-        size = self.diagonal
-        for i, one in enumerate(self.members):
-            for j in range(i):
-                if set(self.pairs[i]).isdisjoint(self.pairs[j]) and _apart(one, self.members[j]) <= 1e-6 * size:
-                    return j + 1, i + 1
-        return None
-
-    @cached_property
-    def bounds(self) -> Bounds:
-        """Lowest and highest coordinates, m."""
-        if self.fault:
-            return _ends(self.points)
-        return _ends([end for member in self.members for end in member.bounds])
-
-    @property
-    def volume(self) -> float:
-        """Of all members, m^3: what they share at joints counts for each, as in the theory of frames."""
-        return sum(member.section.area * member.length for member in self.members)
-
-    def contains(self, point: Vector3) -> bool:
-        """Whether a member holds a point, give or take 1e-9 of its length."""
-        return any(member.contains(point) for member in self.members)
-
-    def nearest(self, X: Floats) -> Floats:
-        """The member that each point X (n, 3), m, is in or nearest to (n,), from 0: by how far outside, then the axis."""
-        found = np.array([_outside(member, X) for member in self.members])
-        best: Floats = np.argmin(found, axis=0)
-        return best
-
-    def surface(self, size: float) -> Surface:
-        """Points (n, 3) in m and triangles (t, 3) of the surfaces of its members, outward; they pass through joints."""
-        from softmark.solvers.mesh.skin import skin_of
-
-        points, triangles, count = [], [], 0
-        for member in self.members:
-            X, t = skin_of(member, 16, max(2, min(48, round(member.length / size))))
-            points.append(X)
-            triangles.append(t + count)
-            count += len(X)
-        return np.concatenate(points), np.concatenate(triangles)
+    edges: Ints
+    what: Ints
+    count: Ints
+    volume: Floats
+    weight: Floats
 
 
-def _of(values: tuple[float, ...] | None, i: int) -> float | None:
-    return None if values is None else values[0] if len(values) == 1 else values[i]
+def network(mesh: Mesh, diagonals: Diagonals = "all") -> Network:
+    """The springs of a mesh: the edges of its cells, and of hexahedra diagonals.
+
+    Tetrahedra have the share 1 for each edge, which is the rule of Van Gelder (1998); see `shares` for hexahedra.
+    """
+    pairs, what = _local(mesh.element, diagonals)
+    ends = np.sort(mesh.cells[:, pairs].reshape(-1, 2), axis=1)  # (m springs, 2)
+    nodes = int(ends.max()) + 1
+    keys, first, which = np.unique(ends @ [nodes, 1], return_index=True, return_inverse=True)
+    edges = np.stack(np.divmod(keys, nodes), axis=1)
+    volumes = np.repeat(mesh.volumes, len(pairs))
+    share = np.ones(len(ends))
+    if mesh.element.diagonals[0]:
+        share = shares(mesh.points[mesh.cells], diagonals).ravel()
+    along = np.tile(what, len(mesh.cells))[first]
+    volume, weight = np.bincount(which, volumes), np.bincount(which, share * volumes)
+    return Network(edges, along, np.bincount(which), volume.astype(float), weight.astype(float))
 
 
-def _ends(points: tuple[Vector3, ...] | list[Vector3]) -> Bounds:
-    x, y, z = zip(*points, strict=True)
-    return (min(x), min(y), min(z)), (max(x), max(y), max(z))
+def _local(element: type[Element], diagonals: Diagonals) -> tuple[Ints, Ints]:
+    """Pairs of a cell's nodes (s, 2), and what each runs along (s,)."""
+    families = {EDGE: element.edges, FACE: element.diagonals[0]}
+    if diagonals == "all":
+        families[BODY] = element.diagonals[1]
+    pairs = np.array([pair for family in families.values() for pair in family], dtype=np.int64)
+    what = np.repeat(list(families), [len(family) for family in families.values()])
+    return pairs, what.astype(np.int64)
 
 
-def _outside(member: Member, X: Floats) -> Floats:
-    """How far outside of a member points X (n, 3) lie (n,), m, with a little of how far from its axis."""
-    s, u, v = member.coordinates(X)
-    along = np.maximum(np.maximum(-s, s - member.length), 0.0)
-    found: Floats = np.hypot(along, member.section.outside(u, v)) + 1e-6 * np.hypot(along, np.hypot(u, v))
-    return found
+def shares(corners: Floats, diagonals: Diagonals) -> Floats:
+    """What each spring of hexahedra with `corners` (m, 8, 3) takes of E V / l0^2, (m, springs).
+
+    Strained homogeneously, springs k of directions n store the energy of a solid with C = sum k l0^2 n n n n / V. The
+    shares are those, none below a tenth of a cube's, with which C is nearest to 2E/5 (II + two transposes), the
+    isotropic solid of modulus E and nu = 1/4; where several are, the nearest to a cube's. Cubes have the shares of
+    CUBE. With body diagonals, bricks up to 1.6 times as long as wide become isotropic; with the shares of a cube one
+    of 1.4 would be too stiff lengthwise by a half.
+    """
+    pairs, what = _local(Hex8, diagonals)
+    usual = np.array(CUBE[diagonals])[what]
+    d = corners[:, pairs[:, 1]] - corners[:, pairs[:, 0]]
+    n = d / np.linalg.norm(d, axis=2, keepdims=True)  # (m, springs, 3)
+    # cells of an extruded mesh are alike: each kind is balanced once
+    _, first, which = np.unique(np.round(n.reshape(len(n), -1), 9), axis=0, return_index=True, return_inverse=True)
+    balanced: Floats = np.array([_balanced(directions, usual) for directions in n[first]])[which.ravel()]
+    return balanced
 
 
-def _apart(one: Member, other: Member) -> float:
-    """The distance between the axes of two members, m."""
-    d1, d2 = ([q - p for p, q in zip(m.begin, m.end, strict=True)] for m in (one, other))
-    r = [p - q for p, q in zip(one.begin, other.begin, strict=True)]
-    a, e, f = dot(d1, d1), dot(d2, d2), dot(d2, r)
-    c, b = dot(d1, r), dot(d1, d2)
-    across = a * e - b * b
-    s = min(max((b * f - c * e) / across, 0.0), 1.0) if across > 1e-12 * a * e else 0.0
-    t = (b * s + f) / e
-    if not 0.0 <= t <= 1.0:
-        t = min(max(t, 0.0), 1.0)
-        s = min(max((b * t - c) / a, 0.0), 1.0)
-    return math.dist([p + s * d for p, d in zip(one.begin, d1, strict=True)],
-                     [p + t * d for p, d in zip(other.begin, d2, strict=True)])  # fmt: skip
+def _balanced(n: Floats, usual: Floats) -> Floats:
+    """The shares (s,) of springs with directions n (s, 3): least squares over shares that are not negative."""
+    nn = np.einsum("si,sj->sij", n, n)
+    A = np.einsum("sij,skl->ijkls", nn, nn).reshape(81, -1)
+    one = np.eye(3)
+    isotropic = np.einsum("ij,kl->ijkl", one, one)
+    isotropic = isotropic + isotropic.transpose(0, 2, 1, 3) + isotropic.transpose(0, 3, 2, 1)
+    least = LEAST * usual
+    rows = np.concatenate([A, PULL * np.eye(len(n))])
+    aim = np.concatenate([0.4 * isotropic.ravel() - A @ least, PULL * (usual - least)])
+    extra, _ = nnls(rows, aim)
+    shares: Floats = least + extra
+    return shares

@@ -55,7 +55,9 @@ class RodNetwork:
     def _axes(self, x: Floats, step: Floats, turns: Turns) -> Floats:
         """The axis vectors that elements are to have (e, 3), m."""
         before = segments_of(x, self.elements, self.lengths)
-        Gamma = before.strains[:, :3] + np.einsum("eij,ej->ei", before.gradients[:, :3], step[self.elements].reshape(-1, 12))
+        Gamma = before.strains[:, :3] + np.einsum(
+            "eij,ej->ei", before.gradients[:, :3], step[self.elements].reshape(-1, 12)
+        )
         return np.asarray(np.einsum("eki,ei->ek", turns.middle, Gamma) * self.lengths[:, None])
 
     @cached_property

@@ -306,7 +306,9 @@ class Maker:
         return f"[{', '.join(self._vector(asked, depth) for _ in range(count))}]"
 
     def _pairs(self, asked: Field, depth: int) -> str:
-        return str(self.pick(("[(1, 2)]", "[(2, 1)]", "[(1, 1)]", "[(0, 3)]", "[]", "[1]")) if self.wrong else "[(1, 2)]")
+        return str(
+            self.pick(("[(1, 2)]", "[(2, 1)]", "[(1, 1)]", "[(0, 3)]", "[]", "[1]")) if self.wrong else "[(1, 2)]"
+        )
 
     def _each(self, asked: Field, depth: int) -> str:
         one = self._quantity(asked, depth)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.rods import CheckedRod, frames
 from softmark.solvers.checks.solids import Floats, ForceBalance
-from softmark.solvers.mesh.network import Member, Network
+from softmark.solvers.mesh.frame import Member, Network
 
 JOINED = 3.0  # times half the depth of what a member ends in, over its length: bending goes with the cube of length
 
@@ -71,12 +72,11 @@ class Frame:
         return [self._rod(i, member) for i, member in enumerate(self.network.members)]
 
     def _rod(self, number: int, member: Member) -> CheckedRod:
-        X, arm, shifts = self.X[number], _arm(member), self.found.solution.displacement
-        assert shifts is not None
-        of: Any = getattr(shifts, "of")
+        X, arm = self.X[number], _arm(member)
+        shifts: Any = self.found.solution.displacement  # of a network, which knows its members
         beside = X[:, None] + arm * np.array(member.frame(0.0))[1:]
-        x = X + of(number, X)
-        tips = (beside + of(number, beside.reshape(-1, 3)).reshape(beside.shape)) - x[:, None]
+        x = X + shifts.of(number, X)
+        tips = (beside + shifts.of(number, beside.reshape(-1, 3)).reshape(beside.shape)) - x[:, None]
         return CheckedRod(x, frames(tips, np.full(2, arm)), np.linalg.norm(np.diff(X, axis=0), axis=1), self._C(member))
 
     def _C(self, member: Member) -> Floats:
@@ -119,7 +119,9 @@ class Frame:
                     found[:, :3] = np.outer(_hats(member, len(X), 0.0, member.length), w)
                 case PerLength(begin=begin, end=end, force=q):
                     if places.line(self.network, begin, end)[0] == number:  # type: ignore[index]
-                        low, high = sorted(float(np.dot(np.subtract(p, member.begin), member.axis)) for p in (begin, end))
+                        low, high = sorted(
+                            float(np.dot(np.subtract(p, member.begin), member.axis)) for p in (begin, end)
+                        )
                         found[:, :3] = np.outer(_hats(member, len(X), low, high), q)
                 case AtPoint(at=at, force=force):
                     if places.at(self.network, at)[0] == number:  # type: ignore[index]
@@ -168,7 +170,7 @@ def _hats(member: Member, count: int, low: float, high: float) -> Floats:
     """What each of `count` nodes takes of a line along a member (count,), m."""
     s, found = np.linspace(0.0, member.length, count), np.zeros(count)
     kinks = np.unique(np.clip(np.concatenate([[low, high], s]), low, high))
-    for a, b in zip(kinks[:-1], kinks[1:], strict=True):
+    for a, b in pairwise(kinks.tolist()):
         for at, weight in ((a, 1.0), (0.5 * (a + b), 4.0), (b, 1.0)):
             found += weight * (b - a) / 6.0 * np.array([np.interp(at, s, row) for row in np.eye(count)])
     return found

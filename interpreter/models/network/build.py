@@ -85,9 +85,7 @@ class PreparedNetwork(Meshless):
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest."""
         problem = replace(self.problem, watch=watch)
-        return outcome.solution(
-            lambda: equilibrium(problem), "try more segments or a smaller load", self._finish
-        )
+        return outcome.solution(lambda: equilibrium(problem), "try more segments or a smaller load", self._finish)
 
     def _finish(self, found: Equilibrium) -> Solution:
         solution = outcome.found(found, Shifts(self.layout, found.x))

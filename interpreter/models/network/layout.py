@@ -18,7 +18,7 @@ from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod_joints import Joints
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_state import chain, rod_of
-from softmark.solvers.mesh.network import Network
+from softmark.solvers.mesh.frame import Network
 from softmark.solvers.mesh.shape import transverse
 
 ALIGNED = 1e-9  # of unit vectors: two axes of hinges that are one

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from softmark.interpreter.language.conditions import Condition
 
 if TYPE_CHECKING:
-    from softmark.solvers.mesh.network import Member, Network
+    from softmark.solvers.mesh.frame import Member, Network
     from softmark.solvers.mesh.shape import Vector3
 
 HALVINGS = 12  # of a member, in which bounds decide what a condition selects of it

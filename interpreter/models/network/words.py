@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.interpreter.language.messages import diagnostic
@@ -12,7 +13,7 @@ from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength, PerMass, Turning
 from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Hinged
 from softmark.records import dataclass
-from softmark.solvers.mesh.network import Network
+from softmark.solvers.mesh.shape import cross
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,8 +21,11 @@ if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
+    from softmark.solvers.mesh.frame import Network
 
+Vector3 = tuple[float, float, float]
 SLENDER = 3.0  # times as long as deep
+CLEAR = 1e-3  # of a distance: a lever that is plain
 
 
 @dataclass(frozen=True)
@@ -49,17 +53,22 @@ class Frame6Dof(Model):
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against it in this case."""
-        network = case.shape
-        assert isinstance(network, Network)  # all others are refused before
+        if not case.shape.wired:
+            return [
+                diagnostic("E344", declared.at(), f"`{declared.name}` is of networks, and `{case.body.name}` is none",
+                           "of networks alone", "use `beam6dof(...)` or `fem(...)`, or declare the body as "
+                           "`network(...)`")
+            ]  # fmt: skip
+        network: Network = case.shape  # type: ignore[assignment]
         found = [*self.refusals(declared, case), *_loads(declared, case, network), *_supports(declared, case, network)]
-        if not found and case.supports:
+        if not found and case.supports and not plainly_held(case, network):
             found += _held(self, case)
         return [*found, *_stocky(declared, network), *_crossing(declared, case, network)]
 
     def outline(self, case: Case) -> str:
         """One line for the plan."""
-        count = len(case.shape.members) if isinstance(case.shape, Network) else 0
-        return f"{count} members of {self.segments} {self._words}"
+        pairs = getattr(case.body.thing, "members", ())
+        return f"{len(pairs)} members of {self.segments} {self._words}"
 
     @property
     def _words(self) -> str:
@@ -96,7 +105,7 @@ def _loads(declared: Declared, case: Case, network: Network) -> Iterator[Diagnos
 
 def _points(network: Network, where: object) -> int:
     """How many points a condition selects that selects nothing else; members make it more."""
-    points, whole, part = places.selected(where, network)  # type: ignore[arg-type]
+    points, whole, part = places.selected(where, network)
     return len(points) + len(whole) + len(part)
 
 
@@ -118,6 +127,34 @@ def _supports(declared: Declared, case: Case, network: Network) -> Iterator[Diag
             yield diagnostic("E343", support.at(field), f"`{declared.name}` cannot represent the support "
                              f"`{support.name}`", reason, "points and whole members are held: put a point where a "
                              "support ends, and use `hinged(...)` for what may turn")  # fmt: skip
+
+
+def plainly_held(case: Case, network: Network) -> bool:
+    """Whether it is plain that supports hold all of it and none contradicts another; else arrays must tell.
+
+    One clamp holds a network, and so does a hinge about an axis with another one that no turn about it leaves alone.
+    """
+    moving = [support for support in case.supports if any(support.thing.displacement)]
+    clamps = [support for support in case.supports if not isinstance(support.thing, Hinged)]
+    points = {s.name: set(places.selected(s.thing.where, network)[0]) for s in case.supports}
+    shared = any(
+        points[s.name] & points[o.name] and set(s.thing.components) & set(o.thing.components)
+        for s in moving for o in case.supports if o is not s
+    )  # fmt: skip
+    if shared or set().union(*(points[s.name] for s in clamps)) == set(range(len(network.points))):
+        return False
+    return bool(clamps) or any(
+        _stops(one.thing, two.thing, network.points[i], network.points[j])
+        for one in case.supports for two in case.supports for i in points[one.name] for j in points[two.name]
+    )  # fmt: skip
+
+
+def _stops(one: Hinged, two: Hinged, here: Vector3, there: Vector3) -> bool:
+    """Whether a hinge about an axis, which holds its point, is kept from turning by what another holds elsewhere."""
+    if one.axis is None or len(one.components) < 3 or two.axis not in (None, one.axis):
+        return False
+    way = cross(one.axis, tuple(b - a for a, b in zip(here, there, strict=True)))
+    return any(abs(way[c]) > CLEAR * math.dist(here, there) > 0.0 for c in two.components)
 
 
 def _held(model: Frame6Dof, case: Case) -> list[Diagnostic]:
