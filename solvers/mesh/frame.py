@@ -19,17 +19,21 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.base.deferred import np
 
+MEASURES = ("radius", "inner", "side", "height")
 NEAR = 1e-9  # of the diagonal: points this near are one
 ALONG = 1e-6  # of a direction: less of it across a member says no second axis of its section
 
 
 @dataclass(frozen=True)
 class Member(Prism):
-    """A straight member from one point to another; its section's second axis is `up`, made normal to it."""
+    """A straight member from one point to another; its section's second axis is `up`, made normal to it.
+
+    `ends` are its sections at both; between them extents go linearly. `section` is that of which nothing is larger.
+    """
 
     begin: Vector3
     end: Vector3
-    section: Section
+    ends: tuple[Section, Section]
     up: Vector3 = (0.0, 0.0, 1.0)
 
     @property
@@ -48,6 +52,39 @@ class Member(Prism):
         x, y, z = ((b - a) / self.length for a, b in zip(self.begin, self.end, strict=True))
         return x, y, z
 
+    @property
+    def tapered(self) -> bool:
+        """Whether its sections differ."""
+        return self.ends[0] != self.ends[1]
+
+    @cached_property
+    def section(self) -> Section:
+        """One that holds all of its sections: that of an even member."""
+        return self.ends[0] if not self.tapered else largest(*self.ends)
+
+    def section_at(self, station: float) -> Section:
+        """The cross-section at a station, m from its first point."""
+        t = min(max(station / self.length, 0.0), 1.0)
+        return self.ends[0] if not self.tapered else between(*self.ends, t)
+
+    @property
+    def slope(self) -> float:
+        """How fast half of its widest extent grows or shrinks along the axis."""
+        apart = (abs(a - b) for a, b in zip(*(section.extents for section in self.ends), strict=True))
+        return 0.5 * max(apart) / self.length
+
+    @cached_property
+    def volume(self) -> float:
+        """Exactly, m^3, as areas go with the square of a length (Simpson)."""
+        a, b, c = (self.section_at(t * self.length).area for t in (0.0, 0.5, 1.0))
+        return self.length * (a + 4.0 * b + c) / 6.0
+
+    def contains(self, point: Vector3) -> bool:
+        """Whether it holds a point, give or take 1e-9 of its length."""
+        slack = 1e-9 * self.length
+        s, u, v = self.own(point)
+        return -slack <= s <= self.length + slack and self.section_at(s).contains(u, v, slack)
+
     @cached_property
     def _frame(self) -> tuple[Vector3, Vector3, Vector3]:
         axis, up = self.axis, self.up
@@ -63,18 +100,49 @@ class Member(Prism):
         return self._frame
 
     def slab(self, first: float, last: float) -> Bounds:
-        """The lowest and highest coordinates of all between two stations, m."""
+        """The lowest and highest coordinates of all between two stations, m: those of one of the two sections."""
         low, high = [0.0] * 3, [0.0] * 3
-        ends = list(zip(self.centre(first), self.centre(last), strict=True))
+        ends = [(self.centre(s), self.section_at(s)) for s in (first, last)]
         for i, (a, b) in enumerate(zip(*self._frame[1:], strict=True)):
-            reach = self.section.support(a, b), self.section.support(-a, -b)
-            low[i], high[i] = min(ends[i]) - reach[1], max(ends[i]) + reach[0]
+            low[i] = min(x[i] - section.support(-a, -b) for x, section in ends)
+            high[i] = max(x[i] + section.support(a, b) for x, section in ends)
         return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+
+def between(one: Section, other: Section, t: float) -> Section:
+    """The section at a part of the way from one to another of its kind. Raises TypeError for other kinds."""
+    match one, other:
+        case Disc(), Disc():
+            return Disc(_way(one.radius, other.radius, t))
+        case Annulus(), Annulus():
+            return Annulus(_way(one.radius, other.radius, t), _way(one.inner, other.inner, t))
+        case Rectangle(), Rectangle():
+            return Rectangle(_way(one.width, other.width, t), _way(one.height, other.height, t))
+    raise TypeError(f"there is nothing between a {type(one).__name__} and a {type(other).__name__}")
+
+
+def _way(a: float, b: float, t: float) -> float:
+    return a + t * (b - a)
+
+
+def largest(one: Section, other: Section) -> Section:
+    """A section that holds two of one kind: the larger extents, and the smaller hollow. Raises TypeError."""
+    match one, other:
+        case Disc(), Disc():
+            return Disc(max(one.radius, other.radius))
+        case Annulus(), Annulus():
+            return Annulus(max(one.radius, other.radius), min(one.inner, other.inner))
+        case Rectangle(), Rectangle():
+            return Rectangle(max(one.width, other.width), max(one.height, other.height))
+    raise TypeError(f"nothing holds a {type(one).__name__} and a {type(other).__name__}")
 
 
 @dataclass(frozen=True)
 class Network(Shape):
-    """Members by pairs of points, counted from 1; sections for all members, or for each, m."""
+    """Members by pairs of points, counted from 1; measures of sections for all members, or for each, m.
+
+    What begins with `end_` is at the second point of members; a height without `end_height` stays as it is, and so on.
+    """
 
     points: tuple[Vector3, ...]
     pairs: tuple[tuple[int, int], ...]
@@ -83,6 +151,10 @@ class Network(Shape):
     side: tuple[float, ...] | None = None
     height: tuple[float, ...] | None = None
     up: Vector3 = (0.0, 0.0, 1.0)
+    end_radius: tuple[float, ...] | None = None
+    end_inner: tuple[float, ...] | None = None
+    end_side: tuple[float, ...] | None = None
+    end_height: tuple[float, ...] | None = None
 
     wired = True
     gap = "empty between its members"
@@ -99,15 +171,21 @@ class Network(Shape):
             return "`inner` is of round sections, and rectangular ones have a `side` and a `height`"
         if self.height is not None and self.side is None:
             return "`height` is of rectangular sections, and round ones have a `radius` alone"
-        for name in ("radius", "inner", "side", "height"):
+        for name in MEASURES:
+            if getattr(self, f"end_{name}") is not None and getattr(self, name) is None:
+                return f"`end_{name}` is what `{name}` comes to at the second point, and there is no `{name}`"
+        for name in (*MEASURES, *(f"end_{name}" for name in MEASURES)):
             given = getattr(self, name)
             if given is not None and len(given) not in (1, len(self.pairs)):
                 return (
                     f"`{name}` has {len(given)} values, and there are {len(self.pairs)} members: give one, or one each"
                 )
-        if self.inner is not None and any(
-            2.0 * (m.section.hollow or 0.0) >= max(m.section.extents) for m in self.members
-        ):
+        pairs = [
+            pair
+            for i in range(len(self.pairs))
+            for pair in zip(self._of(i, "radius"), self._of(i, "inner"), strict=True)
+        ]
+        if any(radius is not None and inner is not None and inner >= radius for radius, inner in pairs):
             return "`inner`, the radius of the hollow, must be less than `radius`"
         return ""
 
@@ -156,14 +234,17 @@ class Network(Shape):
     def members(self) -> tuple[Member, ...]:
         """Its members in order."""
         ends = [(self.points[a - 1], self.points[b - 1]) for a, b in self.pairs]
-        return tuple(Member(*pair, self._section(i), self.up) for i, pair in enumerate(ends))
+        return tuple(Member(*pair, self._sections(i), self.up) for i, pair in enumerate(ends))
 
-    def _section(self, i: int) -> Section:
-        radius, inner, side, height = (_of(v, i) for v in (self.radius, self.inner, self.side, self.height))
-        if radius is not None:
-            return Disc(radius) if inner is None else Annulus(radius, inner)
-        side = side or 1.0  # without one it is a fault, of which only that is said
-        return Rectangle(side, height or side)
+    def _sections(self, i: int) -> tuple[Section, Section]:
+        """Of a member, at its first point and at its second."""
+        first, last = zip(*(self._of(i, name) for name in MEASURES), strict=True)
+        return _section(*first), _section(*last)
+
+    def _of(self, i: int, name: str) -> tuple[float | None, float | None]:
+        """A measure of a member at its first point and at its second, m: without another one the same."""
+        first, last = getattr(self, name), getattr(self, f"end_{name}")
+        return _one(first, i), _one(first if last is None else last, i)
 
     def run(self, number: int) -> tuple[list[int], list[int]]:
         """The members that go on straight with one, of its section, itself among them, and the ends of the whole run.
@@ -183,11 +264,15 @@ class Network(Shape):
         """The members that end at a point, from 0; the point is from 1."""
         return [i for i, pair in enumerate(self.pairs) if point in pair]
 
+    def _end(self, number: int, point: int) -> Section:
+        """The section of a member, from 0, at one of its points, from 1."""
+        return self.members[number].ends[self.pairs[number].index(point)]
+
     def _onward(self, number: int, point: int) -> int | None:
         """The member that goes on straight beyond a point at which no other ends, of the same section."""
         here = self.at(point)
         other = next((i for i in here if i != number), None)
-        if len(here) != 2 or other is None or self._section(other) != self._section(number):
+        if len(here) != 2 or other is None or self._end(other, point) != self._end(number, point):
             return None
         one, two = self.members[number], self.members[other]
         return other if math.hypot(*cross(one.axis, two.axis)) <= ALONG else None
@@ -211,14 +296,14 @@ class Network(Shape):
     @property
     def volume(self) -> float:
         """Of all members, m^3: what they share at joints counts for each, as in the theory of frames."""
-        return sum(member.section.area * member.length for member in self.members)
+        return sum(member.volume for member in self.members)
 
     def contains(self, point: Vector3) -> bool:
         """Whether a member holds a point, give or take 1e-9 of its length."""
         return any(member.contains(point) for member in self.members)
 
     def nearest(self, X: Floats) -> Floats:
-        """The member that each point X (n, 3), m, is in or nearest to (n,), from 0: by how far outside, then the axis."""
+        """The member that each point X (n, 3), m, is in or nearest to (n,), from 0."""
         found = np.array([_outside(member, X) for member in self.members])
         best: Floats = np.argmin(found, axis=0)
         return best
@@ -236,7 +321,14 @@ class Network(Shape):
         return np.concatenate(points), np.concatenate(triangles)
 
 
-def _of(values: tuple[float, ...] | None, i: int) -> float | None:
+def _section(radius: float | None, inner: float | None, side: float | None, height: float | None) -> Section:
+    if radius is not None:
+        return Disc(radius) if inner is None else Annulus(radius, inner)
+    side = side or 1.0  # without one it is a fault, of which only that is said
+    return Rectangle(side, height or side)
+
+
+def _one(values: tuple[float, ...] | None, i: int) -> float | None:
     return None if values is None else values[0] if len(values) == 1 else values[i]
 
 

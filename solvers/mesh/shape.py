@@ -287,6 +287,10 @@ class Swept(Shape):
         """The curvature of its axis, 1/m."""
         return 0.0
 
+    def section_at(self, station: float) -> Section:
+        """The cross-section at a station, m from the root."""
+        return self.section
+
     def centre(self, station: float) -> Vector3:
         """The centre of the section at a station, m from the root along the axis."""
         raise NotImplementedError(f"{type(self).__name__} has no axis")

@@ -29,7 +29,10 @@ from softmark.solvers.checks import solids
 from softmark.solvers.checks.rods import CheckedRod, frames
 from softmark.solvers.checks.solids import Floats, ForceBalance
 from softmark.solvers.mesh.frame import Member, Network
+from softmark.solvers.mesh.shape import Section
 
+FINE, COARSE_RULE, MANY = 64, 16, 8  # places of the other rule in an element: of few elements, and of more than MANY
+TAPERED = 2.0  # times the square of the slope of the sides: stress follows them, and is not along the axis
 JOINED = 3.0  # times half the depth of what a member ends in, over its length: bending goes with the cube of length
 
 
@@ -77,11 +80,24 @@ class Frame:
         beside = X[:, None] + arm * np.array(member.frame(0.0))[1:]
         x = X + shifts.of(number, X)
         tips = (beside + shifts.of(number, beside.reshape(-1, 3)).reshape(beside.shape)) - x[:, None]
-        return CheckedRod(x, frames(tips, np.full(2, arm)), np.linalg.norm(np.diff(X, axis=0), axis=1), self._C(member))
+        return CheckedRod(
+            x, frames(tips, np.full(2, arm)), np.linalg.norm(np.diff(X, axis=0), axis=1), self._C(number, member)
+        )
 
-    def _C(self, member: Member) -> Floats:
-        """EA, GA2, GA3, GJ, EI2, EI3."""
-        section, material = member.section, self.found.case.material
+    def _C(self, number: int, member: Member) -> Floats:
+        """EA, GA2, GA3, GJ, EI2, EI3 (6,), or of a tapered member those of each element (e, 6): means of 1 / C."""
+        if not member.tapered:
+            return self._of_section(member.section)
+        s = np.linspace(0.0, member.length, len(self.X[number]))
+        at, weights = _clenshaw_curtis(FINE if len(s) < MANY else COARSE_RULE)
+        fine = s[:-1, None] + np.diff(s)[:, None] * at
+        weak = 1.0 / np.array([[self._of_section(member.section_at(place)) for place in row] for row in fine.tolist()])
+        found: Floats = 1.0 / np.einsum("g,egc->ec", weights, weak)
+        return found
+
+    def _of_section(self, section: Section) -> Floats:
+        """EA, GA2, GA3, GJ, EI2, EI3 (6,)."""
+        material = self.found.case.material
         E, G = material.young, material.young / (2.0 * (1.0 + material.poisson))
         shear = section.shear_factor(material.poisson) * G * section.area
         return np.array([E * section.area, shear, shear, G * section.torsion, *(E * I for I in section.moments)])
@@ -115,8 +131,8 @@ class Frame:
             found = np.zeros((len(X), 6))
             match load.thing.action:
                 case PerMass(acceleration=g):
-                    w = self.found.case.material.density * member.section.area * np.array(g)
-                    found[:, :3] = np.outer(_hats(member, len(X), 0.0, member.length), w)
+                    w = self.found.case.material.density * np.array(g)
+                    found[:, :3] = np.outer(_hats(member, len(X), 0.0, member.length, True), w)
                 case PerLength(begin=begin, end=end, force=q):
                     if places.line(self.network, begin, end)[0] == number:  # type: ignore[index]
                         low, high = sorted(
@@ -166,13 +182,26 @@ def _arm(member: Member) -> float:
     return max(max(abs(u), abs(v)) for u, v in member.section.samples())
 
 
-def _hats(member: Member, count: int, low: float, high: float) -> Floats:
-    """What each of `count` nodes takes of a line along a member (count,), m."""
+def _clenshaw_curtis(n: int) -> tuple[Floats, Floats]:
+    """Places and weights (n + 1,) of the rule of Clenshaw and Curtis (1960) from 0 to 1, n even."""
+    turn, k = np.pi * np.arange(n + 1) / n, np.arange(1, n // 2 + 1)
+    b = np.where(k == n // 2, 1.0, 2.0)
+    weights = 1.0 - np.cos(2.0 * np.outer(turn, k)) @ (b / (4.0 * k**2 - 1.0))
+    weights[[0, -1]] *= 0.5
+    return 0.5 * (1.0 - np.cos(turn)), weights / n
+
+
+def _hats(member: Member, count: int, low: float, high: float, areas: bool = False) -> Floats:
+    """What each of `count` nodes takes of a line along a member (count,), m; times `areas`, m^3.
+
+    Hats times areas are of the third degree, of which Simpson's rule is exact.
+    """
     s, found = np.linspace(0.0, member.length, count), np.zeros(count)
     kinks = np.unique(np.clip(np.concatenate([[low, high], s]), low, high))
     for a, b in pairwise(kinks.tolist()):
         for at, weight in ((a, 1.0), (0.5 * (a + b), 4.0), (b, 1.0)):
-            found += weight * (b - a) / 6.0 * np.array([np.interp(at, s, row) for row in np.eye(count)])
+            size = member.section_at(at).area if areas else 1.0
+            found += size * weight * (b - a) / 6.0 * np.array([np.interp(at, s, row) for row in np.eye(count)])
     return found
 
 
@@ -254,13 +283,14 @@ class Networks(Beams):
 
 def _missing(network: Network, number: int, poisson: float, curvature: float) -> float:
     """What the theory leaves out of one member, relative: its section, and the extent of joints at its ends."""
-    section, (run, ends) = network.members[number].section, network.run(number)
+    member, (run, ends) = network.members[number], network.run(number)
+    section = member.section
     length = sum(network.members[i].length for i in run)
     others = [[i for i in network.at(end) if i not in run] for end in ends]
     deep = sum(max((max(network.members[i].section.extents) for i in here), default=0.0) for here in others)
     found = ribbon.missing(section, length, poisson, max(1, sum(map(bool, others))), True)
     found += ribbon.stiffening(section, poisson, curvature) + ribbon.ovalling(section, poisson, curvature)
-    return found + JOINED * 0.5 * deep / length
+    return found + JOINED * 0.5 * deep / length + TAPERED * member.slope**2
 
 
 VOUCHER = Networks()

@@ -13,6 +13,7 @@ from softmark.interpreter.models.answers.carried import Carried
 from softmark.interpreter.models.answers.vibrations import about
 from softmark.interpreter.models.network import places
 from softmark.interpreter.models.network.layout import Layout
+from softmark.interpreter.models.network.sections import at_nodes, stiffnesses
 from softmark.interpreter.models.network.words import Frame6Dof
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.prepared import Meshless, Prepared, Solution, Workshop
@@ -23,14 +24,13 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_joints import Jointed
-from softmark.solvers.energies.rod_section import RodSection, RodStiffness
+from softmark.solvers.energies.rod_section import VaryingStiffness
 from softmark.solvers.energies.rod_state import displacement_at
 from softmark.solvers.linear import factorisations
 from softmark.solvers.statics.equilibrium import Equilibrium, Statics, equilibrium
 from softmark.solvers.statics.rod_network import RodNetwork
 
 if TYPE_CHECKING:
-    from softmark.solvers.mesh.shape import Section
     from softmark.solvers.statics.equilibrium import Watch
 
 
@@ -123,8 +123,7 @@ def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: Workshop
     held.ravel()[fixed] = True
     joints, extent = layout.joints, layout.network.diagonal
     applied = tuple((load, Jointed(_load(layout, load), joints)) for load in case.loads)
-    elastic = [Jointed(energy, joints) for energy in rods(layout)]
-    assembly = Assembly(6 * layout.count, fixed, elastic, [energy for _, energy in applied])
+    assembly = Assembly(6 * layout.count, fixed, [Jointed(rods(layout), joints)], [energy for _, energy in applied])
     problem = Statics(
         assembly,
         RodNetwork(layout.rest, layout.elements, joints, held[:, :3]),
@@ -142,24 +141,13 @@ def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: Workshop
     return PreparedNetwork(declared, layout, problem, size, applied)
 
 
-def rods(layout: Layout) -> list[RodElastic]:
-    """The members, those of one section together."""
-    alike: dict[Section, list[int]] = {}
-    for number, member in enumerate(layout.network.members):
-        alike.setdefault(member.section, []).append(number)
-    own = layout.elements.reshape(len(layout.network.members), -1, 2)
-    return [
-        RodElastic(layout.rest, own[members].reshape(-1, 2), _stiffness(layout.case, section))
-        for section, members in alike.items()
+def rods(layout: Layout) -> RodElastic:
+    """The members as one energy."""
+    found = [
+        stiffnesses(member, layout.stations(number), layout.case.material)
+        for number, member in enumerate(layout.network.members)
     ]
-
-
-def _stiffness(case: Case, section: Section) -> RodStiffness:
-    """Of a section; e2 and e3 lie along its first and second axis."""
-    material, (I2, I3) = case.material, section.moments
-    kappa = section.shear_factor(material.poisson)
-    modulus = material.shear_modulus
-    return RodSection(section.area, I2, I3, section.torsion, kappa, kappa, material.young, modulus).stiffness
+    return RodElastic(layout.rest, layout.elements, VaryingStiffness(np.concatenate(found)))
 
 
 def _load(layout: Layout, load: Declared) -> Energy:
@@ -173,8 +161,8 @@ def _load(layout: Layout, load: Declared) -> Energy:
             return RodMoments(np.array([node]), np.array([moment]))
         case PerMass(acceleration=g):
             for number, member in enumerate(layout.network.members):
-                w = layout.case.material.density * member.section.area * np.array(g)
-                forces[layout.nodes(number)] += _shares(layout, number, 0.0, member.length)[:, None] * w
+                areas = at_nodes(member, layout.stations(number), lambda section: [section.area])
+                forces[layout.nodes(number)] += areas * layout.case.material.density * np.array(g)
         case AtPoint(at=at, force=force):
             number, s = places.at(layout.network, at) or (0, 0.0)
             stations = layout.stations(number)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.beam.rigid import AXES, point_rows
 from softmark.interpreter.models.network import places
+from softmark.interpreter.models.network.sections import at_nodes
 from softmark.interpreter.models.shared.holding import Held
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.supports import Hinged
@@ -110,15 +111,13 @@ class Layout:
 
     @cached_property
     def _shares(self) -> tuple[Floats, Floats]:
-        """Of every node the mass (n,), kg, and moments of inertia about its own axes (n, 3), kg m^2: half a segment's
-        at either end."""
-        rho, mass, turning = self.case.material.density, [], []
-        for member in self.network.members:
-            half = np.full(self.segments + 1, member.length / self.segments)
-            half[[0, -1]] *= 0.5
-            mass.append(rho * member.section.area * half)
-            turning.append(rho * np.outer(half, [sum(member.section.moments), *member.section.moments]))
-        return np.concatenate(mass), np.concatenate(turning)
+        """Of every node the mass (n,), kg, and moments of inertia about its own axes (n, 3), kg m^2."""
+        found = [
+            at_nodes(member, self.stations(number), lambda s: [s.area, sum(s.moments), *s.moments])
+            for number, member in enumerate(self.network.members)
+        ]
+        whole = self.case.material.density * np.concatenate(found)
+        return whole[:, 0], whole[:, 1:]
 
     @cached_property
     def axes(self) -> Floats:
