@@ -38,8 +38,8 @@ def seen(scene: Scene) -> Iterator[Diagnostic]:
         part = isinstance(probe.thing, Surface) and probe.thing.where is not None
         if part or not isinstance(probe.thing, Point | Line | Surface | Markers):
             where = "at a part of the surface of" if part else "into"
-            yield diagnostic("E346", probe.at(), f"`{probe.name}` looks {where} `{body.name}`, a network of beams", "not of networks", "look at points, along lines "
-                             "and at the whole surface")  # fmt: skip
+            yield diagnostic("E346", probe.at(), f"`{probe.name}` looks {where} `{body.name}`, a network of beams",
+                             "not of networks", "look at points, along lines and at the whole surface")  # fmt: skip
     for metric in scene.of_kind("metric").values():
         body = scene.declared.get(metric.thing.body_in(scene) or "")
         if isinstance(metric.thing, VolumeChange) and body is not None and isinstance(body.thing, BeamNetwork):

@@ -122,7 +122,8 @@ class BeamNetwork:
     Members are pairs of points, counted from 1. Sections are round (`radius`), rings (`inner`) or rectangular: `height`
     along `up`, as far as that is across the member, and `side` across both; of members along `up` the height is along
     x (along y of those along x). One section for all, or a list with one for each member. With `end_radius` and its
-    like members taper, linearly from their first point to their second. Models are `frame6dof(...)` alone. Conditions and points are of coordinates as everywhere; a support takes points of the axes.
+    like members taper, linearly from their first point to their second. Models are `frame6dof(...)` alone. Conditions
+    and points are of coordinates as everywhere; a support takes points of the axes.
     """
 
     points: Annotated[tuple[Vector3, ...], "vectors of m", "where members begin and end"]

@@ -248,7 +248,7 @@ def test_a_wrong_stiffness_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_its_stated_error_holds_the_true_one() -> None:
-    """A portal of 4, 8 and 16 segments against the limit of refinement: stated is once to three times what is missing."""
+    """A portal of 4, 8 and 16 segments against the limit of refinement: stated is one to three times it."""
     text = (
         "body bar = network(points = [(0, 0, 0), (0, 1, 0), (1.5, 1, 0), (1.5, 0, 0)] m, "
         "members = [(1, 2), (2, 3), (3, 4)], material = foam, side = 10 mm)\n"

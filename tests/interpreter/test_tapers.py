@@ -59,7 +59,7 @@ model m = frame6dof(segments = {segments})
 
 
 def test_a_wedge_that_is_pulled() -> None:
-    """Sides go from 20 x 40 to 10 x 10 mm: P / E times the integral of 1 / ((20 - 10 t) (40 - 30 t)) is 500 ln 2 ... 1e-6.
+    """Sides from 20 x 40 to 10 x 10 mm: P / E times the integral of 1 / ((20 - 10 t) (40 - 30 t)), to 1e-6.
 
     1 / ((2 - t) (4 - 3 t)) = (3 / (4 - 3 t) - 1 / (2 - t)) / 2, whose integral over (0, 1) is (ln 4 - ln 2) / 2.
     """
@@ -97,12 +97,13 @@ def _ritz(a: float, b: float, count: int = 8) -> np.ndarray:
 
 
 def test_the_tones_of_a_cone() -> None:
-    """The first of a mast whose end is half as wide, 4.62515 in units of the wall's: shear takes 0.13 %, segments 0.1 %."""
+    """A mast whose end is half as wide: 4.62515 in units of the wall's; shear takes 0.13 %, segments 0.1 %."""
     a = 0.02
     exact = _ritz(a, 0.5 * a)
     unit = math.sqrt(E / RHO) * 0.5 * a / (2.0 * math.pi)
     assert exact[0] / unit == pytest.approx(4.62515, abs=1e-5)  # the number of the scene
-    load = "load push = point_force(pole, at = (1, 0, 0) m, vector = (0, 0, -1) uN)\nmetric tones = frequency(pole, mode = 4)\n"
+    load = "load push = point_force(pole, at = (1, 0, 0) m, vector = (0, 0, -1) uN)\n"
+    load += "metric tones = frequency(pole, mode = 4)\n"
     model = run(ROUND.format(end=10), load + "model m = frame6dof(segments = 40)\n")
     found = model.metrics["tones"].details["frequencies_Hz"]
     assert found[0] == pytest.approx(exact[0], rel=3e-3)
