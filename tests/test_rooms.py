@@ -60,11 +60,11 @@ def modules() -> dict[str, Path]:
 MODULES = modules()
 
 
-def targets(node: ast.AST) -> Iterator[str]:
+def targets(node: ast.Import | ast.ImportFrom) -> Iterator[str]:
     """Modules of the rooms that a statement imports."""
     if isinstance(node, ast.Import):
         yield from (alias.name for alias in node.names if alias.name in MODULES)
-    elif isinstance(node, ast.ImportFrom) and node.module:
+    elif node.module:
         for alias in node.names:
             inner = f"{node.module}.{alias.name}"
             if inner in MODULES:
@@ -75,18 +75,19 @@ def targets(node: ast.AST) -> Iterator[str]:
 
 def imports(name: str) -> Iterator[tuple[str, bool]]:
     """What a module imports, at its top, in a function or for types alone; and whether for types alone."""
-    tree = ast.parse(MODULES[name].read_text(encoding="utf-8"))
+    nodes = list(ast.walk(ast.parse(MODULES[name].read_text(encoding="utf-8"))))
     typing = {
         inner
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
         for part in node.body
         for inner in ast.walk(part)
     }
-    for node in ast.walk(tree):
-        for target in targets(node):
-            if target != name:
-                yield target, node in typing
+    for node in nodes:
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            for target in targets(node):
+                if target != name:
+                    yield target, node in typing
 
 
 IMPORTS = {name: list(imports(name)) for name in MODULES}
