@@ -71,7 +71,7 @@ class Member(Prism):
     def slope(self) -> float:
         """How fast half of its widest extent grows or shrinks along the axis."""
         apart = (abs(a - b) for a, b in zip(*(section.extents for section in self.ends), strict=True))
-        return 0.5 * max(apart) / self.length
+        return float(0.5 * max(apart) / self.length)
 
     @cached_property
     def volume(self) -> float:

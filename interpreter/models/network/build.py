@@ -14,10 +14,12 @@ from softmark.interpreter.models.answers.vibrations import about
 from softmark.interpreter.models.network import places
 from softmark.interpreter.models.network.layout import Layout
 from softmark.interpreter.models.network.sections import at_nodes, stiffnesses
+from softmark.interpreter.models.network.shifts import Shifts
 from softmark.interpreter.models.network.words import Frame6Dof
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.prepared import Meshless, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case
+from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength, PerMass, Turning
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
@@ -25,34 +27,12 @@ from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_joints import Jointed
 from softmark.solvers.energies.rod_section import VaryingStiffness
-from softmark.solvers.energies.rod_state import displacement_at
 from softmark.solvers.linear import factorisations
 from softmark.solvers.statics.equilibrium import Equilibrium, Statics, equilibrium
 from softmark.solvers.statics.rod_network import RodNetwork
 
 if TYPE_CHECKING:
     from softmark.solvers.statics.equilibrium import Watch
-
-
-@dataclass(frozen=True)
-class Shifts:
-    """How far material points of a network move in a state x (n * 7,) of its nodes."""
-
-    layout: Layout
-    x: Floats
-
-    def __call__(self, X: Floats) -> Floats:
-        """Of points X (k, 3), m: each goes with the member that it is in, or nearest to."""
-        found, own = np.zeros((len(X), 3)), self.layout.network.nearest(X)
-        for member in np.unique(own).tolist():
-            found[own == member] = self.of(member, X[own == member])
-        return found
-
-    def of(self, member: int, X: Floats) -> Floats:
-        """Of points X (k, 3), m, of one member, from 0: its sections are rigid."""
-        nodes = self.layout.nodes(member)
-        rod, rest = (state.reshape(-1, 7)[nodes].ravel() for state in (self.x, self.layout.rest))
-        return displacement_at(rod, rest, X)
 
 
 @dataclass(frozen=True)
@@ -116,14 +96,15 @@ def load(model: Frame6Dof) -> None:
 
 
 def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-    """A network and its static problem. Raises Fault."""
+    """A network with all that solving needs, at rest or in motion. Raises Fault."""
     layout = Layout.of(case, model.segments)
     fixed, target = layout.held()
     held = np.zeros((layout.count, 6), dtype=bool)
     held.ravel()[fixed] = True
     joints, extent = layout.joints, layout.network.diagonal
-    applied = tuple((load, Jointed(_load(layout, load), joints)) for load in case.loads)
-    assembly = Assembly(6 * layout.count, fixed, [Jointed(rods(layout), joints)], [energy for _, energy in applied])
+    elastic, alone = rods(layout), tuple((load, _load(layout, load)) for load in case.loads)
+    applied = tuple((load, Jointed(energy, joints)) for load, energy in alone)
+    assembly = Assembly(6 * layout.count, fixed, [Jointed(elastic, joints)], [energy for _, energy in applied])
     problem = Statics(
         assembly,
         RodNetwork(layout.rest, layout.elements, joints, held[:, :3]),
@@ -138,7 +119,12 @@ def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: Workshop
         path=case.analysis.path,
     )
     size = {"nodes": layout.count, "elements": len(layout.elements), "dofs": len(assembly.free)}
-    return PreparedNetwork(declared, layout, problem, size, applied)
+    static = PreparedNetwork(declared, layout, problem, size, applied)
+    if not isinstance(case.analysis, Dynamic):
+        return static
+    from softmark.interpreter.models.network.moving import moving
+
+    return moving(static, declared, case, layout, elastic, problem, alone)
 
 
 def rods(layout: Layout) -> RodElastic:

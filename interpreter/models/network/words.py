@@ -10,6 +10,7 @@ from softmark.interpreter.models.network import places
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.results.report import ModelKind
+from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength, PerMass, Turning
 from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Hinged
 from softmark.records import dataclass
@@ -35,16 +36,16 @@ class Frame6Dof(Model):
     Every member is what `beam6dof` is: sections stay plane and move rigidly, rotations are not limited, shear and
     stretch are in. At a point where members meet they keep their angles, whatever the point turns by. Members are lines
     without extent at joints: what they share there is of no account, neither twice as stiff nor once as heavy, and the
-    stated error has what that may come to. Supports hold points of axes: `fixed` and `displaced` with their sections,
-    `hinged` without. Loads are gravity, forces and lines of force on axes, and torques at a point. Conditions select
-    points of the axes, and whole members.
+    stated error has what that may come to. Of members that taper, what an element gives way by is integrated. Supports
+    hold points of axes: `fixed` and `displaced` with their sections, `hinged` without. Loads are gravity, forces and
+    lines of force on axes, and torques at a point, these at rest alone. Conditions select points of the axes, and whole
+    members. In motion, by every integrator, masses are at nodes, with the rotary inertia of sections.
 
-    Source: Simo and Vu-Quoc (1986); Crisfield and Jelenic (1999); joints as in Ibrahimbegovic and Mamouri (2000).
+    Source: Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); joints as in Ibrahimbegovic and Mamouri (2000).
     """
 
     loads = (PerMass, AtPoint, PerLength, Turning)
     supports = (Fixed, Displaced, Hinged)
-    moves = False
     wired = True
     finely = ("segments",)
 
@@ -93,6 +94,8 @@ def _loads(declared: Declared, case: Case, network: Network) -> Iterator[Diagnos
                 field, reason = "from", "a line without a length"
             case PerLength(begin=begin, end=end) if places.line(network, begin, end) is None:
                 field, reason = "from", "not along the axis of one member"
+            case Turning() if isinstance(case.analysis, Dynamic):
+                field, reason = "where", "turns a section, which networks take at rest alone"
             case Turning(where=where) if (count := _points(network, where)) != 1:
                 many = "on more than one point"
                 field, reason = "where", many if count else "on no point where members begin or end"
