@@ -67,7 +67,7 @@ TAKES = {  # of 60: each load, and each support under gravity, in each of five a
     "fem(tet4": 29,  # a cap has no part in a path or a disturbed start, nor in a turn at rest
     "fem(tet10": 19,  # pressures have no mass, and no way downhill
     "beam6dof(segments = 4)": 34,  # no pressure, no tracked points; torques, arms and turns at rest alone
-    "frame6dof(segments = 4)": 10,  # at rest: forces, torques and lines; clamps and hinges
+    "frame6dof(segments = 4)": 18,  # forces, lines, clamps and hinges; torques at rest alone
     "mass_spring(stiffness = from_material()": 48,  # no turns along a path or from a disturbed start
     "modal(of = full": 25,  # turns at rest alone
     "pod(of = full": 25,

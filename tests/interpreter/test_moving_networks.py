@@ -15,7 +15,6 @@ from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.problem.case import case_for
 from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.scheme import Motion
-from softmark.solvers.energies.rod_rotation import rotation
 
 HEAD = """softmark 1
 scene "frames that move"
@@ -135,7 +134,7 @@ def test_it_moves_alike_seen_from_another_side() -> None:
 
 
 def test_at_rest_it_is_as_stiff_as_at_rest() -> None:
-    """The tangent in motion, by turns about axes of points where it rests, is that of statics: kernels against numpy."""
+    """The tangent in motion, about the axes of points, is that of statics: its kernels and numpy agree."""
     model = prepared(star(np.eye(3)) + """analysis fly = dynamic(duration = 0.1 s, step = 1 ms)
 support wall = fixed(net, where = y >= 0.4 m)
 model m = frame6dof(segments = 3)
