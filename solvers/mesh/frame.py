@@ -20,6 +20,7 @@ else:
     from softmark.solvers.base.deferred import np
 
 MEASURES = ("radius", "inner", "side", "height")
+CROSSED = 1e-6  # of the diagonal: axes this near meet
 NEAR = 1e-9  # of the diagonal: points this near are one
 ALONG = 1e-6  # of a direction: less of it across a member says no second axis of its section
 
@@ -159,7 +160,7 @@ class Network(Shape):
     wired = True
     gap = "empty between its members"
 
-    @property
+    @cached_property
     def fault(self) -> str:
         """What of its points, members and sections does not go together."""
         return self._of_sections() or self._of_members() or self._of_points()
@@ -279,11 +280,16 @@ class Network(Shape):
 
     def crossing(self) -> tuple[int, int] | None:
         """The first two members, from 1, whose axes meet where they share no point; None where there are none."""
-        size = self.diagonal
-        for i, one in enumerate(self.members):
-            for j in range(i):
-                if set(self.pairs[i]).isdisjoint(self.pairs[j]) and _apart(one, self.members[j]) <= 1e-6 * size:
-                    return j + 1, i + 1
+        near = CROSSED * self.diagonal
+        spans = [sorted((m.begin[0], m.end[0])) for m in self.members]
+        order = sorted(range(len(spans)), key=lambda i: spans[i][0])
+        for place, i in enumerate(order):
+            for j in order[place + 1 :]:
+                if spans[j][0] > spans[i][1] + near:
+                    break
+                apart = set(self.pairs[i]).isdisjoint(self.pairs[j])
+                if apart and _apart(self.members[i], self.members[j]) <= near:
+                    return min(i, j) + 1, max(i, j) + 1
         return None
 
     @cached_property
