@@ -6,6 +6,7 @@
     elastica           large deflections, bending alone
     simo_reissner      large deflections with shear and stretch
     small_deflection   the closed form for small ones
+    graded_bar         a bar whose constants vary along it, pulled along its axis
     torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
 
     self_converged     the scene's own models refined: what is asked for; solving them is not done here
@@ -32,6 +33,7 @@ from __future__ import annotations
 from softmark.references.ct_volume import CtVolume
 from softmark.references.curve import CurveFromFile
 from softmark.references.elastica import Elastica
+from softmark.references.graded_bar import GradedBar
 from softmark.references.markers import TrackedPoints
 from softmark.references.self_converged import SelfConverged
 from softmark.references.simo_reissner import SimoReissner
@@ -45,6 +47,7 @@ REFERENCES: dict[str, type] = {
     "small_deflection": SmallDeflection,
     "simo_reissner": SimoReissner,
     "torsion": Torsion,
+    "graded_bar": GradedBar,
     "self_converged": SelfConverged,
     "surface": SurfaceScan,
     "markers": TrackedPoints,

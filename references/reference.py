@@ -10,15 +10,16 @@ How = Literal["solved", "measured", "refined", "scanned"]
 class Reference:
     """A reference, and by what it is known.
 
-    `solved`: `solve(cantilever)` gives a CentreLine; about torsion, `twisted(cylinder)` what that does. `measured`:
-    `load()` gives a MeasuredSurface, MeasuredPoints or a MeasuredCurve.
+    `solved`: `solve(cantilever)` gives a CentreLine; about torsion, `twisted(cylinder)` what that does, and about a bar
+    `stretched(bar)`. `measured`: `load()` gives a MeasuredSurface, MeasuredPoints or a MeasuredCurve.
     `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
     computes, which `load(points, triangles)` takes.
     """
 
     how: ClassVar[How] = "solved"
+    graded: ClassVar[bool] = False  # whether it knows bodies whose constants vary in space, where it is solved
     table: ClassVar[str] = ""  # what a file is that is not such a one, for messages
-    about: ClassVar[Literal["cantilever", "torsion"]] = "cantilever"  # what it is solved for
+    about: ClassVar[Literal["cantilever", "torsion", "bar"]] = "cantilever"  # what it is solved for
     kind: ClassVar[str]  # what it is, in a word or two
     source: ClassVar[str]  # who says so
     error_meaning: ClassVar[str]  # what its estimated error bounds

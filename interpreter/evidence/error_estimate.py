@@ -90,6 +90,10 @@ class Stated(Answer):
             from softmark.interpreter.evidence.region_error import parts
 
             found |= parts(self)
+        if not self.case.uniform:
+            from softmark.interpreter.evidence.graded import lost
+
+            found |= lost(self)
         found |= of_selections(self.result.loads)
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 

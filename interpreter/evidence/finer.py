@@ -72,7 +72,7 @@ def _freed(model: Fem, case: Case, kind: str) -> Fem:
     thing = model.plain(element=kind)
     full = model.integration == "full" and model.formulation == "displacement" and model.rotation == "point"
     freed = "mean_dilatation" in element_of(kind).formulations
-    if freed and full and case.largest_poisson >= FREED and all(mixed_for(m, model.strain) for m in case.materials):
+    if freed and full and case.largest_poisson >= FREED and all(mixed_for(m, model.strain) for m in case.typical):
         if case.depth:
             raise Unknown("its element locks at this Poisson's ratio, and around an axis there is none that does not")
         return replace(thing, formulation="mean_dilatation")

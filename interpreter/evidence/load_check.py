@@ -62,7 +62,7 @@ def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: st
             carried = np.zeros(len(mesh.points))
             for own, which in alone(case, mesh):
                 body = (mesh.points, mesh.cells[which], mesh.kind)
-                carried += solids.weights_of(*body, own.material.density, mass, len(mesh.points), case.depth)
+                carried += solids.weights_of(*body, _density(own), mass, len(mesh.points), case.depth)
             return carried[:, None] * np.array(g), 0.0
         case PerArea(traction=traction):
             t = np.array(traction)
@@ -75,6 +75,15 @@ def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: st
         case AtPoint():
             return _at_points(action, case, mesh), 0.0
     raise Unchecked(f"there is no other formula for a load that acts as {type(action).__name__}")
+
+
+def _density(case: Case) -> Any:
+    """kg/m^3, or what tells it at points."""
+    if case.uniform:
+        return case.material.density
+    from softmark.interpreter.evidence.graded import density_of
+
+    return density_of(case)
 
 
 def _at_points(load: AtPoint, case: Case, mesh: Moved) -> Floats:

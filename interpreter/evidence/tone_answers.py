@@ -55,8 +55,8 @@ class ToneAnswer(ProbeAnswer):
     def lost(self, case: Case, far: float, cell: float) -> float:
         """What rounding takes of it, Hz: that of the coordinates of cells (`far` from the origin, m), and that of the
         fastest vibration of a mesh, some waves of pressure across a cell, in which the slow one is told."""
-        law = min(case.materials, key=lambda m: m.density)
-        stiff = max(m.shear_modulus * 4.0 / 3.0 + min(m.bulk_modulus, HARD * m.shear_modulus) for m in case.materials)
+        law = min(case.typical, key=lambda m: m.density)
+        stiff = max(m.shear_modulus * 4.0 / 3.0 + min(m.bulk_modulus, HARD * m.shear_modulus) for m in case.typical)
         fastest = WAVES * math.sqrt(stiff / law.density) / cell  # rad/s
         ratio = fastest / (2.0 * math.pi * self.tone) if self.tone > 0.0 else math.inf
         found = 10.0 * EPS * (far / cell + ratio**2)

@@ -24,7 +24,7 @@ from softmark.interpreter.language.overrides import Override
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
-from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, reach
+from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, case_of, reach
 from softmark.interpreter.problem.mirrors import plane_fault, point_doubt, pull_fault
 from softmark.interpreter.problem.theories import problem_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -388,6 +388,15 @@ def _regions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             yield from ask(scene)
 
 
+def _graded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Materials that vary in space: nothing is imported for scenes without any."""
+    if any(not case_of(scene, body).uniform for body in scene.of_kind("body")):
+        from softmark.interpreter.problem import graded
+
+        for ask in (graded.unsound, graded.untaken):
+            yield from ask(scene)
+
+
 def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """What nothing asks for; not worth saying while something else is wrong."""
     if not any(d.severity == "error" for d in found):
@@ -398,8 +407,8 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _plane, _symmetric, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (
-    _bodies, _regions, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons, _curves,
-    _courses,
+    _bodies, _regions, _graded, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons,
+    _curves, _courses,
     _published, _expectations, _use,
 )  # fmt: skip
 

@@ -42,6 +42,8 @@ def _materials(scene: Scene) -> Iterator[tuple[Any, Callable[[str], Location]]]:
 def _densities(scene: Scene) -> Iterator[Diagnostic]:
     for material, at in _materials(scene):
         density = material.density
+        if not isinstance(density, float | int):  # it varies in space
+            continue
         if not LIGHTEST <= density <= HEAVIEST:
             factor = 1000.0 if density < LIGHTEST else 1e-3
             meant = units.show(density * factor, DENSITY)
@@ -55,6 +57,8 @@ def _densities(scene: Scene) -> Iterator[Diagnostic]:
 def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
     for material, at in _materials(scene):
         young = material.young
+        if not isinstance(young, float | int):  # it varies in space
+            continue
         if young < SOFTEST:
             help = "soft gels have some 100 Pa; `mPa` is a thousandth of a pascal, `MPa` a million"
         elif young > STIFFEST:

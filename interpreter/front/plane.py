@@ -210,7 +210,7 @@ def _of_plates(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnosti
     elif thing.precision == "single":
         yield diagnostic("E545", declared.at("precision"), f"`{declared.name}` is in plane stress, whose thickness is "
                          "found in double precision", "not in single precision", "leave it out")  # fmt: skip
-    if any(material.incompressible for material in case.materials):
+    if any(material.incompressible for material in case.typical):
         yield diagnostic("E545", case.body.at("material"), f"`{case.body.name}` is in plane stress, and its material "
                          "has no bulk modulus to find its thickness with", "a Poisson's ratio of 0.5",
                          "use one below it, such as 0.4999: in plane stress nothing locks")  # fmt: skip

@@ -217,6 +217,8 @@ class Binder:
 
     def value(self, field: Field, node: tree.Expression, place: Place) -> Any:
         """What an expression is as the value of a field. Raises Bad."""
+        if field.varies and (varying := forms.profile(self, field, node, place)) is not None:
+            return varying
         if field.form in forms.FORMS:
             return forms.FORMS[field.form](self, field, node, place)
         form = "value_object" if field.form == "value" else field.form
@@ -237,11 +239,12 @@ class Binder:
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if isinstance(value, VectorValue):
             raise self.wrong(field, node, place)
-        self._dimension(field, node, place, value)
+        self.dimension(field, node, place, value)
         self.within(field, node, place, value.value)
         return value.value
 
-    def _dimension(self, field: Field, node: tree.Expression, place: Place, value: Quantity | VectorValue) -> None:
+    def dimension(self, field: Field, node: tree.Expression, place: Place, value: Quantity | VectorValue) -> None:
+        """Refuse a value of another dimension than that of its field. Raises Bad."""
         due = field.dimension or units.NONE
         if value.dimension == due:
             return
@@ -303,7 +306,7 @@ class Binder:
             raise place.fail("E207", node.span, f"expected three components, found {found}",
                              "not a vector of three",
                              f"{field.meaning}; write it as `(0, 0, 1) {unit}`")  # fmt: skip
-        self._dimension(field, node, place, value)
+        self.dimension(field, node, place, value)
         for component in value.values:
             self.within(field, node, place, component)
         return value.values
@@ -454,7 +457,7 @@ class Binder:
             raise self.wrong(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).values(node)
         if field.dimension is not None and value.values:
-            self._dimension(field, node, place, value)
+            self.dimension(field, node, place, value)
         for number, item in zip(value.values, node.items, strict=True):
             self.within(field, item, place, number)
         return value

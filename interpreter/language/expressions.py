@@ -244,7 +244,7 @@ class Evaluator:
         name = node.function.text
         owner = before_at(node)
         if (name not in FUNCTIONS and name not in SPECIAL) and (owner is None or self.at is None):
-            raise self._unknown_function(node)
+            raise self.unknown_function(node)
         if any(a.name for a in node.arguments) or not node.arguments:
             raise self.place.fail("E211", node.span, f"`{name}` takes plain values, without names",
                                   "no value to take",
@@ -260,7 +260,8 @@ class Evaluator:
                                   f"write `{name}(a)`")  # fmt: skip
         return self._finite(self._apply(node, name, arguments[0]), node.span)
 
-    def _unknown_function(self, node: tree.Call) -> Bad:
+    def unknown_function(self, node: tree.Call) -> Bad:
+        """Record a function that there is not."""
         name, span, all_functions = node.function.text, node.function.span, [*FUNCTIONS, *SPECIAL]
         listed = "functions: " + ", ".join(all_functions)
         if kinds := [kind for kind, table in self.vocabulary.items() if name in table]:

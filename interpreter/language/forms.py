@@ -10,6 +10,7 @@ from softmark.grammar import tree
 from softmark.interpreter.language import sweeps
 from softmark.interpreter.language.expressions import Place, Quantity, VectorValue
 from softmark.interpreter.language.schema import Field
+from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.calls import Binder
@@ -88,6 +89,45 @@ def each(binder: Binder, field: Field, node: tree.Expression, place: Place) -> t
             raise binder.wrong(field, node, place)
         return found.values
     return (binder.value(replace(field, form="quantity"), node, place),)
+
+
+@dataclass(frozen=True)
+class FieldsOf:
+    """What of the expressions of a declaration is read from files."""
+
+    binder: Binder
+    place: Place
+
+    def known(self, part: tree.Expression | tree.Argument) -> bool:
+        """Whether it is a field: a call that makes one, or the name of one that is declared."""
+        if isinstance(part, tree.Call):
+            return part.function.text in self.binder.vocabulary.get("field", {})
+        if not isinstance(part, tree.Name):
+            return False
+        symbol = self.binder.compiler.table.symbols.get(self.binder.module.prefix + part.text)
+        return symbol is not None and isinstance(symbol.node, tree.Declare) and symbol.node.kind == "field"
+
+    def made(self, part: tree.Expression) -> Any:
+        """The field itself. Raises Bad."""
+        if isinstance(part, tree.Call):
+            return self.binder.call("field", part, outermost=False)[1]
+        if not isinstance(part, tree.Name):
+            raise TypeError("a field is a call or a name")
+        return self.binder.compiler.named(part, "field", self.binder.module, self.place).thing
+
+
+def profile(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Any:
+    """A constant that varies in space, None of one that does not. Raises Bad."""
+    if not any(isinstance(part, tree.Call | tree.Name) for part, _ in tree.walk(node)):
+        return None  # a number, as most are
+    from softmark.interpreter.language import profile_syntax
+
+    fields = FieldsOf(binder, place)
+    if not profile_syntax.varies(node, fields):
+        return None
+    found = profile_syntax.profile(node, binder.compiler.scope.evaluator(binder.module, place), fields, field)
+    binder.dimension(field, node, place, VectorValue((), found.dimension))
+    return found
 
 
 FORMS: Mapping[str, Read] = {

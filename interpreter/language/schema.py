@@ -81,6 +81,7 @@ class Field:
     kind: str = ""  # of a name: `body`; of a value: `material`
     also: tuple[str, ...] = ()  # further kinds that a name may be of
     folder: bool = False  # whether a file may be a folder
+    varies: bool = False  # whether it may be an expression of the coordinates, or read from a field
 
     @property
     def expected(self) -> str:
@@ -217,17 +218,19 @@ def _table(module: str, name: str) -> Mapping[str, type[Any]]:
 def _fields(cls: type[Any]) -> tuple[Field, ...]:
     hints = get_type_hints(cls, include_extras=True)
     described = (f for f in dataclasses.fields(cls) if get_origin(hints[f.name]) is not None)
-    return tuple(_field(f, hints[f.name]) for f in described)
+    varying = getattr(cls, "varying", ())
+    return tuple(_field(f, hints[f.name], f.name in varying) for f in described)
 
 
-def _field(f: dataclasses.Field[Any], hint: Any) -> Field:
+def _field(f: dataclasses.Field[Any], hint: Any, varies: bool) -> Field:
     base, *facts = get_args(hint)
     spec, doc = facts if len(facts) == 2 else ("", facts[0])
     required = f.default is dataclasses.MISSING
     made = _shape(base, spec)
     return Field(
-        f.name.rstrip("_"), f.name, doc=doc, required=required, default=None if required else f.default, **made
-    )
+        f.name.rstrip("_"), f.name, doc=doc, required=required, default=None if required else f.default,
+        varies=varies, **made,
+    )  # fmt: skip
 
 
 def _shape(base: Any, spec: str) -> dict[str, Any]:

@@ -102,14 +102,25 @@ def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
     materials = case.materials
     if not all(isinstance(material, Isotropic) for material in materials):
         raise Undefined("the material has no shear modulus and no Lamé constant at rest")
-    mu = np.array([material.shear_modulus for material in materials])
-    lam = np.array([material.lame_lambda for material in materials])
+    each = [_moduli(material, X) for material in materials]
+    mu, lam = each[0]
     if case.parts:
         from softmark.interpreter.problem.members import of_places
         from softmark.interpreter.problem.regions import number
 
-        mu, lam = mu[at := number(case, X, of_places(case, X))], lam[at]
+        at = number(case, X, of_places(case, X)), np.arange(len(X))
+        mu, lam = np.array([own[0] for own in each])[at], np.array([own[1] for own in each])[at]
     if not np.isfinite(lam).all():
         raise Undefined("in an incompressible material any change of volume has infinite energy")
     trace = np.trace(E, axis1=1, axis2=2)
     return float(w @ (lam * trace**2 + 2.0 * mu * (E**2).sum(axis=(1, 2))))
+
+
+def _moduli(material: Isotropic, X: Floats) -> tuple[Floats, Floats]:
+    """mu and lam (n,) at points X (n, 3), Pa."""
+    if not material.uniform:
+        from softmark.interpreter.problem.field_files import material_at
+
+        material = material_at(material, X)
+    mu, lam = (np.broadcast_to(modulus, len(X)) for modulus in (material.shear_modulus, material.lame_lambda))
+    return mu, lam

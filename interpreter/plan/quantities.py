@@ -131,6 +131,8 @@ def quantity_of(scene: Scene, name: str) -> WalkedQuantity:
     if field.form != "quantity":
         words = f"`{name}` is {field.expected}, and not a quantity"
         raise Unwalkable(words, "walk a number, a vector, a choice, or a parameter that the scene uses there")
+    if field.varies and not isinstance(value, float | int):
+        raise Unwalkable(f"`{name}` varies in space", "walk a parameter of its expression, such as a factor")
     if attribute == "poisson":
         return _gap(name, float(value), None)
     return _number(name, float(value), field.dimension or units.NONE, SPANS.get(attribute, SPAN), field.interval)

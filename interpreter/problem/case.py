@@ -89,8 +89,27 @@ class Case:
 
     @property
     def largest_poisson(self) -> float:
-        """Poisson's ratio of the material that keeps its volume best."""
-        return float(max(material.poisson for material in self.materials))
+        """Poisson's ratio of the material that keeps its volume best; of one that varies, as far as a look tells."""
+        return float(max(material.poisson for material in self.typical))
+
+    @property
+    def uniform(self) -> bool:
+        """Whether the constants of each of its materials are the same everywhere."""
+        return all(getattr(material, "uniform", True) for material in self.materials)
+
+    @property
+    def typical(self) -> tuple[Any, ...]:
+        """Its materials, with one number in place of each constant that varies in space: for orders of magnitude."""
+        if self.uniform:
+            return self.materials
+        from softmark.interpreter.problem.typical import typical
+
+        return tuple(typical(material, self.shape.bounds) for material in self.materials)
+
+    @property
+    def plain(self) -> Case:
+        """The same of one material, of its typical one where that varies."""
+        return self if getattr(self.material, "uniform", True) else replace(self, other_material=self.typical[0])
 
     @property
     def gravity(self) -> tuple[float, float, float]:

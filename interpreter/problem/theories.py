@@ -30,17 +30,27 @@ class Theory(Protocol):
 
 def problem_of(reference: Declared, case: Case) -> Any:
     """The numbers that a reference is solved for. Raises Fault where an assumption of it is broken."""
+    if not case.uniform:
+        from softmark.interpreter.problem.graded import must_be_uniform
+
+        must_be_uniform(reference, case)
     if reference.thing.about == "torsion":
         from softmark.interpreter.problem.torsion_theory import cylinder_of
 
         return cylinder_of(reference, case)
+    if reference.thing.about == "bar":
+        from softmark.interpreter.problem.bar_theory import bar_of
+
+        return bar_of(reference, case)
     return cantilever_of(reference, case)
 
 
 def solved(reference: Declared, case: Case) -> Theory:
     """What it says. Raises Fault, and whatever solving it may."""
     problem = problem_of(reference, case)
-    found: Theory = (reference.thing.twisted if reference.thing.about == "torsion" else reference.thing.solve)(problem)
+    thing = reference.thing
+    solve = {"torsion": "twisted", "bar": "stretched"}.get(thing.about, "solve")
+    found: Theory = getattr(thing, solve)(problem)
     return found
 
 

@@ -199,6 +199,7 @@ class ModelResult:
     reactions: Mapping[str, HeldSupport] = field(default_factory=dict)  # of each support
     kind: ModelKind | None = None  # of one that has others of its kind
     stress: Any = None  # where a scene asks for it: what gives the stresses of the mesh, for files
+    constants: Any = None  # where they vary in space: what gives those of the cells of the mesh by name, SI, for files
     states: tuple[float, ...] = ()  # of an analysis with several: their values, and
     each: tuple[ModelResult, ...] = ()  # what came of it in each; the rest is that of the last (`states.py`)
 

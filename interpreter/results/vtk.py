@@ -1,6 +1,7 @@
 """Meshes and surfaces as files for ParaView: undeformed points with displacements, and surfaces with errors.
 
-Where a scene asks for stress, meshes have it at their nodes as well.
+Where a scene asks for stress, meshes have it at their nodes as well; where constants of materials vary in space, cells
+have their means of them, in SI.
 
 A mesh is anything with `points` (n, 3) m, `cells` (m, a), `kind` (an element's word, nodes in VTK's order) and
 `displacement` (n, 3) m; `times` (t,) s and `frames` (t, n, 3) m where there is a history. ParaView's filter Warp By
@@ -10,7 +11,7 @@ Vector with `displacement` shows the deformed body.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -42,7 +43,7 @@ def write_vtu(report: Report, folder: str | Path) -> list[Path]:
             written += _in_states(target, name, outcome)
             continue
         if isinstance(outcome, ModelResult) and outcome.mesh is not None:
-            written += _mesh(target, name, outcome.mesh, outcome.stress)
+            written += _mesh(target, name, outcome)
         written += _surface(target, f"{name}-surface", outcome.shape) if outcome.shape is not None else []
     return written
 
@@ -57,16 +58,18 @@ def _file_name(name: str, taken: set[str]) -> str:
     return own
 
 
-def _mesh(target: Path, name: str, mesh: Any, stress: Any) -> list[Path]:
+def _mesh(target: Path, name: str, outcome: ModelResult) -> list[Path]:
     """Undeformed points with the displacement at the end or, with a history, at each moment; stress at the end."""
+    mesh: Any = outcome.mesh
+    stress, constants = outcome.stress, _constants(outcome)
     X, cells = np.asarray(mesh.points), [(element_of(mesh.kind).meshio, np.asarray(mesh.cells))]
     times, frames, last = mesh.times, mesh.frames, {"displacement": np.asarray(mesh.displacement)}
     known = {} if stress is None else _stress(stress)
     if times is None or frames is None:
-        return [_write(target / f"{name}.vtu", X, cells, last | known)]
+        return [_write(target / f"{name}.vtu", X, cells, last | known, constants)]
     states = ((X, {"displacement": np.asarray(u)}) for u in frames)
-    files = _series(target, name, times, cells, states)
-    return [*files, *([_write(target / f"{name}-end.vtu", X, cells, last | known)] if known else [])]
+    files = _series(target, name, times, cells, states, constants)
+    return [*files, *([_write(target / f"{name}-end.vtu", X, cells, last | known, constants)] if known else [])]
 
 
 def _in_states(target: Path, name: str, outcome: ModelResult | ReferenceResult) -> list[Path]:
@@ -78,7 +81,7 @@ def _in_states(target: Path, name: str, outcome: ModelResult | ReferenceResult) 
         first = solved[0][1].mesh
         cells = [(element_of(first.kind).meshio, np.asarray(first.cells))]
         data = ((np.asarray(r.mesh.points), _at_nodes(r)) for _, r in solved)
-        written += _series(target, name, np.array([s for s, _ in solved]), cells, data)
+        written += _series(target, name, np.array([s for s, _ in solved]), cells, data, _constants(solved[0][1]))
     seen = [(s, r.shape) for s, r in pairs if r.shape is not None]
     if seen:
         errors = ((x.position, {} if x.error is None else {"error": x.error}) for _, x in seen)
@@ -91,6 +94,12 @@ def _at_nodes(result: ModelResult) -> dict[str, Floats]:
     """Displacements of a state of rest, and stress where it is asked for."""
     known = {} if result.stress is None else _stress(result.stress)
     return {"displacement": np.asarray(result.mesh.displacement)} | known
+
+
+def _constants(result: ModelResult) -> dict[str, Floats]:
+    """What varies in space, of each cell."""
+    found: dict[str, Floats] = {} if result.constants is None else result.constants()
+    return found
 
 
 def _stress(stress: Any) -> dict[str, Floats]:
@@ -127,9 +136,10 @@ def _series(
     times: Floats,
     cells: Sequence[tuple[str, Any]],
     states: Iterator[tuple[Floats, dict[str, Floats]]],
+    of_cells: Mapping[str, Floats] | None = None,
 ) -> list[Path]:
     """A file for each moment and the collection that names them with their times."""
-    files = [_write(target / f"{name}-{i:04d}.vtu", X, cells, data) for i, (X, data) in enumerate(states)]
+    files = [_write(target / f"{name}-{i:04d}.vtu", X, cells, data, of_cells) for i, (X, data) in enumerate(states)]
     entries = "".join(
         f'    <DataSet timestep="{float(t)!r}" part="0" file={quoteattr(file.name)}/>\n'
         for t, file in zip(times, files, strict=True)
@@ -143,6 +153,10 @@ def _series(
     return [collection, *files]
 
 
-def _write(path: Path, X: Floats, cells: Sequence[tuple[str, Any]], data: dict[str, Floats]) -> Path:
-    meshio.Mesh(X, list(cells), point_data=data).write(path)
+def _write(
+    path: Path, X: Floats, cells: Sequence[tuple[str, Any]], data: dict[str, Floats],
+    of_cells: Mapping[str, Floats] | None = None,
+) -> Path:  # fmt: skip
+    known = {name: [values] for name, values in (of_cells or {}).items()}
+    meshio.Mesh(X, list(cells), point_data=data, cell_data=known).write(path)
     return path

@@ -18,7 +18,7 @@ from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.models.answers.at_rest import at_rest
 from softmark.interpreter.models.answers.stressed import stressed
 from softmark.interpreter.models.prepare import prepared_model
-from softmark.interpreter.models.shared.pieces import facts
+from softmark.interpreter.models.shared.pieces import facts, of_cells
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault
 from softmark.interpreter.problem.parts.resultants import doubts, resultants
@@ -100,7 +100,8 @@ def solve(work: Work, name: str) -> None:
     held = reactions(case, prepared, rest)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)
     work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind,
-                                    stress=solution.stress if asks(work.scene) else None)  # fmt: skip
+                                    stress=solution.stress if asks(work.scene) else None,
+                                    constants=of_cells(case, solution.mesh))  # fmt: skip
 
 
 def _begun(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:

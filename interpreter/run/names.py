@@ -30,7 +30,7 @@ def _named(scene: Scene, declared: Declared) -> Named:
 def _poisson(scene: Scene, material: object) -> float | None:
     """Poisson's ratio of a material that is declared with one."""
     known = (d for d in scene.of_kind("material").values() if d.thing is material and "poisson" in d.fields)
-    return next((float(d.thing.poisson) for d in known), None)
+    return next((float(d.thing.poisson) for d in known if isinstance(d.thing.poisson, float | int)), None)
 
 
 def _expected(scene: Scene) -> tuple[str, ...]:

@@ -59,7 +59,7 @@ class MixedPoints(Elastic):
         F = self.F(x)
         f = components(F)
         stretched = inner(rotation(f), f) - 3.0
-        lam = self._rise(np.ones(1, dtype=F.dtype))
+        lam = self._rise(np.ones(len(F) if self.varies else 1, dtype=F.dtype))
         return replace(self, expected=lam * stretched)
 
     def _rise(self, J: Floats) -> Floats:
@@ -81,10 +81,10 @@ class MixedPoints(Elastic):
         if self.expected is None or projected:
             Elastic.add_hessian(self, x, data, slots, scale, projected)
             return
-        if isinstance(self.law, InvariantLaw):
+        if self._of_invariants:
             f = components(self.F(x))
             more = self.expected - self._slope(determinant(f, cofactor(f)))
-            self._add_of_invariants(self.law, x, data, slots, scale, more.reshape(self.w.shape))
+            self._add_of_invariants(x, data, slots, scale, more.reshape(self.w.shape))
             return
         Elastic.add_hessian(self, x, data, slots, scale)
         F = self.F(x)

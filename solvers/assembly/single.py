@@ -19,7 +19,7 @@ from softmark.solvers.energies.elastic import Together
 from softmark.solvers.energies.energy import Energy, Floats
 
 RATIO = float(np.finfo(np.float32).eps / np.finfo(np.float64).eps)
-GEOMETRY = ("dNdX", "w", "f", "p", "points")  # fields that are numbers of the body and its loads
+GEOMETRY = ("dNdX", "w", "f", "p", "points", "bulk")  # fields that are numbers of the body and its loads
 
 
 def single(energy: Energy) -> Energy:

@@ -30,12 +30,22 @@ def elastic_parts(
 ) -> tuple[Elastic, ...]:
     """The law at all points; or, `selective` and where it comes apart, shear at all points and volume at the centre."""
     laws = parts_for(material, strain) if selective else None
-    whole, volume = drags_for(material, strain) or (None, None)
     if laws is None:
+        whole, _ = drags_for(material, strain) or (None, None)
         return (replace(elastic, law=law_for(material, strain), drag=whole),)
-    middle = integration(mesh, rule=centre_rule(mesh.element))
-    centre = Elastic(mesh.cells, middle.dNdX, middle.w, laws[1], drag=volume)
+    middle, mean = integration(mesh, rule=centre_rule(mesh.element)), _at_centre(material, elastic)
+    of_volume, (_, volume) = parts_for(mean, strain) or laws, drags_for(mean, strain) or (None, None)
+    centre = Elastic(mesh.cells, middle.dNdX, middle.w, of_volume[1], drag=volume)
     return replace(elastic, law=laws[0], drag=None), centre
+
+
+def _at_centre(material: Isotropic, elastic: Elastic) -> Isotropic:
+    """The material of the only point of a cell: where it varies within, of the means of its moduli."""
+    if not material.sampled:
+        return material
+    from softmark.solvers.materials.varying import averaged
+
+    return averaged(material, elastic.w)
 
 
 def _mixed(part: Elastic, material: Isotropic, strain: str) -> Elastic:
@@ -43,4 +53,5 @@ def _mixed(part: Elastic, material: Isotropic, strain: str) -> Elastic:
     laws = parts_for(material, strain) if strain == "finite" else None
     if laws is None or not volumetric(laws[1]) or part.law == laws[0] or type(part) is not Elastic:
         return part
-    return MixedPoints(part.cells, part.dNdX, part.w, part.law, drag=part.drag, volume=laws[1])
+    volume = part.law if volumetric(part.law) else laws[1]
+    return MixedPoints(part.cells, part.dNdX, part.w, part.law, drag=part.drag, volume=volume)

@@ -10,6 +10,7 @@ Stresses are written out from the energies that the documentation of each materi
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -29,21 +30,23 @@ Measure = Callable[[Floats], Floats]  # F (n, 3, 3) -> (n,), no unit
 class Split:
     """A law less M/2 g^2: the stress of `shape`, Pa, `g` and its derivative `dg`; `grown` is the change of volume.
 
-    `compliance` is 1/M in 1/Pa.
+    `compliance` is 1/M in 1/Pa, one for all F, or that of each (n,).
     """
 
     shape: Stress
     g: Measure
     dg: Stress
     grown: Measure
-    compliance: float
+    compliance: Any
 
 
 # ------------------------------------------------------------------ laws taken apart
 
 
-def split_of(material: object, strain: str, young: float, nu: float) -> Split | None:
+def split_of(material: object, strain: str, young: Any, nu: Any) -> Split | None:
     """What pressures take of a law of Young's modulus in Pa, and what is left; None where no formula is known.
+
+    Constants are numbers, or those of each of some points (n,).
 
     Of small and corotational strain they take K = mu (r + 2/3), r = lam/mu = 2 nu / (1 - 2 nu). Of others mu (r - s),
     and s mu stays of lam: s = 1/3 for r >= 4/3, else r - 1 or -2/3, whichever is more.
@@ -54,12 +57,13 @@ def split_of(material: object, strain: str, young: float, nu: float) -> Split | 
         return Split(solids.small_stress(mu, -2.0 / 3.0 * mu), _dilatation, _identity, _dilatation, whole)
     if strain == "corotational":
         return Split(solids.corotational_stress(mu, -2.0 / 3.0 * mu), _stretching, solids.polar, _stretching, whole)
-    if (known := _FINITE.get(type(material))) is None:
+    if (known := FINITE.get(type(material))) is None:
         return None
     shape, g, dg = known
-    s = 1.0 / 3.0 if nu >= 2.0 / 7.0 else max(2.0 * nu / each - 1.0, -2.0 / 3.0)
+    with np.errstate(divide="ignore"):
+        s = np.where(np.asarray(nu) >= 2.0 / 7.0, 1.0 / 3.0, np.maximum(2.0 * nu / np.asarray(each) - 1.0, -2.0 / 3.0))
     taken = each / (mu * (2.0 * nu - s * each))
-    return Split(lambda F: mu * shape(F, s), g, dg, _swelling, taken)
+    return Split(lambda F: np.reshape(mu, (-1, 1, 1)) * shape(F, s), g, dg, _swelling, taken)
 
 
 def _identity(F: Floats) -> Floats:
@@ -144,7 +148,7 @@ def _stable(F: Floats, s: float) -> Floats:
     return first[:, None, None] * F + second[:, None, None] * _cofactor(F)
 
 
-_FINITE: dict[type, tuple[Callable[[Floats, float], Floats], Measure, Stress]] = {
+FINITE: dict[type, tuple[Callable[[Floats, Any], Floats], Measure, Stress]] = {
     NeoHookean: (_neo_hookean, _logarithm, _inverse),
     NeoHookeanIsochoric: (_isochoric, _swelling, _cofactor),
     StVenantKirchhoff: (_kirchhoff, _green_trace, lambda F: F),
@@ -204,17 +208,21 @@ class Pressed:
         lacking, V = np.zeros_like(known), np.zeros(len(self.cells))
         if self.pressures is not None:
             known[at] = self.pressures
-        most = 0.0
+        most = stiff = 0.0
         for some in self._chunks():
             F, dNdX, w = self._deformed(some)
+            split = self._split(some)
+            whole = np.size(split.compliance) == 1
+            each = np.full(w.shape, split.compliance) if whole else np.reshape(split.compliance, w.shape)
             flat, cells, V[some] = F.reshape(-1, 3, 3), self.cells[some], w.sum(axis=1)
-            g = self.split.g(flat).reshape(w.shape)
+            g = split.g(flat).reshape(w.shape)
             if self.pressures is None:
-                p = np.broadcast_to(((w * g).sum(axis=1) / V[some] / self.split.compliance)[:, None], w.shape)
+                p = np.broadcast_to(((w * g).sum(axis=1) / (w * each).sum(axis=1))[:, None], w.shape)
             else:
                 p = known[at[some]] @ N.T
-                np.add.at(lacking, at[some], (w * (g - self.split.compliance * p)) @ N)
-            P = self.split.shape(flat) + p.reshape(-1, 1, 1) * self.split.dg(flat)
+                np.add.at(lacking, at[some], (w * (g - each * p)) @ N)
+            stiff = max(stiff, float((1.0 / each).max())) if self.pressures is None else stiff
+            P = split.shape(flat) + p.reshape(-1, 1, 1) * split.dg(flat)
             local = np.einsum("mq,mqiJ,mqaJ->mai", w, P.reshape(F.shape), dNdX, optimize=True)
             size = np.einsum("mq,mqa->ma", np.abs(w), np.linalg.norm(dNdX, axis=3))
             for i in range(3):
@@ -222,9 +230,13 @@ class Pressed:
             reach += np.bincount(cells.ravel(), size.ravel(), minlength=len(f))
             most = max(most, float(np.abs(p).max()))
         unit = self.mu / float(np.cbrt(V.mean()))
-        stiff = 12.0 * self.mu + 3.0 * most + (3.0 / self.split.compliance if self.pressures is None else 0.0)
+        stiff = 12.0 * self.mu + 3.0 * most + 3.0 * stiff
         noise = EPS * (stiff * float(np.linalg.norm(reach)) + unit * float(np.linalg.norm(V)))
         return f, unit * float(np.linalg.norm(lacking)), noise
+
+    def _split(self, some: slice) -> Split:
+        """The law taken apart at the points of some cells."""
+        return self.split
 
     def grown(self) -> tuple[float, float]:
         """The largest relative change of volume of a cell, and that of all together, as the strain measures it."""

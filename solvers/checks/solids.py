@@ -197,19 +197,20 @@ def polar(F: Floats) -> Floats:
     return rotations
 
 
-def small_stress(mu: float, lam: float) -> Stress:
-    """Hooke's law of the displacement gradient: 2 mu eps + lam tr(eps) I."""
+def small_stress(mu: Any, lam: Any) -> Stress:
+    """Hooke's law of the displacement gradient: 2 mu eps + lam tr(eps) I; moduli are numbers, or those of each F."""
+    m, l = (np.reshape(modulus, (-1, 1, 1)) for modulus in (mu, lam))
 
     def stress(F: Floats) -> Floats:
         H = F - np.eye(3)
         eps = 0.5 * (H + H.transpose(0, 2, 1))
-        P: Floats = 2.0 * mu * eps + lam * np.trace(eps, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+        P: Floats = 2.0 * m * eps + l * np.trace(eps, axis1=1, axis2=2)[:, None, None] * np.eye(3)
         return P
 
     return stress
 
 
-def corotational_stress(mu: float, lam: float) -> Stress:
+def corotational_stress(mu: Any, lam: Any) -> Stress:
     """Hooke's law in the frame of the polar rotation: R (2 mu eps + lam tr(eps) I), eps = sym(R^T F) - I."""
     hooke = small_stress(mu, lam)
 
@@ -313,7 +314,7 @@ class CheckedBody:
         if self.depth:
             r, F[..., 2, 2] = self._rings(cells, xi)
             w = w * (2.0 * np.pi * r / self.depth)
-        P = term.stress(F.reshape(-1, 3, 3)).reshape(F.shape)
+        P = self._stress(cells, term, F.reshape(-1, 3, 3)).reshape(F.shape)
         f = np.einsum("mq,mqiJ,mqaJ->mai", w, P, dNdX, optimize=True)
         if self.depth:  # a ring pulls its nodes to the axis, and nothing along z
             f[:, :, 2] = 0.0
@@ -321,6 +322,10 @@ class CheckedBody:
         stretch = np.maximum(1.0, np.abs(F).max(axis=(2, 3)))
         size = np.einsum("mq,mqa->ma", np.abs(w) * stretch, np.linalg.norm(dNdX, axis=3))
         return (f @ R.transpose(0, 2, 1) if self.turned else f), size
+
+    def _stress(self, cells: Ints, term: StressTerm, F: Floats) -> Floats:
+        """P of the points of some cells (n, 3, 3), Pa."""
+        return term.stress(F)
 
     def _rings(self, cells: Ints, xi: Floats) -> tuple[Floats, Floats]:
         """Distances from the axis, m, and by how much rings there have grown (m, q)."""
@@ -378,14 +383,16 @@ def spring_forces(points: Floats, edges: Ints, k: Floats, u: Floats) -> tuple[Fl
 
 
 def weights_of(
-    points: Floats, cells: Ints, kind: str, density: float, how: str, nodes: int, depth: float = 0.0
+    points: Floats, cells: Ints, kind: str, density: Any, how: str, nodes: int, depth: float = 0.0
 ) -> Floats:
-    """The mass that each node carries (nodes,), kg: `consistent`, `lumped` or `uniform`."""
+    """The mass that each node carries (nodes,), kg: `consistent`, `lumped` or `uniform`.
+
+    `density` is a number, kg/m^3, or gives that of points (n, 3).
+    """
     if how == "uniform":
-        xi, w = rule(kind)
-        whole = density * float((w * gradients(points, cells, kind, xi)[1]).sum())
+        whole = float(weights_of(points, cells, kind, density, "consistent", nodes).sum())
         return np.full(nodes, whole / nodes)
-    few = len(places(kind)) == 4  # a quarter of a linear tetrahedron for each node
+    few = len(places(kind)) == 4 and not callable(density)  # a quarter of a linear tetrahedron for each node
     xi, w = rule(kind) if few else _mass_rule(kind)
     N, carried = shape(kind, xi), np.zeros(nodes)
     size = max(1, CHUNK // len(w))
@@ -394,11 +401,13 @@ def weights_of(
         volumes = w * gradients(points, some, kind, xi)[1]  # (m, q)
         if depth:  # of whole rings
             volumes = volumes * (2.0 * np.pi / depth * (points[some][:, :, 0] @ N.T))
+        X = np.einsum("qa,mai->mqi", N, points[some]).reshape(-1, 3) if callable(density) else None
+        volumes = volumes * (density if X is None else density(X).reshape(volumes.shape))  # masses from here on
         share = volumes @ N
         if how == "lumped":  # Hinton, Rock and Zienkiewicz (1976)
             square = volumes @ N**2
             share = square * (volumes.sum(axis=1) / square.sum(axis=1))[:, None]
-        carried += np.bincount(some.ravel(), density * share.ravel(), minlength=nodes)
+        carried += np.bincount(some.ravel(), share.ravel(), minlength=nodes)
     return carried
 
 

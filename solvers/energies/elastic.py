@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -29,6 +29,19 @@ class ElasticLaw(Protocol):
 
     def dPdF_projected(self, F: Floats) -> Floats:
         """dPdF with its negative eigenvalues set to zero."""
+
+
+@runtime_checkable
+class VaryingLaw(Protocol):
+    """An elastic law whose constants differ from point to point: over all F (m q, 3, 3) at once, or of some cells."""
+
+    law: Any  # with its constants as arrays (m, q)
+
+    def of(self, which: Any, kind: Any = None) -> Any:
+        """The same of some cells; its constants of a precision."""
+
+    def at_rest(self, measure: Callable[[Floats], Floats]) -> Floats:
+        """What `measure` makes of dP/dF at rest (k, 3, 3, 3, 3), at every point (m, q)."""
 
 
 class DampedLaw(Protocol):
@@ -86,11 +99,40 @@ class Elastic(Energy):
     @cached_property
     def _noise(self) -> float:
         """eps times the force that a strain of one would cause: F is near one, so its last digit is that strain."""
-        stiffest = np.linalg.norm(self.law.dPdF(np.eye(3)[None]))  # of 81 entries: an upper bound
         forces = np.zeros(int(self.cells.max()) + 1)
-        share = np.einsum("mq,mqa->ma", self.w, np.linalg.norm(self.dNdX, axis=3))
-        np.add.at(forces, self.cells, stiffest * share)
+        share = np.einsum("mq,mqa->ma", self.w * self._stiffest, np.linalg.norm(self.dNdX, axis=3))
+        np.add.at(forces, self.cells, share)
         return float(np.finfo(np.float64).eps * np.linalg.norm(forces))
+
+    @property
+    def _stiffest(self) -> Any:
+        """The norm of dP/dF at rest, Pa, of 81 entries: an upper bound; at every point (m, q) where it varies."""
+        if self.varies:
+            return self._varying.at_rest(lambda A: np.linalg.norm(A.reshape(len(A), -1), axis=1))
+        return np.linalg.norm(self.law.dPdF(np.eye(3)[None]))
+
+    @cached_property
+    def varies(self) -> bool:
+        """Whether its law has constants of its own at every point."""
+        return isinstance(self.law, VaryingLaw)
+
+    @property
+    def _varying(self) -> VaryingLaw:
+        known: Any = self.law
+        return known  # type: ignore[no-any-return]
+
+    @cached_property
+    def _of_invariants(self) -> bool:
+        """Whether its law is one of invariants."""
+        return isinstance(self._varying.law if self.varies else self.law, InvariantLaw)
+
+    def law_of(self, some: slice) -> Any:
+        """The law of some cells: itself, where its constants are the same everywhere."""
+        return self._varying.of(some, self.w.dtype) if self.varies else self.law
+
+    def _invariant(self, some: slice) -> Any:
+        """The same that tells energies of invariants (c, q)."""
+        return self.law_of(some).law if self.varies else self.law
 
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the gradient, N."""
@@ -98,21 +140,21 @@ class Elastic(Energy):
 
     def value(self, x: Floats) -> float:
         """Strain energy, J."""
-        if isinstance(self.law, InvariantLaw):
+        if self._of_invariants:
             total = 0.0
             with np.errstate(all="ignore"):
                 for some, _, i, j in self._points(x):
-                    total += float(np.vdot(self.law.energy(i, j), self.w[some]))
+                    total += float(np.vdot(self._invariant(some).energy(i, j), self.w[some]))
             return total
         return float(self.law.psi(self.F(x)) @ self.w.ravel())
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Nodal elastic forces, N."""
         forces = g.reshape(-1, 3)
-        if isinstance(self.law, InvariantLaw):
+        if self._of_invariants:
             with np.errstate(all="ignore"):
                 for some, h, i, j in self._points(x):
-                    a, s = self.law.slopes(i, j)
+                    a, s = self._invariant(some).slopes(i, j)
                     body = (self.cells, self.dNdX, self.w)
                     kernels.add_forces_of(h, a, s, *body, some.start, scale, forces)
             return
@@ -121,34 +163,32 @@ class Elastic(Energy):
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Tangent stiffness, N/m; its geometric part is within dP/dF."""
-        if isinstance(self.law, InvariantLaw) and not projected:
-            self._add_of_invariants(self.law, x, data, slots, scale, None)
+        if self._of_invariants and not projected:
+            self._add_of_invariants(x, data, slots, scale, None)
             return
-        tangent = self.law.dPdF_projected if projected else self.law.dPdF
-        self._add_tensors(tangent, x, data, slots, scale)
+        tangent = "dPdF_projected" if projected else "dPdF"
+        self._add_tensors(self.law, tangent, x, data, slots, scale)
 
     def add_drag(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
         """The definite stiffness that damping is in proportion to, N/m."""
         if self.drag is None:
             self.add_hessian(x, data, slots, scale, True)
             return
-        self._add_tensors(self.drag.dPdF_projected, x, data, slots, scale)
+        self._add_tensors(self.drag, "dPdF_projected", x, data, slots, scale)
 
-    def _add_tensors(
-        self, tangent: Callable[[Floats], Floats], x: Floats, data: Floats, slots: Ints, scale: float
-    ) -> None:
-        """The stiffness of tensors dP/dF that `tangent` makes of F."""
+    def _add_tensors(self, law: Any, tangent: str, x: Floats, data: Floats, slots: Ints, scale: float) -> None:
+        """The stiffness of tensors dP/dF that the `tangent` of a law or of a drag makes of F."""
         F = self.F(x).reshape(*self.w.shape, 3, 3)
         for some in self._some():
-            A = np.ascontiguousarray(tangent(F[some].reshape(-1, 3, 3))).reshape(*F[some].shape, 3, 3)
+            own = law.of(some, self.w.dtype) if self.varies else law
+            A = np.ascontiguousarray(getattr(own, tangent)(F[some].reshape(-1, 3, 3))).reshape(*F[some].shape, 3, 3)
             kernels.add_stiffness(A, self.dNdX[some], self.w[some], scale, slots[some], data)
 
-    def _add_of_invariants(
-        self, law: InvariantLaw, x: Floats, data: Floats, slots: Ints, scale: float, more: Floats | None
-    ) -> None:
+    def _add_of_invariants(self, x: Floats, data: Floats, slots: Ints, scale: float, more: Floats | None) -> None:
         """The tangent without tensors; `more` (m, q) is added to the number s of its term d(cof F)/dF, Pa."""
         with np.errstate(all="ignore"):
             for some, h, i, j in self._points(x):
+                law = self._invariant(some)
                 (a, s), (c, d) = law.slopes(i, j), law.curvatures(i, j)
                 s = s if more is None else s + more[some]
                 c = np.zeros((0, i.shape[1]), dtype=i.dtype) if c is None else c

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -40,9 +40,9 @@ class MixedSolid(Energy):
     `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m and `w` (m, q) in m^3 are as in `Elastic`, `law` is psi_shape. The
     state x is the displacements (3 `nodes`,) in m and behind them the pressures, in units of `shear` / `edge`, a shear
     modulus in Pa over the size of a cell in m, so that all unknowns are lengths and all equations forces. `pressures`
-    (m, b) are their places in x, `Np` (q, b) their shape functions, `compliance` is 1/M in 1/Pa. Continuous linear
-    pressures in ten-node tetrahedra are stable (Taylor and Hood 1973; Boffi, Brezzi and Fortin 2013, section 8.8); one
-    in each hexahedron, Q1/P0, is that of Simo, Taylor and Pister (1985), and is not quite.
+    (m, b) are their places in x, `Np` (q, b) their shape functions, `compliance` is 1/M in 1/Pa, one for all or of each
+    point (m, q). Continuous linear pressures in ten-node tetrahedra are stable (Taylor and Hood 1973; Boffi, Brezzi and
+    Fortin 2013, section 8.8); one in each hexahedron, Q1/P0, is that of Simo, Taylor and Pister (1985), not quite.
     """
 
     saddle = True
@@ -53,7 +53,7 @@ class MixedSolid(Energy):
     w: Floats
     law: ElasticLaw
     constraint: VolumeConstraint
-    compliance: float
+    compliance: Any
     pressures: Ints
     Np: Floats
     nodes: int
@@ -131,10 +131,10 @@ class MixedSolid(Energy):
         G = self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3)
         rows = np.einsum("mqiJ,mqaJ->mqai", G, self.dNdX, optimize=True).reshape(m, -1, 3 * a)
         B = rows.transpose(0, 2, 1) @ (self.w[:, :, None] * self.Np)  # (m, 3a, b)
-        C = np.einsum("mq,qb,qc->mbc", self.w, self.Np, self.Np, optimize=True)
+        C = np.einsum("mq,qb,qc->mbc", self.w * self.compliance, self.Np, self.Np, optimize=True)
         add_blocks(scale * B, slots[:, :width, width:], data)
         add_blocks(scale * B.transpose(0, 2, 1), slots[:, width:, :width], data)
-        add_blocks((-scale * self.unit * self.compliance) * C, slots[:, width:, width:], data)
+        add_blocks((-scale * self.unit) * C, slots[:, width:, width:], data)
 
     @cached_property
     def spare(self) -> Floats:
@@ -150,8 +150,9 @@ class MeanDilatation(Energy):
 
     With g = tr eps this is B-bar with the mean dilatation (Hughes 1980, "Generalization of selective integration
     procedures"), and with g = J - 1 the three-field element Q1/P0 of Simo, Taylor and Pister (1985): the consistent
-    form of F-bar, with an energy and a symmetric tangent. `bulk` is M in Pa; `expected` (m,) are pressures in Pa that
-    the tangent takes in place of M times the mean, as `solvers.mixed` explains.
+    form of F-bar, with an energy and a symmetric tangent. `bulk` is M in Pa, one for all or of each cell (m,): where it
+    varies within cells the harmonic mean, V / int 1/M dV, which is what a pressure of each cell makes of it. `expected`
+    (m,) are pressures in Pa that the tangent takes in place of M times the mean, as `solvers.mixed` explains.
     """
 
     cellular = True
@@ -161,7 +162,7 @@ class MeanDilatation(Energy):
     w: Floats
     law: ElasticLaw
     constraint: VolumeConstraint
-    bulk: float
+    bulk: Any
     expected: Floats | None = None
     conservative: bool = True
 
@@ -181,8 +182,9 @@ class MeanDilatation(Energy):
     @cached_property
     def _noise(self) -> float:
         share = np.zeros(int(self.cells.max()) + 1)
-        np.add.at(share, self.cells, np.einsum("mq,mqa->ma", self.w, np.linalg.norm(self.dNdX, axis=3)))
-        return float(np.finfo(np.float64).eps * 3.0 * self.bulk * np.linalg.norm(share))
+        each = np.einsum("mq,mqa->ma", self.w, np.linalg.norm(self.dNdX, axis=3))
+        np.add.at(share, self.cells, each * np.reshape(self.bulk, (-1, 1)))
+        return float(np.finfo(np.float64).eps * 3.0 * np.linalg.norm(share))
 
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the gradient, N."""
@@ -217,7 +219,7 @@ class MeanDilatation(Energy):
     def value(self, x: Floats) -> float:
         """Strain energy, J."""
         g = self._means(self.F(x))
-        total = self._shape.value(x) + 0.5 * self.bulk * float(self._volumes @ g**2)
+        total = self._shape.value(x) + 0.5 * float((self.bulk * self._volumes) @ g**2)
         return total if np.isfinite(total) else np.inf
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
@@ -236,9 +238,10 @@ class MeanDilatation(Energy):
             each = self.bulk * self._means(F.reshape(-1, 3, 3))
         p: Floats = np.repeat(each, self.w.shape[1]).reshape(self.w.shape)
         _add_stiffness(self._shape, self.constraint, F, p, slots, data, scale, projected)
+        stiff = scale * self.bulk / self._volumes
         for some in _thousands(len(self.w)):
             b = self._grown(F[some], some)
-            block = (scale * self.bulk / self._volumes[some])[:, None, None] * b[:, :, None] * b[:, None, :]
+            block = stiff[some][:, None, None] * b[:, :, None] * b[:, None, :]
             add_blocks(block, slots[some], data)
 
     def _grown(self, F: Floats, some: slice) -> Floats:
@@ -253,10 +256,10 @@ def _add_stiffness(
     slots: Ints, data: Floats, scale: float, projected: bool,
 ) -> None:  # fmt: skip
     """The tangent of a shape's law at F (m, q, 3, 3) and of pressures p (m, q), N/m; projected: of the law alone."""
-    tangent = shape.law.dPdF_projected if projected else shape.law.dPdF
+    tangent = "dPdF_projected" if projected else "dPdF"
     for some in shape._some():
         flat = F[some].reshape(-1, 3, 3)
-        A = tangent(flat)
+        A = getattr(shape.law_of(some), tangent)(flat)
         if not projected:
             A = A + constraint.curvature(flat, p[some].ravel())
         A = np.ascontiguousarray(A).reshape(*F[some].shape, 3, 3)

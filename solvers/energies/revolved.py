@@ -67,11 +67,11 @@ class Revolved(Elastic):
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Tangent stiffness, N/m."""
-        tangent = self.law.dPdF_projected if projected else self.law.dPdF
+        tangent = "dPdF_projected" if projected else "dPdF"
         F = self.F(x).reshape(*self.w.shape, 3, 3)
         for some in self._some():
             B = self._strains(some)
-            A = tangent(F[some].reshape(-1, 3, 3)).reshape(*F[some].shape[:2], 9, 9)
+            A = getattr(self.law_of(some), tangent)(F[some].reshape(-1, 3, 3)).reshape(*F[some].shape[:2], 9, 9)
             A = A * (scale * self.w[some])[:, :, None, None]
             K = (B.swapaxes(2, 3) @ (A @ B)).sum(axis=1)
             add_blocks(K, slots[some], data)

@@ -3,13 +3,13 @@
 A material is what a scene names: constants with units. A law is psi, P and dPdF over a batch of deformation
 gradients (law.py); `law_for` makes one from a material and the strain that a model measures. To add a
 material: one file with a dataclass on `Isotropic` (hyperelastic.py says how its law is written), and one line
-in MATERIALS.
+in MATERIALS. Its constants may be arrays, one for each of the points that its law is asked at: no `if` on them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from softmark.solvers.materials.constraints import Dilatation, Mixed, Stretching
 from softmark.solvers.materials.corotational import Corotational
@@ -79,11 +79,21 @@ def law_for(material: Isotropic, strain: str) -> Law:
     it is that in plane stress. Raises NoFiniteLaw, and KeyError for a strain that is not in STRAINS.
     """
     law = STRAINS[strain](material)
-    if not material.thin:
-        return law
-    from softmark.solvers.materials.plane_stress import PlaneStress
+    if material.thin:
+        from softmark.solvers.materials.plane_stress import PlaneStress
 
-    return PlaneStress(law)
+        law = PlaneStress(law)
+    found: Law = _at_points(material, law)
+    return found
+
+
+def _at_points(material: Isotropic, law: Any) -> Any:
+    """A law or a drag of a material, by the constants of each point where they vary."""
+    if not material.sampled:
+        return law
+    from softmark.solvers.materials.varying import Varying
+
+    return Varying(law)
 
 
 def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
@@ -93,6 +103,11 @@ def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
     """
     if material.thin:
         return None
+    parts = _parts(material, strain)
+    return None if parts is None else (_at_points(material, parts[0]), _at_points(material, parts[1]))
+
+
+def _parts(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
     mu, lam = material.shear_modulus, material.lame_lambda
     if strain == "small":
         return SmallStrain(mu, 0.0), SmallStrain(0.0, lam)
@@ -110,11 +125,14 @@ def mixed_for(material: Isotropic, strain: str) -> Mixed | None:
         return None
     mu, K = material.shear_modulus, material.bulk_modulus
     if strain == "small":
-        return Mixed(SmallStrain(mu, -2.0 / 3.0 * mu), Dilatation(), K)
+        return Mixed(_at_points(material, SmallStrain(mu, -2.0 / 3.0 * mu)), Dilatation(), K)
     if strain == "corotational":
-        return Mixed(Corotational(mu, -2.0 / 3.0 * mu), Stretching(), K)
+        return Mixed(_at_points(material, Corotational(mu, -2.0 / 3.0 * mu)), Stretching(), K)
     parts = material.finite_mixed()
-    return None if parts is None else Mixed(*parts, material.pressure_modulus)
+    if parts is None:
+        return None
+    shape, constraint = parts
+    return Mixed(_at_points(material, shape), constraint, material.pressure_modulus)
 
 
 def drags_for(material: Isotropic, strain: str) -> tuple[Drag, Drag] | None:
@@ -122,11 +140,19 @@ def drags_for(material: Isotropic, strain: str) -> tuple[Drag, Drag] | None:
 
     None where strains are small, which have no stress in their tangent, and where the law does not come apart.
     """
-    laws = parts_for(material, strain)
+    laws: Any = None if material.thin else _parts(material, strain)
     if strain == "small" or laws is None:
         return None
     mixed = mixed_for(material, strain)
     if mixed is None:
         return None
-    modulus = float(laws[1].dPdF(np.eye(3)[None])[0, 0, 0, 0, 0])  # M: dg/dF is the identity at rest, of every g
-    return Drag(laws[0], mixed.constraint, modulus), Drag(None, mixed.constraint, modulus)
+    modulus = _volume_modulus(_at_points(material, laws[1]))
+    drags = Drag(laws[0], mixed.constraint, modulus), Drag(None, mixed.constraint, modulus)
+    return _at_points(material, drags[0]), _at_points(material, drags[1])
+
+
+def _volume_modulus(law: Any) -> Any:
+    """M of a law of the volume, Pa: dg/dF is the identity at rest, of every g; at every point where it varies."""
+    if hasattr(law, "at_rest"):
+        return law.at_rest(lambda A: A[:, 0, 0, 0, 0])
+    return float(law.dPdF(np.eye(3)[None])[0, 0, 0, 0, 0])

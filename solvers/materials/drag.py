@@ -35,6 +35,7 @@ class Drag:
     def dPdF_projected(self, F: Array) -> Array:
         """The positive semi-definite tangent of the shape, and M dg/dF (x) dg/dF, Pa (m, 3, 3, 3, 3)."""
         G = self.constraint.gradient(F)
-        volume = self.modulus * np.einsum("miJ,mkL->miJkL", G, G)
+        modulus = np.reshape(self.modulus, (-1, 1, 1, 1, 1))  # one for all, or of each
+        volume = modulus * np.einsum("miJ,mkL->miJkL", G, G)
         found: Array = volume if self.shape is None else self.shape.dPdF_projected(F) + volume
         return found

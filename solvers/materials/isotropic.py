@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from softmark.solvers.materials.constraints import Constraint
     from softmark.solvers.materials.law import Law
+else:
+    from softmark.solvers.base.deferred import np  # so that `dsl explain` needs no numpy
 
 
 @dataclass(frozen=True)
@@ -20,6 +24,8 @@ class Isotropic:
     mu = E / (2 (1 + nu)) and lam = E nu / ((1 + nu) (1 - 2 nu)). What it does at finite strain is its own.
     At nu = 0.5 a solid is incompressible: lam and K are infinite, and only models that have pressures of their own, or
     no volume to keep, as beams, can take it.
+    Each of the three may vary in space: `young = 10 kPa * (1 + z / 5 cm)`, by coordinates before deformation, or
+    `young = field("stiffness.nrrd", unit = 1 kPa)`, or both. Finite elements take them at their points of integration.
     """
 
     young: Annotated[float, "Pa in (0, inf)", "Young's modulus of the undeformed solid"]
@@ -28,6 +34,7 @@ class Isotropic:
     # What of the two moduli a law keeps, 0 in the parts of a law that is taken apart. No fields: scenes do not see them
     shear_share = 1.0
     volume_share = 1.0
+    varying = ("young", "poisson", "density")  # constants that may vary in space
     thin = False  # in plane stress (plane_stress.py)
 
     @property
@@ -40,15 +47,16 @@ class Isotropic:
         """lam = E nu / ((1 + nu) (1 - 2 nu)), Pa; infinite at nu = 0.5."""
         if self.incompressible:
             return self._beyond_measure
-        lam = self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
-        return self.volume_share * lam
+        lam = _over(self.young * self.poisson, (1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
+        return self.volume_share * lam if self.volume_share else 0.0
 
     @property
     def bulk_modulus(self) -> float:
         """K = lam + 2 mu / 3 = E / (3 (1 - 2 nu)), Pa; infinite at nu = 0.5."""
         if self.incompressible:
             return self._beyond_measure
-        return self.volume_share * (self.young / (3.0 * (1.0 - 2.0 * self.poisson)))
+        whole = _over(self.young, 3.0 * (1.0 - 2.0 * self.poisson))
+        return self.volume_share * whole if self.volume_share else 0.0
 
     @property
     def pressure_modulus(self) -> float:
@@ -67,17 +75,29 @@ class Isotropic:
         stabilization for Stokes equations"). With less than lam = 4 mu/3 (nu = 2/7) the pressure keeps mu, or all of K
         where K is less.
         """
-        return self.shear_modulus * max(-2.0 / 3.0, min(1.0 / 3.0, self._ratio - 1.0))
+        kept: float = self.shear_modulus * within(-2.0 / 3.0, self._ratio - 1.0, 1.0 / 3.0)
+        return kept
 
     @property
     def _ratio(self) -> float:
         """lam / mu, infinite at nu = 0.5."""
-        return math.inf if self.incompressible else 2.0 * self.poisson / (1.0 - 2.0 * self.poisson)
+        return math.inf if self.incompressible else _over(2.0 * self.poisson, 1.0 - 2.0 * self.poisson)
 
     @property
     def incompressible(self) -> bool:
         """Whether its volume cannot change at all: nu = 0.5, or so near that a double cannot hold 1/K."""
-        return 1.0 - 2.0 * self.poisson <= 0.0
+        spare: Any = 1.0 - 2.0 * self.poisson
+        return bool((spare <= 0.0).all() if is_array(spare) else spare <= 0.0)
+
+    @property
+    def uniform(self) -> bool:
+        """Whether each of its constants is one number, the same everywhere."""
+        return all(isinstance(value, float | int) for value in constants(self).values())
+
+    @property
+    def sampled(self) -> bool:
+        """Whether constants of it are arrays, a value for every point of integration (varying.py)."""
+        return any(is_array(value) for value in constants(self).values())
 
     @property
     def _beyond_measure(self) -> float:
@@ -102,3 +122,26 @@ class Isotropic:
         None where there is no such law, or where its part of the volume is no such square.
         """
         return None
+
+
+def constants(material: Any) -> dict[str, Any]:
+    """The constants of a material that may vary, by their names."""
+    return {name: getattr(material, name) for name in material.varying}
+
+
+def is_array(value: Any) -> bool:
+    """Whether it is one for each of several points; asked without numpy."""
+    return bool(getattr(value, "shape", ()))
+
+
+def within(low: float, value: Any, high: float) -> Any:
+    """The nearest number between two bounds, of each."""
+    return np.clip(value, low, high) if is_array(value) else max(low, min(high, value))
+
+
+def _over(a: Any, b: Any) -> Any:
+    """a / b; infinite at those of several points where b is zero."""
+    if not is_array(b):
+        return a / b
+    with np.errstate(divide="ignore"):
+        return a / b

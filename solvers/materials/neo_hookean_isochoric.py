@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
 from softmark.solvers.materials.invariants import OfInvariants
-from softmark.solvers.materials.isotropic import Isotropic
+from softmark.solvers.materials.isotropic import Isotropic, within
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,7 +42,8 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
     @property
     def _of_shear(self) -> float:
         """5 mu/3, and all of K = lam + 2 mu/3 where that is less, Pa."""
-        return (2.0 / 3.0 + min(1.0, self._ratio)) * self.young / (2.0 * (1.0 + self.poisson))
+        kept: float = (2.0 / 3.0 + within(-1.0, self._ratio, 1.0)) * self.young / (2.0 * (1.0 + self.poisson))
+        return kept
 
     def energy(self, stretch: Array, j: Array) -> Array:
         mu, K = self.shear_modulus, self.bulk_modulus

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
-from softmark.solvers.materials.isotropic import Isotropic
+from softmark.solvers.materials.isotropic import Isotropic, is_array
 from softmark.solvers.materials.law import project
 
 if TYPE_CHECKING:
@@ -63,26 +63,41 @@ class PlaneStress:
         left = np.arange(len(F))
         with np.errstate(all="ignore"):
             for _ in range(ITERATIONS):
-                some, s = F[left], F[left, 2, 2]
-                step = -self.solid.P(some)[:, 2, 2] / self.solid.dPdF(some)[:, 2, 2, 2, 2]
+                some, s, solid = F[left], F[left, 2, 2], self._at(left)
+                step = -solid.P(some)[:, 2, 2] / solid.dPdF(some)[:, 2, 2, 2, 2]
                 F[left, 2, 2] = np.clip(s + step, LEAST * s, MOST * s)
                 left = left[~(np.abs(step) <= ROUNDING * s)]
                 if not len(left):
                     return F
-        F[left[~self._still(F[left])], 2, 2] = np.nan
+        F[left[~self._still(self._at(left), F[left])], 2, 2] = np.nan
         return F
 
-    def _still(self, F: Array) -> Any:
+    def _at(self, which: Any) -> Any:
+        """The law of the solid at some of the points: one for all, but where constants are arrays (varying.py)."""
+        if not any(is_array(v) for v in vars(self.solid).values()):
+            return self.solid
+        from softmark.solvers.materials.varying import changed
+
+        return changed(self.solid, lambda a: a[which])
+
+    @staticmethod
+    def _rest(solid: Any, F: Array) -> Array:
+        """dP/dF of a solid at rest, one for all (1, 3, 3, 3, 3), or of each F where constants are arrays."""
+        many = len(F) if any(is_array(v) for v in vars(solid).values()) else 1
+        found: Array = solid.dPdF(np.broadcast_to(np.eye(3, dtype=F.dtype), (many, 3, 3)))
+        return found
+
+    def _still(self, solid: Any, F: Array) -> Any:
         """Whether the stress across the plate is rounding alone (m,)."""
-        A = self.solid.dPdF(np.eye(3, dtype=F.dtype)[None])[0, 2, 2, 2, 2]
-        found = np.abs(self.solid.P(F)[:, 2, 2]) <= 100.0 * np.finfo(F.dtype).eps * A
+        A = self._rest(solid, F)[:, 2, 2, 2, 2]
+        found = np.abs(solid.P(F)[:, 2, 2]) <= 100.0 * np.finfo(F.dtype).eps * A
         return found & (F[:, 2, 2] > FLAT)
 
     def _first(self, F: Array) -> Array:
         """A stretch to start from (m,): J^-(lam / (lam + 2 mu)) of the area ratio J, right where strains are small."""
-        A = self.solid.dPdF(np.eye(3, dtype=F.dtype)[None])[0]
+        A = self._rest(self.solid, F)
         area = F[:, 0, 0] * F[:, 1, 1] - F[:, 0, 1] * F[:, 1, 0]
-        found: Array = np.maximum(area, LEAST) ** -(A[2, 2, 0, 0] / A[2, 2, 2, 2])
+        found: Array = np.maximum(area, LEAST) ** -(A[:, 2, 2, 0, 0] / A[:, 2, 2, 2, 2])
         return found
 
     def psi(self, F: Array) -> Array:
@@ -110,5 +125,5 @@ class PlaneStress:
 
 def thickness(law: Law, F: Array) -> Array:
     """The stretch across a plate (m,) under F (m, 3, 3); of another law than a plate's that of F."""
-    found: Array = (law.opened(F) if isinstance(law, PlaneStress) else F)[:, 2, 2]
+    found: Array = (law.opened(F) if hasattr(law, "opened") else F)[:, 2, 2]
     return found

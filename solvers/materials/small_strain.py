@@ -44,7 +44,7 @@ class SmallStrain(Blockwise):
         return add_diagonal(2.0 * self.mu * eps, pressure)
 
     def _dPdF(self, f: Array, H: Array) -> None:
-        H[...] = hooke(self.mu, self.lam).reshape(9, 9, 1)
+        H[...] = hooke(self.mu, self.lam).reshape(9, 9, -1)
 
     def dPdF_projected(self, F: Array) -> Array:
         """dPdF itself, Pa (m, 3, 3, 3, 3): eigenvalues 2 mu, 2 mu + 3 lam > 0, and 0 of the rotations."""
@@ -52,10 +52,13 @@ class SmallStrain(Blockwise):
 
 
 def hooke(mu: float, lam: float) -> Array:
-    """mu (delta_ik delta_JL + delta_iL delta_kJ) + lam delta_iJ delta_kL (3, 3, 3, 3), Pa."""
+    """mu (delta_ik delta_JL + delta_iL delta_kJ) + lam delta_iJ delta_kL (3, 3, 3, 3), Pa; of n moduli (3, ..., n)."""
     d = np.eye(3)
     pairs = d[:, None, :, None] * d[None, :, None, :]  # delta_ik delta_JL
-    return mu * (pairs + pairs.swapaxes(2, 3)) + lam * d[:, :, None, None] * d
+    shear, volume = pairs + pairs.swapaxes(2, 3), d[:, :, None, None] * d
+    if np.ndim(mu) or np.ndim(lam):
+        shear, volume = shear[..., None], volume[..., None]
+    return mu * shear + lam * volume
 
 
 def _strain(f: Array) -> Array:

@@ -11,11 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from softmark.solvers.energies.elastic import Together
+from softmark.solvers.energies.elastic import Together, VaryingLaw
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.loads import FollowerPressure
 
 BY_CELL = ("cells", "dNdX", "w", "G", "K", "pressures", "hoop")
+LAWS = ("law", "volume", "drag")  # whose constants may have a row for each cell
+MODULI = ("bulk", "compliance")  # one for all cells, or a row for each
 BY_NODE = ("X",)
 WEIGHED = ("w", "K")  # what the energy of a cell is proportional to
 
@@ -45,13 +47,20 @@ def part(energy: Energy, which: Ints, weights: Floats, nodes: Ints) -> Energy:
     if isinstance(energy, Together):
         return Together(tuple(part(own, which, weights, nodes) for own in energy.parts))
     known: Any = energy
-    rows: dict[str, Any] = {n: np.ascontiguousarray(a[which]) for n, a in _fields(energy, BY_CELL).items()}
+    rows = of_cells(energy, which)
     for name in set(WEIGHED) & set(rows):
         rows[name] = rows[name] * weights.reshape(-1, *(1,) * (rows[name].ndim - 1))
     rows["cells"] = np.searchsorted(nodes, rows["cells"])
     rows |= {name: values[nodes] for name, values in _fields(energy, BY_NODE).items()}
     fewer: Energy = replace(known, **rows)
     return fewer
+
+
+def of_cells(energy: Energy, which: Any) -> dict[str, Any]:
+    """What of an energy over cells has a row for each, of some: constants of laws that vary among it."""
+    rows: dict[str, Any] = {n: np.ascontiguousarray(a[which]) for n, a in _fields(energy, BY_CELL).items()}
+    rows |= {n: law.of(which) for n, law in _fields(energy, LAWS).items() if isinstance(law, VaryingLaw)}
+    return rows | {n: a[which] for n, a in _fields(energy, MODULI).items() if np.ndim(a)}
 
 
 def _fields(energy: Energy, names: tuple[str, ...]) -> dict[str, Any]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from softmark.records import dataclass
@@ -26,7 +28,8 @@ class State:
 
     `u` (n, 3) are displacements of its nodes in m. `way` is how the volume is kept: full | selective | mean_dilatation
     | mixed; of `mixed`, `pressures` (m, b) are those that were solved for, Pa, positive in tension. In a `plane`
-    nothing varies along z; with `revolved` it is the meridian of a body of revolution about the y axis.
+    nothing varies along z; with `revolved` it is the meridian of a body of revolution about the y axis. Of a material
+    that varies in space `at` gives that with arrays for its constants at the points of a rule.
     """
 
     mesh: Mesh
@@ -37,6 +40,20 @@ class State:
     pressures: Floats | None = None
     plane: bool = False
     revolved: bool = False
+    at: Callable[[Isotropic, Mesh, Rule], Isotropic] | None = None
+
+    def _made_of(self, rule: Rule) -> Isotropic:
+        """The material, at the points of a rule where it varies."""
+        return self.material if self.at is None or self.material.uniform else self.at(self.material, self.mesh, rule)
+
+    def _means(self) -> Isotropic:
+        """The material of a cell as a whole: of the means of its moduli, where it varies within."""
+        rule = self.mesh.element.quadrature()
+        if not (known := self._made_of(rule)).sampled:
+            return known
+        from softmark.solvers.materials.varying import averaged
+
+        return averaged(known, integration(self.mesh, rule=rule).w)
 
     def sampled(self, rule: Rule) -> tuple[Floats, Floats, Floats]:
         """Points X (m, q, 3) in m, Cauchy stress (m, q, 6) in Pa by SYMMETRIC, and H = du/dX (m, q, 9).
@@ -64,27 +81,29 @@ class State:
         if self.material.thin:  # it grows thinner than its nodes show
             from softmark.solvers.materials.plane_stress import thickness
 
-            H[..., 2, 2] = thickness(law_for(self.material, self.strain), _deformation(H)).reshape(H.shape[:2]) - 1.0
+            law = law_for(self._made_of(rule), self.strain)
+            H[..., 2, 2] = thickness(law, _deformation(H)).reshape(H.shape[:2]) - 1.0
         return H
 
     def _stress(self, H: Floats, rule: Rule) -> Floats:
         """Cauchy stress (m, q, 3, 3), Pa. Raises NoStress."""
-        laws = parts_for(self.material, self.strain) if self.way == "selective" else None
+        laws = parts_for(self._made_of(rule), self.strain) if self.way == "selective" else None
         if laws is not None:  # of shear at the point, and of the volume at the centre of the cell
+            of_volume = (parts_for(self._means(), self.strain) or laws)[1]
             middle = self._gradient(centre_rule(self.mesh.element))
-            volume = self._pushed(laws[1].P(_deformation(middle)), middle)  # (m, 1, 3, 3)
+            volume = self._pushed(of_volume.P(_deformation(middle)), middle)  # (m, 1, 3, 3)
             return self._pushed(laws[0].P(_deformation(H)), H) + volume
         if self.way in ("full", "selective"):
-            return self._pushed(law_for(self.material, self.strain).P(_deformation(H)), H)
+            return self._pushed(law_for(self._made_of(rule), self.strain).P(_deformation(H)), H)
         return self._held(H, rule)
 
     def _held(self, H: Floats, rule: Rule) -> Floats:
         """P = P_shape + p dg/dF, with p that was solved for, or M times the mean of g over the cell."""
-        split = mixed_for(self.material, self.strain)
+        split = mixed_for(self._made_of(rule), self.strain)
         if split is None:
             raise NoStress("its law has no part of the volume for a pressure to take")
         F = _deformation(H)
-        p = self._pressed(rule) if self.way == "mixed" else split.modulus * self._dilated(split.constraint)
+        p = self._pressed(rule) if self.way == "mixed" else self._dilated(split.constraint)
         P = split.shape.P(F) + np.broadcast_to(p, H.shape[:2]).reshape(-1, 1, 1) * split.constraint.gradient(F)
         return self._pushed(P, H)
 
@@ -94,12 +113,14 @@ class State:
         return self.pressures @ pressures(self.mesh, rule).N.T
 
     def _dilated(self, constraint: Constraint) -> Floats:
-        """The mean of g over each cell (m, 1)."""
+        """The pressure of each cell (m, 1), Pa: int g dV / int 1/M dV."""
         rule = self.mesh.element.quadrature()
-        w = integration(self.mesh, rule=rule).w
+        split, w = mixed_for(self._made_of(rule), self.strain), integration(self.mesh, rule=rule).w
+        if split is None:
+            raise NoStress("its law has no part of the volume for a pressure to take")
         g = constraint.value(_deformation(self._gradient(rule))).reshape(w.shape)
-        mean: Floats = ((w * g).sum(axis=1) / w.sum(axis=1))[:, None]
-        return mean
+        pressure: Floats = ((w * g).sum(axis=1) / (w * split.compliance).sum(axis=1))[:, None]
+        return pressure
 
     def _pushed(self, P: Floats, H: Floats) -> Floats:
         """sigma = P F^T / J (m, q, 3, 3); where strains are small, P itself."""

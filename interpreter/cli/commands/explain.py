@@ -206,6 +206,7 @@ def _facts(f: Field) -> str:
     facts = [f.expected if f.form != "quantity" or f.dimension is None else _dimension(f)]
     if f.interval is not None and f.form in ("quantity", "vector", "integer", "each"):
         facts.append(f.interval.words(f.dimension or units.NONE))
+    facts += ["may vary in space"] if f.varies else []
     facts.append("required" if f.required else f"default {_default(f)}")
     return f" [{'; '.join(facts)}]"
 

@@ -59,9 +59,8 @@ class Solved:
         near = _near(chosen, self.mesh)
         found, noise = np.zeros_like(self.mesh.points), 0.0
         for own, which in alone(self.case, self.mesh):
-            terms, stiff = terms_of(self.model, own)
-            cells, turned = self.mesh.cells[which][near[which]], self.model.rotation == "element"
-            body = CheckedBody(self.mesh.points, cells, self.mesh.kind, self.u, terms, stiff, turned, own.depth)
+            cells = self.mesh.cells[which][near[which]]
+            body = checked_body(self.model, own, self.mesh.points, cells, self.mesh.kind, self.u)
             f, left = body.forces(cells)
             found, noise = found + f, noise + left
         return found, 0.0, noise
@@ -118,10 +117,6 @@ def _near(chosen: Any, mesh: Moved) -> Any:
 
 def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pressed:
     """The solid of a formulation with pressures, deformed: of `which` cells, of one material. Raises Unchecked."""
-    E, nu = case.material.young, case.material.poisson
-    split = split_of(case.material, model.strain, E, nu)
-    if split is None:
-        raise Unchecked(f"there is no other formula for a {type(case.material).__name__} with pressures")
     u, own = np.asarray(mesh.displacement, dtype=np.float64), None
     if model.formulation == "mixed":
         if mesh.pressures is None:
@@ -129,7 +124,42 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
         own = mesh.pressures[which]
     elif model.formulation != "mean_dilatation":
         raise Unchecked(f"there is no other formula for formulation = {model.formulation}")
-    return Pressed(mesh.points, mesh.cells[which], mesh.kind, u, split, E / (2.0 * (1.0 + nu)), own)
+    material, body = case.plain.material, (mesh.points, mesh.cells[which], mesh.kind, u)
+    E, nu = material.young, material.poisson
+    split, mu = split_of(material, model.strain, E, nu), E / (2.0 * (1.0 + nu))
+    if split is None:
+        raise Unchecked(f"there is no other formula for a {type(case.material).__name__} with pressures")
+    if case.uniform:
+        return Pressed(*body, split, mu, own)
+    from softmark.interpreter.evidence.graded import constants_of
+    from softmark.solvers.checks.varying import VaryingPressed
+    from softmark.solvers.checks.varying import pressed as varying
+
+    constants = constants_of(case)
+    E, nu = constants(mesh.points[mesh.cells[which]].mean(axis=1))
+    mu = float((E / (2.0 * (1.0 + nu))).max(initial=0.0))
+    return VaryingPressed(*body, split, mu, own, apart=varying(material, model.strain, constants))
+
+
+def checked_body(model: Fem, case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> CheckedBody:
+    """Some cells of one material, deformed, with what makes stress of strain in them. Raises Unchecked."""
+    turned = model.rotation == "element"
+    if case.uniform:
+        terms, stiff = terms_of(model, case)
+        return CheckedBody(points, cells, kind, u, terms, stiff, turned, case.depth)
+    from softmark.interpreter.evidence.graded import constants_of
+    from softmark.solvers.checks import varying
+
+    strain = "small" if turned else model.strain
+    own = varying.terms(case.plain.material, strain, model.integration == "selective")
+    if model.integration not in ("full", "selective") or own is None:
+        raise Unchecked(f"there is no other formula for a {type(case.material).__name__} whose constants vary")
+    if case.material.thin:
+        own = tuple(varying.relaxed(term) for term in own)
+    constants = constants_of(case)
+    mu, lam = varying.moduli(*constants(points[cells].reshape(-1, 3)))
+    stiff = float((6.0 * mu + 9.0 * np.abs(lam)).max(initial=0.0))
+    return varying.VaryingBody(points, cells, kind, u, own, stiff, turned, case.depth, constants=constants)
 
 
 def terms_of(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:

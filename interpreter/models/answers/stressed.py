@@ -44,6 +44,10 @@ def stress_of(model: Model, case: Case, mesh: Moved) -> Callable[[], Stresses]:
         u = mesh.displacement.astype(float)  # of single precision too
         around = case.depth > 0.0
         state = State(mesh.mesh, case.material, strain, u, way, mesh.pressures, bool(case.planar), around)
+        if not case.uniform:
+            from softmark.interpreter.models.shared.graded import material_at
+
+            state = replace(state, at=material_at)
         if not case.parts:
             return Stresses(state)
         from softmark.interpreter.models.shared.regions import owners

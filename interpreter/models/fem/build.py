@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import cache, reduce
 from operator import add
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -29,7 +29,7 @@ from softmark.interpreter.models.shared.holding import solid_supports
 from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
 from softmark.interpreter.models.shared.meshing import filled_notes, mesh_facts, sliver_note, with_quality
 from softmark.interpreter.models.shared.on_mesh import OnMesh
-from softmark.interpreter.models.shared.pieces import Piece, pieces
+from softmark.interpreter.models.shared.pieces import Piece, pieces, sampled
 from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, fault
@@ -52,7 +52,7 @@ from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.mesh.files.reading import UnreadableMesh
 from softmark.solvers.mesh.interpolation import Integration, integration
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.reduced.cells import BY_CELL
+from softmark.solvers.reduced.cells import of_cells
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
@@ -199,8 +199,7 @@ class PreparedSolid(OnMesh):
     def _kirchhoff(self) -> Iterator[Elastic]:
         """The cells of St Venant-Kirchhoff solids in finite strain."""
         for own in self.pieces:
-            law = law_for(own.case.material, self.model.strain)
-            if isinstance(law, StVenantKirchhoff):
+            if self.model.strain == "finite" and isinstance(own.case.material.finite_law(), StVenantKirchhoff):
                 yield elastic_of(own.case, own.mesh, own.parts, self.model.strain)
 
     def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
@@ -230,8 +229,7 @@ def _one_cell(energy: AnyEnergy) -> AnyEnergy:
     if isinstance(energy, Together):
         return replace(energy, parts=tuple(_one_cell(part) for part in energy.parts))
     known: Any = energy  # one of the dataclasses of solvers/energies over cells
-    over_cells = [f.name for f in fields(known) if f.name in BY_CELL]
-    one: AnyEnergy = replace(known, **{name: getattr(known, name)[:1] for name in over_cells})
+    one: AnyEnergy = replace(known, **of_cells(known, slice(0, 1)))
     return one
 
 
@@ -259,8 +257,9 @@ def at_rest(
     """The static problem, and the integration over its mesh, or another of the same body. Raises Fault."""
     mesh = mesh_of(model, declared, case, workshop) if mesh is None else mesh
     parts = integration(mesh)
-    elastic = elastic_of(case, mesh, parts, model.strain)
-    each = pieces(case, mesh, parts)
+    elastic = elastic_of(case.plain, mesh, parts, model.strain)
+    each = sampled(pieces(case, mesh, parts))
+    formulations.must_be_compressible(declared, each)
     internal, twins = formulations.of_parts(model, each, energies)
     fixed, target, way = solid_supports(case, mesh, workshop.measured)
     applied = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
@@ -350,8 +349,19 @@ def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> E
     """One rotation for each cell, and its stiffness at rest, in full or selectively integrated."""
     G, rest = elementwise.mean(elastic.dNdX, elastic.w), np.eye(3)[None]
     parts = elastic_parts(mesh, elastic, case.material, "small", model.integration == "selective")
-    K = np.sum([elementwise.stiffness(e.dNdX, e.w, e.law.dPdF(rest)[0]) for e in parts], axis=0)
+    K = np.sum([_at_rest(e, rest) for e in parts], axis=0)
     return ElementRotation(mesh.points, mesh.cells, G, K, rotations)
+
+
+def _at_rest(e: Elastic, rest: Floats) -> Floats:
+    """The stiffness of each cell at rest (m, 3a, 3a), N/m: of each modulus, which is a weight where it varies."""
+    if not e.varies:
+        return elementwise.stiffness(e.dNdX, e.w, e.law.dPdF(rest)[0])
+    law: Any = e.law
+    unit = (replace(law.law, mu=1.0, lam=0.0), replace(law.law, mu=0.0, lam=1.0))
+    each = ((law.law.mu, unit[0]), (law.law.lam, unit[1]))
+    K: Floats = np.sum([elementwise.stiffness(e.dNdX, e.w * c, one.dPdF(rest)[0]) for c, one in each], axis=0)
+    return K
 
 
 def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
@@ -360,7 +370,7 @@ def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
 
 
 def _mass(model: Fem, each: Sequence[Piece]) -> Any:
-    return reduce(add, (mass_matrix(p.mesh, p.parts, p.case.material.density, model.mass) for p in each))
+    return reduce(add, (mass_matrix(p.mesh, p.parts, p.density, model.mass) for p in each))
 
 
 def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Mesh:

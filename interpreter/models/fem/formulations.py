@@ -160,9 +160,31 @@ def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str)
     if split is None:  # `doubts` refuses it
         raise KeyError(strain)
     if model.formulation == "mixed":
-        return with_pressures(mesh, parts, split, case.material.shear_modulus)
+        return with_pressures(mesh, parts, split, _mean(case.material.shear_modulus, parts.w))
     body = (mesh.cells, parts.dNdX, parts.w)
-    return MeanDilatation(*body, split.shape, split.constraint, split.modulus)
+    return MeanDilatation(*body, split.shape, split.constraint, _of_cells(split.modulus, parts.w))
+
+
+def _mean(modulus: Any, w: Floats) -> float:
+    """A modulus, or the mean of what varies from point to point, Pa."""
+    return modulus if isinstance(modulus, float | int) else float((modulus * w).sum() / w.sum())
+
+
+def _of_cells(modulus: Any, w: Floats) -> Any:
+    """What a pressure of each cell makes of a modulus of the volume, Pa: V / int 1/M dV where it varies within."""
+    if isinstance(modulus, float | int):
+        return modulus
+    return w.sum(axis=1) / (w / modulus).sum(axis=1)
+
+
+def must_be_compressible(declared: Declared, pieces: Sequence[Piece]) -> None:
+    """Raises Fault where Poisson's ratio varies and reaches 0.5 at points of a model without pressures."""
+    if declared.thing.formulation == "mixed" or all(own.graded is None for own in pieces):
+        return
+    from softmark.interpreter.models.shared import graded
+
+    for own in pieces:
+        graded.must_be_compressible(declared, own)
 
 
 @dataclass(frozen=True)

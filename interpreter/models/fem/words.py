@@ -72,6 +72,7 @@ class Fem(Model):
     """
 
     recovers = True
+    graded = True
     composite = True
     finely = ("size",)
 
@@ -185,6 +186,7 @@ class Fem(Model):
         """What speaks against this model of this case: of every material, where there are several."""
         if case.parts:
             return self._of_parts(declared, case)
+        case = case.plain
         try:
             named(self.element)
         except UnknownElement as error:
@@ -194,7 +196,7 @@ class Fem(Model):
             self.one_mesh(declared, case),
             *options.sized(self, declared, case),
             self._finite_law(declared, case),
-            self._locking(declared, case),
+            self.locking(declared, case),
             self._rotation(declared, case),
         ]
         found += options.explicit(self, declared, case)
@@ -204,9 +206,9 @@ class Fem(Model):
 
     def _of_parts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Doubts for each material; of a large rotation those of the stiffest alone, for the whole bends no more."""
-        stiffest = max(case.materials, key=lambda material: material.young)
+        stiffest = max(case.typical, key=lambda material: material.young)
         found: dict[tuple[object, ...], Diagnostic] = {}
-        for part, material in zip((None, *case.parts), case.materials, strict=True):
+        for part, material in zip((None, *case.parts), case.typical, strict=True):
             for doubt in self.doubts(declared, replace(case, other_material=material, parts=())):
                 if doubt.code == "W302" and material is not stiffest:
                     continue
@@ -255,7 +257,8 @@ class Fem(Model):
         free = self.integration == "selective" or self.formulation != "displacement"
         return not free and bool(poisson >= named(self.element).locks)
 
-    def _locking(self, declared: Declared, case: Case) -> Diagnostic | None:
+    def locking(self, declared: Declared, case: Case) -> Diagnostic | None:
+        """A warning where the element is visibly too stiff at the Poisson's ratio of the body."""
         nu = case.material.poisson
         if not self.locks_at(nu) or case.material.incompressible or case.material.thin:
             return None
@@ -338,7 +341,7 @@ class Fem(Model):
         """What it is but for its size and Poisson's ratio."""
         if self.size is None or self._own_mesh(case):
             return None
-        nu = None if self.material is None else float(f"{self.material.poisson:g}")
+        nu = None if self.material is None or not self.material.uniform else float(f"{self.material.poisson:g}")
         return ModelKind(f"{self.element}, {self._words(case, None)}", units.show(self.size, units.LENGTH), nu)
 
     def _words(self, case: Case, material: Any) -> str:
@@ -347,7 +350,7 @@ class Fem(Model):
             f", {FORMULATIONS[self.formulation]}" if self.formulation != "displacement" else "",
             ", one rotation for each cell" if self.rotation == "element" else "",
             _capped(self.cap, case) if self.cap is not None else "",
-            f", nu = {material.poisson:g}" if material is not None else "",
+            f", nu = {material.poisson:g}" if material is not None and material.uniform else "",
             *self._levers(),
         )
         return f"{self.strain} strain{''.join(options)}"

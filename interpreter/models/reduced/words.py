@@ -25,6 +25,7 @@ PARTS = (0.25, 0.5, 0.75, 1.0)  # of all loads: what a training goes through whe
 class Reduced(Model):
     """What the reduced models share: a model of finite elements that they reduce."""
 
+    graded = True
     of: str
 
     @property

@@ -50,7 +50,7 @@ def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: boo
     match load.thing.action:
         case PerMass(acceleration=g):
             for own in pieces(case, mesh, parts):
-                weights = nodal_mass(own.mesh, own.parts, own.case.material.density, mass, case.depth)
+                weights = nodal_mass(own.mesh, own.parts, own.density, mass, case.depth)
                 dead += weights[:, None] * np.array(g)
         case PerArea(where=where, traction=traction):
             t = np.array(traction)
@@ -92,19 +92,19 @@ def _turning(case: Case, load: Declared, where: Condition, moment: Floats, mesh:
     return FaceMoment(mesh.points, nodes, products, moment)
 
 
-def nodal_mass(mesh: Mesh, parts: Integration, density: float, mass: Distribution, depth: float = 0.0) -> Floats:
+def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution, depth: float = 0.0) -> Floats:
     """The mass that each node carries (n,), kg: rows of the consistent matrix, or its diagonal, or equal shares.
 
-    With a `depth`, m, of a slice through a body of revolution, that of whole rings, by the consistent matrix.
+    `density` is a number, kg/m^3, or has one `at` every point. With a `depth`, m, of a slice through a body of
+    revolution, that of whole rings, by the consistent matrix.
     """
-    from softmark.solvers.dynamics.mass import mass_points
-
     if mass == "uniform":
-        return np.full(len(mesh.points), density * float(parts.w.sum()) / len(mesh.points))
+        whole = float(parts.w.sum()) * density if isinstance(density, float | int) else _massive(mesh, density)[1].sum()
+        return np.full(len(mesh.points), float(whole) / len(mesh.points))
     if mass == "lumped":
         lumped: Floats = mass_matrix(mesh, parts, density, mass)[::3]
         return lumped
-    N, w = mass_points(mesh.points, mesh.cells, mesh.element)  # as the mass matrix has them: g is g at every node
+    N, w, density = _massive(mesh, density)  # as the mass matrix has them: g is g at every node
     if depth:
         from softmark.solvers.energies.revolved import around
 
@@ -114,13 +114,26 @@ def nodal_mass(mesh: Mesh, parts: Integration, density: float, mass: Distributio
     return carried
 
 
-def mass_matrix(mesh: Mesh, parts: Integration, density: float, mass: Distribution) -> Any:
+def _massive(mesh: Mesh, density: Any) -> tuple[Floats, Floats, float]:
+    """Shape functions (q, a) and volumes (m, q), m^3, of points that integrate masses, and the density, kg/m^3.
+
+    A density that varies is put into the volumes, which are masses then, of density one.
+    """
+    from softmark.solvers.dynamics.mass import mass_points
+
+    N, w = mass_points(mesh.points, mesh.cells, mesh.element)
+    if isinstance(density, float | int):
+        return N, w, density
+    return N, w * density.at(np.einsum("qa,mai->mqi", N, mesh.points[mesh.cells])), 1.0
+
+
+def mass_matrix(mesh: Mesh, parts: Integration, density: Any, mass: Distribution) -> Any:
     """The mass matrix, kg: sparse (3n, 3n) where it is consistent, and else its diagonal (3n,)."""
-    from softmark.solvers.dynamics.mass import consistent_mass, lumped_mass, mass_points
+    from softmark.solvers.dynamics.mass import consistent_mass, lumped_mass
 
     if mass == "uniform":
         return np.repeat(nodal_mass(mesh, parts, density, mass), 3)
-    N, w = mass_points(mesh.points, mesh.cells, mesh.element)
+    N, w, density = _massive(mesh, density)
     form = consistent_mass if mass == "consistent" else lumped_mass
     return form(mesh.cells, N, w, density, len(mesh.points))
 

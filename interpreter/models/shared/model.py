@@ -35,6 +35,7 @@ class Model:
     moves = True  # it takes dynamic analyses
     wired = False  # it is of networks of axes, and of nothing else
     composite = False  # it takes bodies with parts of other materials
+    graded = False  # it takes materials whose constants vary in space
     recovers = False  # it finds back to rest from any state
 
     # what it is

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
@@ -18,13 +19,35 @@ if TYPE_CHECKING:
 class Piece:
     """The cells of one material: a case of that material alone, a mesh of these cells over all nodes.
 
-    `which` (k,) are their numbers in the whole mesh.
+    `which` (k,) are their numbers in the whole mesh, `number` is that of the material. Where constants vary in space
+    `sampled` gives the same with arrays for them, and keeps what they were as `graded`.
     """
 
     case: Case
     mesh: Mesh
     parts: Integration
     which: Any
+    number: int = 0
+    graded: Case | None = None
+
+    @property
+    def density(self) -> Any:
+        """kg/m^3; a `Density` where it varies (graded.py)."""
+        case = self.graded or self.case
+        if case.uniform:
+            return case.material.density
+        from softmark.interpreter.models.shared import graded
+
+        return graded.density_of(case)
+
+
+def sampled(each: tuple[Piece, ...]) -> tuple[Piece, ...]:
+    """Pieces with the constants of materials that vary at their points of integration. Raises Fault."""
+    if all(own.case.uniform for own in each):
+        return each
+    from softmark.interpreter.models.shared import graded
+
+    return tuple(own if own.case.uniform else replace(own, case=graded.at_points(own), graded=own.case) for own in each)
 
 
 def pieces(case: Case, mesh: Mesh, parts: Integration) -> tuple[Piece, ...]:
@@ -36,19 +59,52 @@ def pieces(case: Case, mesh: Mesh, parts: Integration) -> tuple[Piece, ...]:
     return tuple(Piece(*own) for own in regions.pieces(case, mesh, parts))
 
 
-def facts(case: Case, mesh: Mesh | None) -> dict[str, Any]:
-    """What a report says of the parts on a mesh; nothing of a body of one material."""
-    if not case.parts or mesh is None:
-        return {}
-    from softmark.interpreter.models.shared import regions
+def _whole(case: Case, mesh: Mesh) -> tuple[Piece, ...]:
+    """The cells of every material, by the quadrature of their element."""
+    from softmark.solvers.mesh.interpolation import integration
 
-    return regions.facts(case, mesh)
+    return pieces(case, mesh, integration(mesh))
+
+
+def lost(case: Case, mesh: Mesh) -> float:
+    """The largest share of an integral of a constant that varies, which the quadrature of cells misses."""
+    from softmark.interpreter.models.shared import graded
+
+    return graded.lost(case, mesh, _whole(case, mesh))
+
+
+def facts(case: Case, mesh: Mesh | None) -> dict[str, Any]:
+    """What a report says of parts and of what varies on a mesh; nothing of a body that is the same everywhere."""
+    found: dict[str, Any] = {}
+    if case.parts and mesh is not None:
+        from softmark.interpreter.models.shared import regions
+
+        found |= regions.facts(case, mesh)
+    if not case.uniform and mesh is not None:
+        from softmark.interpreter.models.shared import graded
+
+        found |= graded.facts(case, mesh, _whole(case, mesh))
+    return found
 
 
 def notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
-    """Warnings about the parts on a mesh; none of a body of one material."""
-    if not case.parts:
-        return ()
-    from softmark.interpreter.models.shared import regions
+    """Warnings about parts and about what varies on a mesh; none of a body that is the same everywhere."""
+    found: tuple[Diagnostic, ...] = ()
+    if case.parts:
+        from softmark.interpreter.models.shared import regions
 
-    return tuple(regions.notes(declared, case, mesh))
+        found = tuple(regions.notes(declared, case, mesh))
+    if not case.uniform:
+        from softmark.interpreter.models.shared import graded
+
+        found = (*found, *graded.notes(declared, case, mesh, _whole(case, mesh)))
+    return found
+
+
+def of_cells(case: Case, mesh: Any) -> Any:
+    """What gives the constants that vary, of the cells of a mesh that is deformed, for files; None of none."""
+    if case.uniform or mesh is None:
+        return None
+    from softmark.interpreter.models.shared import graded
+
+    return lambda: graded.of_cells(mesh.mesh, _whole(case, mesh.mesh))

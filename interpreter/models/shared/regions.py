@@ -71,14 +71,14 @@ class Owners:
         return 1 if more >= less else -1
 
 
-def pieces(case: Case, mesh: Mesh, parts: Integration) -> Iterator[tuple[Case, Mesh, Integration, Ints]]:
+def pieces(case: Case, mesh: Mesh, parts: Integration) -> Iterator[tuple[Case, Mesh, Integration, Ints, int]]:
     """The cells of every material that has some, as `Piece` has them (pieces.py). Raises Fault."""
     for number, material in enumerate(case.materials):
         which = np.flatnonzero(owners(case, mesh).cells == number)
         if len(which):
             own = Integration(np.ascontiguousarray(parts.dNdX[which]), parts.w[which], parts.N)
             alone = replace(case, other_material=material, parts=())
-            yield alone, Mesh(mesh.points, mesh.cells[which], mesh.kind), own, which
+            yield alone, Mesh(mesh.points, mesh.cells[which], mesh.kind), own, which, number
 
 
 def owners(case: Case, mesh: Mesh) -> Owners:

@@ -118,7 +118,7 @@ def _exact(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
     """The force on the body itself, and the area that it acts on; None where they are not known."""
     shape = case.shape
     match load.thing.action:
-        case PerMass(acceleration=g) if shape.volume is not None and not case.parts:
+        case PerMass(acceleration=g) if shape.volume is not None and not case.parts and case.uniform:
             return _vector(case.material.density * shape.volume * np.array(g)), None
         case PerArea(where=where, traction=t) if (found := selected(shape, where)) is not None:
             return _vector(found[0] * np.array(t)), found[0]

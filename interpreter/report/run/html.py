@@ -50,6 +50,7 @@ SECTIONS: tuple[tuple[str, str, Callable[[Findings], str]], ...] = (
     ("convergence", "Convergence", convergence.section_of),
     ("filled", "Filled", filled.section_of),
     ("regions", "Regions", regions.section_of),
+    ("varying", "Varying", regions.varying),
     ("loads", "Loads", loads.section_of),
     ("supports", "Supports", reactions.section_of),
     ("modes", "Modes", modes.section_of),

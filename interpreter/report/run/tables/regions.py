@@ -1,4 +1,7 @@
-"""Parts of other materials: a line for each, with the volume that is asked for and what cells of each mesh have."""
+"""Parts of other materials, with the volume that is asked for and what cells of each mesh have; and what varies.
+
+Of each constant that varies: its range and mean, and what cells do not resolve of it.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,9 @@ from softmark.interpreter.report.run.tables.shared import by_thing, row_head, ta
 
 LEAD = "The volume of every part with a material of its own, and that of the cells that have it."
 VOLUME: units.Dimension = units.power(units.LENGTH, 3)
+VARYING = "Every constant of a material that varies in space: its least, largest and mean values on a mesh."
+HEADS = ("Constant", "Range", "Mean", "Within cells")
+DIMENSIONS: dict[str, units.Dimension] = {"young": units.PRESSURE, "density": (-3, 1, 0, 0, 0)}
 SHOWN = 1e-4  # of a part: what may be of the wrong material without a number
 
 
@@ -37,3 +43,28 @@ def _taken(own: Mapping[str, Mapping[str, Any]]) -> str:
             off.append(f"{share:.4g} % in `{model}`: {100 * missed:.3g} % missed, {100 * beyond:.3g} % too much")
     rest = ["followed by the others" if off else "followed"] if len(off) < len(own) else []
     return "; ".join((*off, *rest))
+
+
+def varying(findings: Findings) -> str:
+    """A table of all constants that vary in space; empty where no model has any."""
+    known = by_thing({n: m.solve.get("graded") or {} for n, m in findings.report.models.items()})
+    return table_section("Varying", VARYING, HEADS, [_constant(*entry) for entry in known.items()])
+
+
+def _constant(name: str, own: Mapping[str, Mapping[str, Any]]) -> str:
+    dimension = DIMENSIONS.get(name.rpartition(".")[2], units.NONE)
+    least, most = min(v["least"] for v in own.values()), max(v["most"] for v in own.values())
+    mean = next(iter(own.values()))["mean"]
+    low, high, middle = (units.show(float(f"{v:.5g}"), dimension) for v in (least, most, mean))
+    resolved = prose("; ".join(map(_resolved, own, own.values())))
+    return tag("tr", row_head(name), tag("td", text(f"{low} to {high}")), tag("td", text(middle)), tag("td", resolved))
+
+
+def _resolved(model: str, said: Mapping[str, Any]) -> str:
+    """The largest change within a cell of a model, what its quadrature misses, and what lies outside of a field."""
+    found = [f"`{model}` up to {said['within_cells']:.3g} times"]
+    if said["integral_lost"] > SHOWN:
+        found.append(f"its quadrature misses {100 * said['integral_lost']:.2g} %")
+    if said.get("outside_share", 0.0) > SHOWN:
+        found.append(f"{100 * said['outside_share']:.3g} % of the volume is outside of the field")
+    return ", ".join(found)

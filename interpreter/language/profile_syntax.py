@@ -1,0 +1,139 @@
+"""Reading constants that vary in space, such as `10 kPa * (1 + z / 5 cm)`: from a syntax tree to a Profile."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from softmark.grammar import layout, tree
+from softmark.interpreter.language import units
+from softmark.interpreter.language.expressions import (
+    COORDINATES,
+    FUNCTIONS,
+    PREDEFINED,
+    Evaluator,
+    Quantity,
+    describe,
+    words,
+)
+from softmark.interpreter.language.profiles import Node, Profile, constant
+from softmark.interpreter.language.scene import Location
+from softmark.interpreter.language.schema import Field
+from softmark.interpreter.language.units import LENGTH, NONE, Dimension
+
+KIND = "field"  # of what a value may be read from
+
+
+class Fields(Protocol):
+    """What of an expression is read from files."""
+
+    def known(self, part: tree.Expression | tree.Argument) -> bool:
+        """Whether it is a field: a call that makes one, or the name of one that is declared."""
+
+    def made(self, part: tree.Expression) -> Any:
+        """The field itself. Raises Bad."""
+
+
+def varies(node: tree.Expression, fields: Fields) -> bool:
+    """Whether coordinates or fields enter an expression."""
+    parts = (part for part, _ in tree.walk(node))
+    return any(fields.known(part) or (isinstance(part, tree.Name) and part.text in COORDINATES) for part in parts)
+
+
+def profile(node: tree.Expression, evaluator: Evaluator, fields: Fields, of: Field) -> Profile:
+    """The value of the field `of` that an expression states; its dimension is that of the expression. Raises Bad."""
+    reader = Reader(evaluator, fields)
+    root, dimension = reader.node(node)
+    said = "; ".join((layout.flat(node), *reader.values.values()))
+    return Profile(root, said, of.name, dimension, of.interval, Location(evaluator.place.source, node.span))
+
+
+class Reader:
+    """Makes nodes of the parts of one expression, and finds their dimensions; `values` are those of its parameters."""
+
+    def __init__(self, evaluator: Evaluator, fields: Fields) -> None:
+        self.evaluator, self.fields = evaluator, fields
+        self.values: dict[str, str] = {}
+
+    def node(self, node: tree.Expression) -> tuple[Node, Dimension]:
+        """What an expression comes to. Raises Bad."""
+        if self.fields.known(node):
+            field = self.fields.made(node)
+            return Node("field", value=field), field.unit.dimension
+        if not varies(node, self.fields):
+            return self._constant(node)
+        match node:
+            case tree.Name(parts=(axis,)):
+                return Node("axis", value=COORDINATES.index(axis)), LENGTH
+            case tree.Unary(operator="+" | "-" as op, operand=operand):
+                part, dimension = self.node(operand)
+                return (Node("negated", (part,)) if op == "-" else part), dimension
+            case tree.Binary(operator="+" | "-" | "*" | "/" | "^"):
+                return self._combined(node)
+            case tree.Call():
+                return self._function(node)
+        found = describe(node)
+        raise self.evaluator.place.fail(
+            "E207", node.span, f"expected a number, found {found}", found,
+            "a constant that varies is arithmetic over x, y, z and fields: `10 kPa * (1 + z / 5 cm)`",
+        )  # fmt: skip
+
+    def _constant(self, node: tree.Expression) -> tuple[Node, Dimension]:
+        """The same everywhere: a number, or arithmetic over numbers and parameters."""
+        q = self.evaluator.quantity(node)
+        for name, _ in tree.walk(node):
+            if isinstance(name, tree.Name) and name.text not in PREDEFINED:
+                value = self.evaluator.quantity(name)
+                self.values[name.text] = f"{name.text} = {units.show(value.value, value.dimension)}"
+        return constant(q.value), q.dimension
+
+    def _combined(self, node: tree.Binary) -> tuple[Node, Dimension]:
+        (a, da), (b, db) = self.node(node.left), self.node(node.right)
+        both = (a, b)
+        match node.operator:
+            case "+" | "-" as op if da == db:
+                return Node(op, both), da
+            case "*":
+                return Node("*", both), units.times(da, db)
+            case "/" if b.do == "number" and b.value == 0.0:
+                raise self.evaluator.place.fail("E219", node.span, "this divides by zero")
+            case "/":
+                return Node("/", both), units.times(da, db, -1)
+            case "^" if db == NONE and da == NONE:
+                return Node("^", both), NONE
+            case "^" if db == NONE and b.do == "number" and b.value == int(b.value) and abs(b.value) <= 99:
+                return Node("^", both), units.power(da, int(b.value))
+            case "^" if db == NONE:
+                raise self.evaluator.place.fail(
+                    "E218", node.span, "a quantity with a unit can be raised to whole powers only",
+                    words(Quantity(0.0, da)), "divide by a unit first: `(z / 1 mm)^1.7`",
+                )  # fmt: skip
+        raise self.evaluator.unlike(node, Quantity(0.0, da), Quantity(0.0, db))
+
+    def _function(self, node: tree.Call) -> tuple[Node, Dimension]:
+        name, place = node.function.text, self.evaluator.place
+        if name not in FUNCTIONS and name not in ("sqrt", "min", "max"):
+            raise self.evaluator.unknown_function(node)
+        if any(a.name for a in node.arguments) or not node.arguments:
+            raise place.fail("E211", node.span, f"`{name}` takes plain values, without names", "no value to take",
+                             f"write `{name}(a)`")  # fmt: skip
+        parts = [self.node(a.value) for a in node.arguments]
+        nodes, due = tuple(part for part, _ in parts), parts[0][1]
+        if name in ("min", "max"):
+            for (_, dimension), argument in zip(parts, node.arguments, strict=True):
+                if dimension != due:
+                    raise place.fail("E218", argument.span,
+                                     f"`{name}` cannot compare {units.named(due)} with {units.named(dimension)}",
+                                     units.named(dimension), "give all values of one dimension")  # fmt: skip
+            return Node(name, nodes), due
+        if len(nodes) != 1:
+            raise place.fail("E211", node.span, f"`{name}` takes one value, found {len(nodes)}", "too many values",
+                             f"write `{name}(a)`")  # fmt: skip
+        if name == "sqrt":
+            return Node(name, nodes), self.evaluator.halved(due, node.arguments[0].span)
+        _, takes, gives = FUNCTIONS[name]
+        if takes is not None and due != takes:
+            found, wanted = units.named(due), units.named(takes)
+            remedy = f"give it in {units.usual(takes)}" if takes != NONE else "divide by a unit"
+            raise place.fail("E204", node.arguments[0].span, f"expected {wanted}, found {found}", found,
+                             f"`{name}` takes {wanted}: {remedy}")  # fmt: skip
+        return Node(name, nodes), due if gives is None else gives

@@ -1,0 +1,305 @@
+"""Materials whose constants vary in space, on a mesh: what they are at its points, and what its cells make of them.
+
+Constants are taken at the points of integration, so that they are integrated as the law is. Cells whose gradients are
+the same all over them, which need one point for the law, are given the means of their two moduli, by a rule that is
+exact for what varies as a parabola. What cells cannot resolve is told: where a constant changes much within a cell,
+and by how much its integral differs from that of a finer rule.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.language.profiles import Profile
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.problem.case import Case, Fault, fault
+from softmark.interpreter.problem.field_files import loaded, reading
+from softmark.interpreter.problem.graded import allowed, out_of_range
+from softmark.interpreter.problem.typical import profiles
+from softmark.records import dataclass
+from softmark.references.measured import Unreadable
+from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.materials.varying import averaged, changed, with_constants
+from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.mesh import Mesh
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.interpolation import Rule
+
+OF_LAWS = ("young", "poisson")  # constants that laws are made of: masses have points of their own
+FINE = 3  # Gauss points along each axis of a hexahedron by which integrals are looked at again
+STEEP = 2.0  # largest value of a constant within a cell by the smallest: beyond, the cell is too coarse for it
+MANY = 0.01  # of the volume of the body: in such cells without a warning
+BEYOND = 1e-3  # of the volume of the body: outside of a field without a warning
+LOST = 1e-6  # of an integral: what a finer rule finds less is rounding, or next to nothing
+
+
+def values(profile: Profile, X: Floats) -> Floats:
+    """A constant at points X (..., 3), m: (...). Raises Fault where a file that it is read from cannot be used."""
+    try:
+        found: Floats = profile.values(X.reshape(-1, 3), reading).reshape(X.shape[:-1])
+    except Unreadable as error:
+        raise unusable(profile, error) from error
+    return found
+
+
+def unusable(profile: Profile, error: Unreadable) -> Fault:
+    """A Fault of a file that a constant cannot be read from."""
+    problem = f"the field of `{profile.name}` cannot be used: {error.name}: {error.reason}"
+    return Fault(diagnostic("E410", profile.at, problem, "cannot be used", error.remedy))
+
+
+class Part(Protocol):
+    """The cells of one material (pieces.py)."""
+
+    @property
+    def case(self) -> Case:
+        """Of that material alone."""
+
+    @property
+    def mesh(self) -> Mesh:
+        """Of these cells, over all nodes."""
+
+    @property
+    def which(self) -> Any:
+        """Their numbers in the whole mesh."""
+
+    @property
+    def number(self) -> int:
+        """That of the material."""
+
+
+def at_points(own: Part) -> Case:
+    """The case of cells whose material varies, with its constants at their points of integration. Raises Fault."""
+    mesh = own.mesh
+    constant = mesh.element.constant
+    rule = ELEMENTS[mesh.element.finer].quadrature() if constant else mesh.element.quadrature()
+    sampled = _sampled(own.case, mesh, rule)
+    if constant and sampled.sampled:
+        sampled = averaged(sampled, np.broadcast_to(rule[1], (len(mesh.cells), len(rule[1]))))
+    return replace(own.case, other_material=sampled)
+
+
+def _sampled(case: Case, mesh: Mesh, rule: Rule) -> Any:
+    """The material with arrays (m, q) for what varies of its law. Raises Fault for values that it must not have."""
+    X, new = places(mesh, rule), {}
+    others = (mesh.points[mesh.cells], places(mesh, _fine(mesh.kind)))
+    for name, profile in profiles(case.material).items():
+        for at in (X, *others):
+            found = values(profile, at)
+            _must_be_allowed(case, profile, found, at)
+            if at is X and name in OF_LAWS:
+                new[name] = found
+    return with_constants(case.material, new)
+
+
+def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
+    """A material with arrays for what varies: at the points of a rule (m, q), or as cells of one point have it (m, 1).
+
+    For what is told of a solution: its constants are in their range at the points that it was solved with.
+    """
+    own = ELEMENTS[mesh.element.finer].quadrature() if mesh.element.constant else rule
+    X = places(mesh, own)
+    found = with_constants(material, {n: values(p, X) for n, p in profiles(material).items() if n in OF_LAWS})
+    if not (mesh.element.constant and found.sampled):
+        return found
+    mean = averaged(found, np.broadcast_to(own[1], X.shape[:2]))
+    return changed(mean, lambda a: np.repeat(a, len(rule[1]), axis=1))
+
+
+def places(mesh: Mesh, rule: Rule) -> Floats:
+    """The points of a rule in every cell (m, q, 3), m."""
+    found: Floats = np.einsum("qa,mai->mqi", mesh.element.shape(rule[0]), mesh.points[mesh.cells])
+    return found
+
+
+def _must_be_allowed(case: Case, profile: Profile, found: Floats, X: Floats) -> None:
+    """Raises Fault where a constant is out of its range: at the place where it is farthest out."""
+    low, high = np.nanmin(found, initial=np.inf), np.nanmax(found, initial=-np.inf)
+    odd = np.flatnonzero(~np.isfinite(found))
+    worst = odd[:1] if len(odd) else np.array([found.argmin(), found.argmax()])
+    for i, value in zip(worst, (np.nan,) if len(odd) else (low, high), strict=True):
+        if not allowed(profile, float(value)):
+            raise out_of_range(case, profile, float(value), X.reshape(-1, 3)[i])
+
+
+def must_be_compressible(declared: Declared, own: Part) -> None:
+    """Raises Fault where Poisson's ratio reaches 0.5 at points of a model without pressures."""
+    nu = own.case.material.poisson
+    if isinstance(nu, np.ndarray) and nu.max() >= 0.5:
+        raise fault(
+            "E552", declared.at("formulation" if declared.thing.formulation != "displacement" else "element"),
+            f"the material of `{own.case.body.name}` is incompressible at points, and this element needs a compressible"
+            " one", "infinite bulk modulus",
+            "use `tet10` or `hex8` with `formulation = mixed`, or a Poisson's ratio below 0.5 everywhere",
+        )  # fmt: skip
+
+
+# ------------------------------------------------------------------ density
+
+
+@dataclass(frozen=True)
+class Density:
+    """A density that varies."""
+
+    profile: Profile
+    case: Case
+
+    def at(self, X: Floats) -> Floats:
+        """At points X (m, q, 3), m: (m, q), kg/m^3. Raises Fault where it is none."""
+        found = values(self.profile, X)
+        _must_be_allowed(self.case, self.profile, found, X)
+        return found
+
+
+def density_of(case: Case) -> Any:
+    """The density of the material of a case, kg/m^3; a `Density` where it varies."""
+    rho = case.material.density
+    return Density(rho, case) if isinstance(rho, Profile) else rho
+
+
+# ------------------------------------------------------------------ what cells make of it
+
+
+@dataclass(frozen=True)
+class Spread:
+    """What a mesh makes of a constant: its least, largest and mean value, SI, and what cells do not resolve.
+
+    `steep` is the share of the volume in cells in which it changes by more than STEEP, `contrast` the largest change
+    within a cell; `lost` by how much integrals over cells differ from those of a finer rule, all together relative to
+    the integral over the body. `outside` is the share of the volume outside of the fields that it is read from, and
+    `there` the least and the largest value that it has got.
+    """
+
+    least: float
+    most: float
+    mean: float
+    steep: float
+    contrast: float
+    lost: float
+    outside: float = 0.0
+    there: tuple[float, float] = (0.0, 0.0)
+    read: bool = False
+
+    def facts(self) -> dict[str, Any]:
+        """For a report."""
+        found: dict[str, Any] = {
+            "least": self.least, "most": self.most, "mean": self.mean, "within_cells": self.contrast,
+            "steep_share": self.steep, "integral_lost": self.lost,
+        }  # fmt: skip
+        return found | ({"outside_share": self.outside, "outside_values": list(self.there)} if self.read else {})
+
+
+@cache
+def _fine(kind: str) -> Rule:
+    """A rule that is finer than that of the element."""
+    element = ELEMENTS[kind]
+    if element.family == "tetrahedra":
+        return element.mass_quadrature()
+    one, w = np.polynomial.legendre.leggauss(FINE)
+    grid = np.stack(np.meshgrid(one, one, one, indexing="ij"), axis=-1).reshape(-1, 3)
+    return grid, np.einsum("i,j,k->ijk", w, w, w).ravel()
+
+
+def spread_of(case: Case, mesh: Mesh, profile: Profile) -> Spread:
+    """What a mesh makes of a constant of the material of a case."""
+    own = ELEMENTS[mesh.element.finer].quadrature() if mesh.element.constant else mesh.element.quadrature()
+    fine = _fine(mesh.kind)
+    X, w = places(mesh, fine), integration(mesh, rule=fine).w
+    c = values(profile, X)
+    coarse = values(profile, places(mesh, own)) * integration(mesh, rule=own).w
+    each, total = (c * w).sum(axis=1), float(w.sum())
+    seen = np.concatenate([c, values(profile, mesh.points[mesh.cells])], axis=1)
+    low, high = seen.min(axis=1), seen.max(axis=1)
+    with np.errstate(all="ignore"):
+        change = np.where(low * high > 0.0, np.maximum(np.abs(high / low), np.abs(low / high)), 1.0)
+    lost = float(np.abs(each - coarse.sum(axis=1)).sum() / np.abs(each).sum()) if np.any(each) else 0.0
+    steep = float(w.sum(axis=1)[change > STEEP].sum()) / total
+    found = Spread(float(seen.min()), float(seen.max()), float(each.sum()) / total, steep, float(change.max()), lost)
+    out = _outside(profile, X)
+    if out is None:
+        return found
+    share = float(w[out].sum()) / total
+    there = (float(c[out].min()), float(c[out].max())) if out.any() else (0.0, 0.0)
+    return replace(found, outside=share, there=there, read=True)
+
+
+def _outside(profile: Profile, X: Floats) -> Any:
+    """Which of the points X (m, q, 3) lie outside of a field that it is read from (m, q); None of no field."""
+    found = [loaded(field).outside(X.reshape(-1, 3)).reshape(X.shape[:-1]) for field in profile.fields]
+    return np.any(found, axis=0) if found else None
+
+
+def _each(case: Case, mesh: Mesh, parts: Sequence[Part]) -> Iterator[tuple[str, Profile, Spread]]:
+    """Every constant that varies, of the body and of its parts, with the name of what it is of; found once a mesh."""
+    key = spread_of, case.materials, case.leaning
+    if key not in mesh.selections:
+        names, found = (case.body.name, *(part.name for part in case.parts)), []
+        for own in parts:
+            for profile in profiles(own.case.material).values():
+                of = names[own.number]
+                found.append((of, profile, spread_of(own.case, own.mesh, profile)))
+        mesh.selections[key] = found
+    yield from mesh.selections[key]
+
+
+def of_cells(mesh: Mesh, each: Sequence[Part]) -> dict[str, Floats]:
+    """The means over cells (m,) of every constant that varies somewhere in the body, SI; `each` material's cells."""
+    names = dict.fromkeys(name for own in each for name in profiles(own.case.material))
+    found = {name: np.empty(len(mesh.cells)) for name in names}
+    rule = _fine(mesh.kind)
+    for own in each:
+        w = integration(own.mesh, rule=rule).w
+        for name, known in found.items():
+            constant = getattr(own.case.material, name)
+            if isinstance(constant, Profile):
+                constant = (values(constant, places(own.mesh, rule)) * w).sum(axis=1) / w.sum(axis=1)
+            known[own.which] = constant
+    return found
+
+
+def facts(case: Case, mesh: Mesh, parts: Sequence[Part]) -> dict[str, Any]:
+    """The `graded` of what a report says of a solution."""
+    return {"graded": {f"{of}.{profile.name}": spread.facts() for of, profile, spread in _each(case, mesh, parts)}}
+
+
+def lost(case: Case, mesh: Mesh, parts: Sequence[Part]) -> float:
+    """The largest share of an integral of a constant that a rule of a mesh misses, where it is more than rounding."""
+    found = max((spread.lost for _, _, spread in _each(case, mesh, parts)), default=0.0)
+    return found if found > LOST else 0.0
+
+
+def notes(declared: Declared, case: Case, mesh: Mesh, parts: Sequence[Part]) -> Iterator[Diagnostic]:
+    """Warnings where a mesh is too coarse for what varies, or the body reaches beyond a field."""
+    for of, profile, spread in _each(case, mesh, parts):
+        if spread.outside > BEYOND:
+            low, high = (units.show(float(f"{v:.4g}"), profile.dimension) for v in spread.there)
+            got = low if low == high else f"{low} to {high}"
+            yield diagnostic(
+                "W336", profile.at, f"{100 * spread.outside:.3g} % of the volume of `{of}` lies outside of the field of"
+                f" its `{profile.name}`", f"it has {got} there",
+                "places outside have the value of the nearest place that has one: look at `origin`, `x`, `z` and"
+                " `length` of the field, or at the body's place",
+            )  # fmt: skip
+        if profile.name == "poisson" and (profile.fields or case.shape.bounds is None):  # not known before
+            solid = replace(case.typical[0], poisson=spread.most)
+            locks = declared.thing.locking(declared, replace(case, other_material=solid, parts=()))
+            yield from () if locks is None else (locks,)
+        if spread.steep > MANY:
+            yield diagnostic(
+                "W337", declared.at("size" if declared.thing.own_mesh is None else "mesh"),
+                f"`{profile.name}` changes by more than {STEEP:g} times within cells of `{declared.name}` with"
+                f" {100 * spread.steep:.3g} % of the volume of `{of}`",
+                f"up to {spread.contrast:.3g} times in one cell",
+                "a cell has a polynomial for its displacements, whatever its material does: use a finer mesh, or a"
+                " region with nodes where the constant jumps",
+            )  # fmt: skip

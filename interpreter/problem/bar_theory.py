@@ -1,0 +1,148 @@
+"""From a scene to the pulled bar whose constants vary along it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.language.profiles import Profile
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.stretches import coverage, inside
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.loads import PerArea, PerMass
+from softmark.interpreter.vocabulary.supports import Holding
+from softmark.references.cantilever import Refused
+from softmark.references.graded_bar import PulledBar
+from softmark.solvers.mesh.shape import Prism, cross, dot, moved
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    Floats = Any  # (n,) of numpy, which is not imported where a scene is checked
+
+ALIGNED = 1e-9  # of a vector: how far it may lie beside the axis
+SAME = 1e-9  # of a constant: how far its values across a section may differ
+STATIONS = 33  # sections at which that is looked at
+REMEDY = "hold one end face and pull the other: `fixed(...)` and `traction(...)`, or gravity along the axis"
+
+
+def bar_of(reference: Declared, case: Case) -> PulledBar:
+    """The bar of a case. Raises Fault where an assumption of the theory is broken."""
+    try:
+        return _bar(case)
+    except Refused as refused:
+        problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
+        raise fault("E503", reference.at(), problem, help=refused.remedy) from refused
+
+
+def _bar(case: Case) -> PulledBar:
+    shape = case.shape
+    if not isinstance(shape, Prism):
+        raise Refused(f"`{case.body.name}` is no straight body of one section", "it takes a box, a cylinder or a tube")
+    if case.parts:
+        raise Refused(f"the part `{case.parts[0].name}` is of another material",
+                      "say it by one material that varies: `young = ...`")  # fmt: skip
+    if isinstance(case.analysis, Dynamic):
+        raise Refused("the analysis is dynamic", "the integral is one of rest")
+    held = _held(case)
+    root, axis = shape.root, shape.axis
+    if held == 1:
+        root, axis = moved(root, (shape.length, axis)), moved((0.0, 0.0, 0.0), (-1.0, axis))
+    material = case.material
+    if isinstance(material.poisson, Profile):
+        raise Refused("its Poisson's ratio varies", "the stress is uniaxial only with `poisson = 0`")
+    young, density = (_along(case, c, root, axis) for c in (material.young, material.density))
+    force, pull = _pulls(case, 1 - held, axis)
+    area = shape.section.area
+    return PulledBar(shape.length, area, root, axis, force * area, pull, young, density, material.poisson)
+
+
+def _held(case: Case) -> int:
+    """Which end is held along the axis, 0 the root. Raises Refused."""
+    shape, found = case.prism, set()
+    for support in case.supports:
+        thing = support.thing
+        free = [abs(shape.axis[c]) <= ALIGNED for c in thing.components]
+        if not isinstance(thing, Holding) or thing.moves:
+            raise Refused(f"the support `{support.name}` moves it", REMEDY)
+        if all(free):
+            continue  # without lateral contraction nothing moves across
+        ends = [coverage(thing.where, shape, s) for s in (0.0, shape.length)]
+        if sorted(ends) != ["all", "none"] or {cover for _, cover in inside(thing.where, shape)} != {"none"}:
+            raise Refused(f"the support `{support.name}` does not take one end face whole", REMEDY)
+        found.add(ends.index("all"))
+    if len(found) != 1:
+        raise Refused("no end is held along the axis" if not found else "both ends are held", REMEDY)
+    return found.pop()
+
+
+def _pulls(case: Case, free: int, axis: Any) -> tuple[float, float]:
+    """The traction on the free end, Pa, and the acceleration, m/s^2, both along the axis. Raises Refused."""
+    shape, force, pull = case.prism, 0.0, 0.0
+    for load in case.loads:
+        match load.thing.action:
+            case PerArea(where=where, traction=traction):
+                ends = [coverage(where, shape, s) for s in (0.0, shape.length)]
+                between = {cover for _, cover in inside(where, shape)}
+                if ends[free] != "all" or ends[1 - free] != "none" or between != {"none"}:
+                    raise Refused(f"the load `{load.name}` does not act on the whole of the free end alone", REMEDY)
+                force += _component(load, traction, axis)
+            case PerMass(acceleration=g):
+                pull += _component(load, g, axis)
+            case _:
+                raise Refused(f"the load `{load.name}` is neither a traction nor gravity", REMEDY)
+    return force, pull
+
+
+def _component(load: Declared, vector: Any, axis: Any) -> float:
+    """Of a vector along the axis. Raises Refused for one that points elsewhere."""
+    if math.hypot(*cross(vector, axis)) > ALIGNED * math.hypot(*vector):
+        raise Refused(f"the load `{load.name}` does not act along the axis", REMEDY)
+    return float(dot(vector, axis))
+
+
+def _along(case: Case, constant: Any, root: Any, axis: Any) -> Callable[[Floats], Floats]:
+    """A constant by the distance from the held end, m. Raises Refused where it varies across a section.
+
+    What is read from a file is looked at when the reference is solved.
+    """
+    if not isinstance(constant, Profile):
+        return lambda s: s * 0.0 + float(constant)
+    if not constant.fields:
+        for along, across in _sections(case.prism, root, axis):
+            own = constant.value(along)
+            _must_be_even(constant, own, [constant.value(place) for place in across])
+        return lambda s: constant.values(_on_axis(s, root, axis), None)
+    return lambda s: _read(case, constant, root, axis, s)
+
+
+def _read(case: Case, constant: Profile, root: Any, axis: Any, s: Floats) -> Floats:
+    """The same of one that is read from a file. Raises Refused."""
+    from softmark.interpreter.problem.field_files import reading
+
+    for along, across in _sections(case.prism, root, axis):
+        own, *others = constant.values([along, *across], reading)
+        _must_be_even(constant, own, others)
+    return constant.values(_on_axis(s, root, axis), reading)
+
+
+def _on_axis(s: Floats, root: Any, axis: Any) -> Any:
+    """Points (n, 3), m, of the axis."""
+    import numpy as np
+
+    return np.array(root) + s[:, None] * np.array(axis)
+
+
+def _sections(shape: Any, root: Any, axis: Any) -> Iterator[tuple[Any, list[Any]]]:
+    """Points of the axis, and others of the section there, m."""
+    _, first, second = shape.frame(0.0)
+    for i in range(STATIONS):
+        middle = moved(root, (shape.length * i / (STATIONS - 1), axis))
+        yield middle, [moved(middle, (u, first), (v, second)) for u, v in shape.section.samples()]
+
+
+def _must_be_even(constant: Profile, own: float, others: list[float]) -> None:
+    """Raises Refused where a constant differs across a section."""
+    if not all(abs(other - own) <= SAME * abs(own) for other in others):
+        raise Refused(f"its `{constant.name}` varies across its sections", "the integral is one along the axis alone")

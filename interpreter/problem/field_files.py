@@ -1,0 +1,176 @@
+"""Fields that are read from files: their values at places of the scene, and which places lie outside of them."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.problem.typical import profiles
+from softmark.interpreter.vocabulary.fields import Field
+from softmark.records import dataclass
+from softmark.references.data import find
+from softmark.references.measured import Frame, Unreadable
+from softmark.references.rationing import rationed, reason_of
+from softmark.solvers.materials.varying import with_constants
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+MESHES = (".vtu", ".vtk")
+IMAGES = (".nrrd", ".nhdr", ".nii", ".nii.gz")
+KEPT = 8  # files
+EDGE = 1e-6  # of a voxel, and of the extent of a mesh: what is as near to the outside lies within
+
+
+@dataclass(frozen=True)
+class Image:
+    """Numbers of voxels (nx, ny, nz): that of (i, j, k) stands for the centre A (i, j, k) + b, in m."""
+
+    numbers: Floats
+    inverse: Floats  # A^-1 (3, 3), 1/m
+    centre: Floats  # b (3,), m
+
+    def _places(self, X: Floats) -> Floats:
+        """Indices with fractions (n, 3)."""
+        found: Floats = (X - self.centre) @ self.inverse.T
+        return found
+
+    def values(self, X: Floats) -> Floats:
+        """At points X (n, 3), m: linear along each axis between centres, that of the nearest voxel beyond them (n,)."""
+        last = np.array(self.numbers.shape) - 1
+        at = np.clip(self._places(X), 0.0, last)
+        low = np.minimum(at.astype(np.int64), last - 1)
+        t = at - low
+        found = np.zeros(len(X))
+        for corner in np.ndindex(2, 2, 2):
+            i, j, k = (low + corner).T
+            found += np.where(np.array(corner, dtype=bool), t, 1.0 - t).prod(axis=1) * self.numbers[i, j, k]
+        return found
+
+    def outside(self, X: Floats) -> Bools:
+        """Which points X (n, 3) lie beyond the faces of the outermost voxels (n,)."""
+        at, last = self._places(X), np.array(self.numbers.shape) - 1
+        found: Bools = np.any((at < -0.5 - EDGE) | (at > last + 0.5 + EDGE), axis=1)
+        return found
+
+
+@dataclass(frozen=True)
+class OnMesh:
+    """Numbers of the nodes or of the cells of a mesh, whose cells share no nodes: each node is of one cell."""
+
+    mesh: Any
+    numbers: Floats  # of each node (m a,)
+
+    def values(self, X: Floats) -> Floats:
+        """At points X (n, 3), m: by the shape functions of the cell that a point lies in, or of the nearest (n,)."""
+        from softmark.solvers.mesh.interpolation import locate
+
+        place = locate(self.mesh, X)
+        within = np.clip(place.N, 0.0, None) if self.mesh.element.order == 1 else place.N
+        N = np.where((place.outside > 0.0)[:, None], within / within.sum(axis=1, keepdims=True), place.N)
+        found: Floats = (N * self.numbers[place.nodes]).sum(axis=1)
+        return found
+
+    def outside(self, X: Floats) -> Bools:
+        """Which points X (n, 3) lie in no cell (n,)."""
+        from softmark.solvers.mesh.interpolation import locate
+
+        found: Bools = locate(self.mesh, X).outside > EDGE * self.mesh.extent
+        return found
+
+
+def reading(field: Field, X: Floats) -> Floats:
+    """The values of a field at points X (n, 3), m: (n,), in SI. Raises Unreadable."""
+    found: Floats = field.unit.value * loaded(field).values(np.asarray(X, dtype=np.float64))
+    return found
+
+
+def material_at(material: Any, X: Floats) -> Any:
+    """A material with arrays (n,) for what varies of its law, at points X (n, 3), m. Raises Unreadable."""
+    found = {name: profile.values(X, reading) for name, profile in profiles(material).items() if name != "density"}
+    return with_constants(material, found)
+
+
+def loaded(field: Field) -> Image | OnMesh:
+    """What the file of a field holds, in the scene's frame. Raises Unreadable."""
+    file = find(field.path)
+    return _loaded(field, file, file.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=KEPT)
+def _loaded(field: Field, file: Path, stamp: int) -> Image | OnMesh:
+    if not file.name.lower().endswith((*MESHES, *IMAGES)):
+        known = f"{', '.join((*IMAGES, *MESHES)[:-1])} and {MESHES[-1]}"
+        raise Unreadable(file.name, f"fields are read from {known}", "convert the file to one of them")
+    try:
+        return _mesh(field, file) if file.name.lower().endswith(MESHES) else _image(field, file)
+    except Unreadable:
+        raise
+    except Exception as error:  # readers raise what they like
+        reason = f"it cannot be read ({reason_of(error)})"
+        raise Unreadable(file.name, reason, "write the file again") from None
+
+
+def _image(field: Field, file: Path) -> Image:
+    from softmark.references.volumes import read_volume
+
+    if field.array:
+        raise Unreadable(file.name, "an image has one array, without a name", "leave `array` out")
+    try:
+        volume = read_volume(file, None, field.length)
+    except Unreadable as error:  # which speaks of the fields of a reference
+        remedy = error.remedy.replace("`unit`", "`length`").replace("unit = 1 mm", "length = 1 mm")
+        remedy = "write the size of its voxels into its header" if "`spacing`" in remedy else remedy
+        raise Unreadable(file.name, error.reason, remedy) from None
+    frame = Frame(1.0, field.x, field.z, field.origin)
+    A = frame.rotation(file.name)
+    return Image(
+        np.asarray(volume.values, dtype=np.float64), np.asarray(np.linalg.inv(A @ volume.axes), dtype=np.float64),
+        np.asarray(frame.points(volume.origin[None], file.name)[0], dtype=np.float64),
+    )  # fmt: skip
+
+
+def _mesh(field: Field, file: Path) -> OnMesh:
+    import meshio
+
+    from softmark.solvers.elements import ELEMENTS
+    from softmark.solvers.mesh.mesh import Mesh
+
+    if field.length is None:
+        raise Unreadable(file.name, "a mesh does not say in which unit its lengths are", "give `length = 1 mm`")
+    with rationed(file):
+        read = meshio.read(file)
+    known = {element.meshio: name for name, element in reversed(ELEMENTS.items()) if element.family != "plane"}
+    blocks = [i for i, block in enumerate(read.cells) if block.type in known]
+    kinds = {read.cells[i].type for i in blocks}
+    if len(kinds) != 1:
+        reason = f"its solid cells are of {len(kinds)} kinds" if kinds else "it has no solid cells"
+        raise Unreadable(file.name, reason, "give tetrahedra or hexahedra of one kind")
+    cells = np.concatenate([read.cells[i].data for i in blocks])
+    frame = Frame(field.length, field.x, field.z, field.origin)
+    apart = np.arange(cells.size).reshape(cells.shape)
+    X = frame.points(np.asarray(read.points, dtype=np.float64), file.name)[cells.ravel()]
+    return OnMesh(Mesh(X, apart, known[kinds.pop()]), _numbers(field, file, read, cells, blocks))
+
+
+def _numbers(field: Field, file: Path, read: Any, cells: Any, blocks: list[int]) -> Floats:
+    """Of each node of each cell (m a,). Raises Unreadable."""
+    on_cells = {n: np.concatenate([np.asarray(data[i]) for i in blocks]) for n, data in read.cell_data.items()}
+    there = [*read.point_data, *on_cells]
+    name = field.array or (there[0] if len(there) == 1 else "")
+    if name not in there:
+        has = ", ".join(f"`{n}`" for n in there) or "none"
+        reason = f"it has no array `{name}`" if name else f"it has {len(there)} arrays"
+        raise Unreadable(file.name, f"{reason}; its arrays: {has}", "name one: `array = ...`")
+    found = np.asarray(read.point_data[name] if name in read.point_data else on_cells[name], dtype=np.float64)
+    if found.ndim > 1 and found.shape[1:] != (1,):
+        raise Unreadable(file.name, f"`{name}` has {found[0].size} numbers at each place", "name an array of one")
+    found = found.reshape(len(found))
+    found = found[cells.ravel()] if name in read.point_data else np.repeat(found, cells.shape[1])
+    if not np.isfinite(found).all():
+        raise Unreadable(file.name, f"some numbers of `{name}` are not finite", "fill them with a value first")
+    return found

@@ -1,0 +1,151 @@
+"""A straight bar whose stiffness varies along it, pulled along its axis: an integral, found by quadrature."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+from softmark.records import dataclass
+from softmark.references.cantilever import Refused, Vector
+from softmark.references.centre_line import points_of
+from softmark.references.reference import Reference
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.deferred import np
+
+Along = Callable[["Array"], "Array"]  # a constant at distances s (n,) from the held end, m
+
+PANELS = 64  # pieces of the bar, each integrated by itself
+POINTS = 10  # Gauss points in a piece
+TIGHT = 1e-12  # relative: what the quadrature that checks the integral is asked for
+MOST = 400  # pieces into which it may cut the bar
+LOOSE = 1e-2  # relative: where two quadratures differ by more, the integral is not known; less is a stated error
+ROUNDING = 64.0 * 2.0**-52
+
+
+@dataclass(frozen=True)
+class PulledBar:
+    """A bar of constant section, one end held, whose constants vary along it alone. SI units.
+
+    Its force N(s) = F + g A int_s^L rho dt is balanced section by section, and without lateral contraction each section
+    keeps its form, so that u(s) = int_0^s N / (E A) dt is the solution of small strains in three dimensions, exactly.
+    Raises Refused where the bar is not of that kind.
+    """
+
+    length: float  # m
+    area: float  # m^2
+    root: Vector  # m, the centre of the held end
+    axis: Vector  # unit vector, from the held end to the free one
+    force: float  # N, of the free end along the axis
+    pull: float  # m/s^2, along the axis
+    young: Along  # Pa
+    density: Along  # kg/m^3
+    poisson: float  # 1
+
+    def __post_init__(self) -> None:
+        for name, value in (("length", self.length), ("section", self.area)):
+            if not (math.isfinite(value) and value > 0.0):
+                raise Refused(f"the {name} is {value:g}", "it must be positive")
+        if self.poisson != 0.0:
+            raise Refused(
+                f"a Poisson's ratio of {self.poisson:g} makes sections contract by unlike amounts",
+                "where E varies along the bar, it is in uniaxial stress only with `poisson = 0`",
+            )
+        if not (self.force or self.pull):
+            raise Refused(
+                "nothing pulls the bar along its axis", "declare a traction on its free end, or gravity along it"
+            )
+
+    def strain(self, s: Array) -> Array:
+        """N / (E A) at distances s (n,) from the held end."""
+        flat = np.ravel(s)
+        E = self.young(flat)
+        if not (np.isfinite(E).all() and (E > 0.0).all()):
+            raise Refused("its Young's modulus is not positive all along it", "look at its range")
+        carried = self.force + (self.pull * self.area * self._above(flat) if self.pull else 0.0)
+        found: Array = (carried / (E * self.area)).reshape(np.shape(s))
+        return found
+
+    def _above(self, s: Array) -> Array:
+        """int_s^L rho dt (n,), kg/m^2."""
+        whole = _integral(self.density, self.length, np.array([self.length]))
+        found: Array = whole - _integral(self.density, self.length, s)
+        return found
+
+    def stretched(self) -> StretchedBar:
+        """What it does. Raises Refused where its integral is not known."""
+        from scipy import integrate  # adaptive, and no code of the panels: it checks them
+
+        whole = float(_integral(self.strain, self.length, np.array([self.length]))[0])
+        again, left, *_ = integrate.quad(
+            lambda s: float(self.strain(np.array([s]))[0]), 0.0, self.length, epsrel=TIGHT, epsabs=0.0, limit=MOST,
+            full_output=1,
+        )  # fmt: skip
+        apart = abs(whole - float(again)) + float(left)
+        if not apart <= LOOSE * abs(again):
+            reason = f"two quadratures of its strain differ by {apart / abs(again):.1e} of it"
+            raise Refused(reason, "its stiffness jumps, or varies in steps that are too fine")
+        return StretchedBar(self, apart + ROUNDING * abs(whole))
+
+
+@dataclass(frozen=True)
+class StretchedBar:
+    """The displacements of a pulled bar."""
+
+    bar: PulledBar
+    estimated_error: float  # m
+
+    def displacement(self, X: Array) -> Array:
+        """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
+        s = (points_of(X) - np.asarray(self.bar.root)) @ np.asarray(self.bar.axis)
+        u = _integral(self.bar.strain, self.bar.length, np.clip(s, 0.0, self.bar.length))
+        found: Array = u[:, None] * np.asarray(self.bar.axis)
+        return found
+
+
+def _integral(f: Along, length: float, s: Array) -> Array:
+    """int_0^s f dt (n,): whole panels, and the part of the last one, by Gauss's rule each."""
+    t, w = np.polynomial.legendre.leggauss(POINTS)
+    t, w = 0.5 * (1.0 + t), 0.5 * w
+    step = length / PANELS
+    starts = step * np.arange(PANELS)
+    panels = step * (f((starts[:, None] + step * t).ravel()).reshape(PANELS, -1) @ w)
+    before = np.concatenate([[0.0], np.cumsum(panels)])
+    last = np.minimum((s / step).astype(int), PANELS - 1)
+    rest = s - step * last
+    part = rest * (f((step * last[:, None] + rest[:, None] * t).ravel()).reshape(len(s), -1) @ w)
+    found: Array = before[last] + part
+    return found
+
+
+@dataclass(frozen=True)
+class GradedBar(Reference):
+    """A straight bar whose constants vary along it, pulled along its axis: u = int N / (E A) ds.
+
+    It takes a cylinder, a box or a tube that is held at one end face, whole, and loaded by a traction along the axis on
+    the whole of the other end face, by gravity along the axis, or by both. Its Young's modulus and its density may vary
+    along the axis, and not across it; `poisson` is 0, for else sections would contract by unlike amounts, and the
+    stress would not be uniaxial. Strains are small. The integral is found by Gauss's rule on pieces of the bar, and
+    once more by QUADPACK, which is adaptive; what they differ by is its error.
+    Source: Timoshenko, "Strength of Materials" I (1955), article 3 (bars of varying section); Piessens et al. 1983.
+    """
+
+    body: Annotated[Any, "body", "the bar"]
+
+    graded: ClassVar[bool] = True
+    about: ClassVar[Literal["cantilever", "torsion", "bar"]] = "bar"
+    kind: ClassVar[str] = "closed form"
+    source: ClassVar[str] = "Timoshenko 1955, Strength of Materials I, article 3"
+    error_meaning: ClassVar[str] = (
+        "of the displacement of the free end, m: what two quadratures of it differ by, and rounding"
+    )
+
+    def stretched(self, bar: PulledBar) -> StretchedBar:
+        """What it says. Raises Refused."""
+        return bar.stretched()

@@ -1,0 +1,127 @@
+"""Forces of a solid whose constants vary in space, found once more: by the constants at every point of the check.
+
+Where a cell has one point, because its gradients are the same all over it, or where a part of the stress is taken at
+its centre, the two moduli are means over the cell, by the rule of the next finer element, or by that of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.checks import solids
+from softmark.solvers.checks.pressures import FINITE, Pressed, Split, split_of
+from softmark.solvers.checks.solids import CheckedBody, Floats, Ints, Stress, StressTerm
+from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
+
+Constants = Callable[[Floats], tuple[Floats, Floats]]  # of points (n, 3), m: Young's modulus, Pa, and Poisson's ratio
+Moduli = Callable[[Floats, Floats], Stress]  # of mu and lam (n,), Pa: what makes stress of F (n, 3, 3)
+
+
+@dataclass(frozen=True)
+class VaryingTerm(StressTerm):
+    """A part of the stress whose moduli vary."""
+
+    of: Moduli | None = None
+
+
+@dataclass(frozen=True)
+class VaryingBody(CheckedBody):
+    """The same of a body with `constants` of each point."""
+
+    constants: Constants | None = None
+
+    def _stress(self, cells: Ints, term: StressTerm, F: Floats) -> Floats:
+        if not isinstance(term, VaryingTerm) or term.of is None or self.constants is None:
+            return super()._stress(cells, term, F)
+        kind = self.kind if len(solids.places(self.kind)) != 4 else "tet10"
+        xi, w = solids.rule(kind)
+        E, nu = self.constants(points_in(self.points, cells, self.kind, xi).reshape(-1, 3))
+        mu, lam = (m.reshape(len(cells), -1) for m in moduli(E, nu))
+        if term.centre or len(solids.places(self.kind)) == 4:
+            w = w if kind != self.kind else w * solids.gradients(self.points, cells, kind, xi)[1]
+            share = np.broadcast_to(w, mu.shape) / np.broadcast_to(w, mu.shape).sum(axis=1, keepdims=True)
+            mu, lam = (mu * share).sum(axis=1), (lam * share).sum(axis=1)
+        return term.of(mu.ravel(), lam.ravel())(F)
+
+
+@dataclass(frozen=True)
+class VaryingPressed(Pressed):
+    """The same of a solid with pressures: `apart` takes the law apart at each of some points (n, 3), m."""
+
+    apart: Callable[[Floats], Split] | None = None
+
+    def _split(self, some: slice) -> Split:
+        if self.apart is None:
+            return self.split
+        X = points_in(self.points, self.cells[some], self.kind, solids.rule(self.kind)[0])
+        return self.apart(X.reshape(-1, 3))
+
+
+def points_in(points: Floats, cells: Ints, kind: str, xi: Floats) -> Floats:
+    """Where local points xi (q, 3) of cells lie (m, q, 3), m."""
+    found: Floats = np.einsum("qa,mai->mqi", solids.shape(kind, xi), points[cells])
+    return found
+
+
+def moduli(E: Floats, nu: Floats) -> tuple[Floats, Floats]:
+    """mu and lam, Pa."""
+    return E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
+
+
+def terms(material: object, strain: str, selective: bool) -> tuple[VaryingTerm, ...] | None:
+    """The parts of the stress of a law; None where no formula is known."""
+    law = {"small": solids.small_stress, "corotational": solids.corotational_stress}.get(strain) or _finite(material)
+    if law is None:
+        return None
+    if not selective:
+        return (_term(law),)
+
+    def kept(mu: Floats, lam: Floats) -> Floats:
+        """What of lam stays at every point: of K the shear of this law has up to 5 mu/3."""
+        own = strain == "finite" and isinstance(material, NeoHookeanIsochoric)
+        return np.clip(lam, -mu, mu) if own else 0.0 * lam
+
+    def shear(mu: Floats, lam: Floats) -> Stress:
+        return law(mu, kept(mu, lam))
+
+    def volume(mu: Floats, lam: Floats) -> Stress:  # energies are linear in the two moduli
+        return lambda F: law(mu, lam)(F) - law(mu, kept(mu, lam))(F)
+
+    return _term(shear), _term(volume, centre=True)
+
+
+def _term(of: Moduli, centre: bool = False) -> VaryingTerm:
+    def none(F: Floats) -> Floats:
+        raise ValueError("the stress of a law whose constants vary, without them")
+
+    return VaryingTerm(none, centre, of)
+
+
+def _finite(material: object) -> Moduli | None:
+    """A law of finite strain with all of lam in its shape: P = mu shape(F, lam / mu)."""
+    of = getattr(material, "of", None) or material  # of a plate: the law of the solid that it is made of
+    if (known := FINITE.get(type(of))) is None:
+        return None
+    shape = known[0]
+    return lambda mu, lam: lambda F: mu[:, None, None] * shape(F, lam / mu)
+
+
+def relaxed(term: VaryingTerm) -> VaryingTerm:
+    """The same in a plate whose faces are free."""
+    of = term.of
+    return VaryingTerm(term.stress, term.centre, None if of is None else lambda mu, lam: solids.relaxed(of(mu, lam)))
+
+
+def pressed(material: object, strain: str, constants: Constants) -> Callable[[Floats], Split]:
+    """What takes a law, which comes apart, at points (n, 3), m."""
+
+    def apart(X: Floats) -> Split:
+        split = split_of(material, strain, *constants(X))
+        if split is None:
+            raise ValueError("this law does not come apart")
+        return split
+
+    return apart

@@ -1,0 +1,194 @@
+"""Fields from files: NRRD, NIfTI and VTU give the same numbers at the same places, however they lie in the scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.interpolate import RegularGridInterpolator
+
+import softmark
+from softmark.interpreter.evidence.graded import again
+from softmark.interpreter.language.expressions import Quantity
+from softmark.interpreter.problem.field_files import loaded, reading
+from softmark.interpreter.vocabulary.fields import Field
+from softmark.references.measured import Unreadable
+
+Floats = NDArray[np.float64]
+
+UNIT = Quantity(1e3, (-1, 1, -2, 0, 0))  # 1 kPa
+RNG = np.random.default_rng(5)
+NUMBERS = RNG.uniform(1.0, 9.0, (4, 5, 6))
+STEPS = np.array([[0.0, 0.0, 3.0], [2.0, 0.0, 0.0], [0.0, -1.5, 0.0]]).T  # mm: i goes along z, j along x, k along -y
+CORNER = np.array([1.0, 7.0, -2.0])  # mm
+
+
+def nrrd_file(folder: Path, **more: Any) -> Path:
+    """The numbers as NRRD, its axes as STEPS says."""
+    nrrd = pytest.importorskip("nrrd")
+    header = {"space": "left-posterior-superior", "space directions": STEPS.T, "space origin": CORNER}
+    nrrd.write(str(folder / "f.nrrd"), NUMBERS, header | {"space units": ["mm"] * 3} | more)
+    return folder / "f.nrrd"
+
+
+def nifti_file(folder: Path) -> Path:
+    """The same as NIfTI, by its affine."""
+    nibabel = pytest.importorskip("nibabel")
+    affine = np.eye(4)
+    affine[:3, :3], affine[:3, 3] = STEPS, CORNER
+    image = nibabel.Nifti1Image(NUMBERS, affine)
+    image.header.set_xyzt_units("mm")
+    nibabel.save(image, str(folder / "f.nii.gz"))
+    return folder / "f.nii.gz"
+
+
+def places(count: int = 200) -> tuple[Floats, Floats]:
+    """Indices with fractions within the grid, and where they lie, m."""
+    at = RNG.uniform(0.0, 1.0, (count, 3)) * (np.array(NUMBERS.shape) - 1)
+    return at, 1e-3 * (at @ STEPS.T + CORNER)
+
+
+def exact(at: Floats) -> Floats:
+    """Linear along each axis, by scipy."""
+    grid = RegularGridInterpolator([np.arange(n, dtype=float) for n in NUMBERS.shape], NUMBERS)
+    found: Floats = 1e3 * grid(at)
+    return found
+
+
+@pytest.mark.parametrize("make", [nrrd_file, nifti_file])
+def test_images_lie_as_their_headers_say(make: Any, tmp_path: Path) -> None:
+    """Space directions and affines that turn and mirror the grid; single precision of NIfTI's data, 6e-8 relative."""
+    field = Field(str(make(tmp_path)), UNIT)
+    at, X = places()
+    assert reading(field, X) == pytest.approx(exact(at), rel=2e-7)
+    assert again(field, X) == pytest.approx(exact(at), rel=2e-7)
+    assert not loaded(field).outside(X).any()
+
+
+def test_an_image_may_lie_elsewhere_in_the_scene(tmp_path: Path) -> None:
+    """With x = z, z = y the scene's y axis is the file's x: the same numbers at places that are turned alike."""
+    file = str(nrrd_file(tmp_path))
+    turned = Field(file, UNIT, x=(0.0, 0.0, 1.0), z=(0.0, 1.0, 0.0), origin=(0.1, 0.2, 0.3))
+    at, X = places()
+    there = X[:, [2, 0, 1]] + np.array([0.1, 0.2, 0.3])
+    assert reading(turned, there) == pytest.approx(exact(at), rel=1e-12)
+
+
+def test_a_length_takes_the_place_of_what_the_file_says(tmp_path: Path) -> None:
+    at, X = places()
+    assert reading(Field(str(nrrd_file(tmp_path)), UNIT, length=1.0), 1e3 * X) == pytest.approx(exact(at), rel=1e-12)
+
+
+def test_beyond_the_outermost_centres_numbers_are_those_of_the_voxel(tmp_path: Path) -> None:
+    """Half a voxel beyond the centre its face ends: there is the outside, and it has the same number."""
+    field = Field(str(nrrd_file(tmp_path)), UNIT)
+    at = np.array([[-0.4, 2.0, 3.0], [-0.6, 2.0, 3.0], [3.4, 4.4, 5.4], [3.6, 4.0, 5.0]])
+    X = 1e-3 * (at @ STEPS.T + CORNER)
+    assert loaded(field).outside(X).tolist() == [False, True, False, True]
+    clipped = np.clip(at, 0.0, np.array(NUMBERS.shape) - 1.0)
+    assert reading(field, X) == pytest.approx(exact(clipped), rel=1e-12)
+    assert again(field, X) == pytest.approx(exact(clipped), rel=1e-12)
+
+
+def test_meshes_have_numbers_on_nodes_and_on_cells(tmp_path: Path) -> None:
+    """Two cubes of 10 mm side by side: linear on nodes is x y itself; cells have their own number up to the face."""
+    x, y, z = np.meshgrid([0.0, 10.0, 20.0], [0.0, 10.0], [0.0, 10.0], indexing="ij")
+    points = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
+    first = np.array([0, 4, 6, 2, 1, 5, 7, 3])
+    cells = [("hexahedron", np.array([first, first + 4]))]
+    data = {"on_nodes": points[:, 0] * points[:, 1]}
+    meshio.Mesh(points, cells, point_data=data, cell_data={"on_cells": [np.array([3.0, 7.0])]}).write(
+        tmp_path / "m.vtu"
+    )
+    nodes, own = (Field(str(tmp_path / "m.vtu"), UNIT, array=a, length=1e-3) for a in ("on_nodes", "on_cells"))
+    X = 1e-3 * RNG.uniform(0.0, 1.0, (50, 3)) * np.array([20.0, 10.0, 10.0])
+    assert reading(nodes, X) == pytest.approx(1e9 * X[:, 0] * X[:, 1], rel=1e-9, abs=1e-6)
+    assert reading(own, X) == pytest.approx(np.where(X[:, 0] < 0.01, 3e3, 7e3))
+    beyond = np.array([[0.025, 0.005, 0.005], [0.019, 0.005, 0.005]])
+    assert loaded(own).outside(beyond).tolist() == [True, False]
+    assert reading(own, beyond) == pytest.approx([7e3, 7e3])
+    with pytest.raises(Unreadable, match="it has 2 arrays; its arrays: `on_nodes`, `on_cells`"):
+        loaded(Field(str(tmp_path / "m.vtu"), UNIT, length=1e-3))
+    with pytest.raises(Unreadable, match="no array `stiff`"):
+        loaded(Field(str(tmp_path / "m.vtu"), UNIT, array="stiff", length=1e-3))
+    with pytest.raises(Unreadable, match="in which unit its lengths are"):
+        loaded(Field(str(tmp_path / "m.vtu"), UNIT, array="on_nodes"))
+
+
+def test_a_file_that_changes_is_read_again(tmp_path: Path) -> None:
+    import os
+
+    nrrd = pytest.importorskip("nrrd")
+    file, X = nrrd_file(tmp_path), places(5)[1]
+    field = Field(str(file), UNIT)
+    before = reading(field, X)
+    values, header = nrrd.read(str(file))
+    nrrd.write(str(file), 2.0 * values, header)
+    os.utime(file, ns=(1, 1))
+    assert reading(field, X) == pytest.approx(2.0 * before)
+
+
+def test_what_is_no_field_is_refused(tmp_path: Path) -> None:
+    """Voxels that are no number; a kind of file that is none; a name of an array where there is one alone."""
+    pytest.importorskip("nrrd")
+    file = nrrd_file(tmp_path)
+    with pytest.raises(Unreadable, match="an image has one array"):
+        loaded(Field(str(file), UNIT, array="stiffness"))
+    (tmp_path / "f.png").write_bytes(b"none")
+    with pytest.raises(Unreadable):
+        loaded(Field(str(tmp_path / "f.png"), UNIT))
+    (tmp_path / "broken.nii.gz").write_bytes(b"none")
+    with pytest.raises(Unreadable, match="cannot be read"):
+        loaded(Field(str(tmp_path / "broken.nii.gz"), UNIT))
+
+
+SCENE = """
+field    ct  = field("f.nrrd", unit = 1 kPa)
+material gel = neo_hookean(young = 1 kPa + 2 * ct, poisson = 0.3, density = 1000 kg/m^3)
+body     bar = solid(box(size = (8, 7.5, 9) mm, origin = {origin}), gel)
+support  low = fixed(bar, where = z <= -2 mm)
+load     up  = gravity(9.81 m/s^2, direction = +z)
+model    hex = fem(hex8, strain = corotational, size = 2 mm)
+model    ten = fem(tet10, strain = finite, size = 3 mm, formulation = mixed)
+probe    end = point(bar, at = (1, 2, 7) mm)
+metric   far = displacement(end, along = +z)
+"""
+
+
+@pytest.mark.slow
+def test_a_body_from_an_image_is_checked_and_said(tmp_path: Path) -> None:
+    """Random voxels: forces are found again by scipy's interpolation, and what lies outside is a number."""
+    nrrd_file(tmp_path)
+    (tmp_path / "ct.scene").write_text(SCENE.format(origin="(1, -1, -2) mm"))
+    report = softmark.load(tmp_path / "ct.scene").run()
+    for model in report.models.values():
+        assert model.status == "converged", model.message
+        assert model.solve["checks"]["residual"] < 1e-8
+        said = model.solve["graded"]["bar.young"]
+        assert said["outside_share"] == pytest.approx(0.0, abs=1e-12)
+        assert 3e3 < said["least"] < said["mean"] < said["most"] < 19e3
+    (tmp_path / "ct.scene").write_text(SCENE.format(origin="(-3.5, -1, -2) mm"))
+    report = softmark.load(tmp_path / "ct.scene").run()
+    said = report.models["hex"].solve["graded"]["bar.young"]
+    # x from -3.5 mm, of which the first voxel begins at 0: 3.5 of 8 mm are outside, to what a rule of four points sees
+    assert said["outside_share"] == pytest.approx(3.5 / 8.0, abs=0.07)
+    assert "W336" in {w.code for w in report.warnings}
+
+
+def test_a_ratio_from_a_file_is_warned_of_where_elements_lock(tmp_path: Path) -> None:
+    """Nothing is known of it before it is read: voxels of up to 9, times 0.055, come to more than 0.45."""
+    nrrd_file(tmp_path)
+    scene = SCENE.format(origin="(1, -1, -2) mm").replace(
+        "young = 1 kPa + 2 * ct, poisson = 0.3", "young = 9 kPa, poisson = 0.055 * ct"
+    )
+    scene = scene.replace("unit = 1 kPa", "unit = 1").replace(
+        "mixed)", "mixed)\nmodel lin = fem(tet4, strain = small, size = 3 mm)"
+    )
+    (tmp_path / "ct.scene").write_text(scene)
+    report = softmark.load(tmp_path / "ct.scene").run("lin")
+    assert "W301" in {w.code for w in report.warnings}
+    assert report.models["lin"].solve["checks"]["residual"] < 1e-8
