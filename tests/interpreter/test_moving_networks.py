@@ -50,6 +50,7 @@ def star(R: np.ndarray) -> str:
     )
 
 
+@pytest.mark.slow
 def test_a_beam_of_two_members_moves_as_one() -> None:
     """A cantilever that falls by half its length, as `beam6dof` has it: by the same steps, to what these leave."""
     models = run("""body net = network([(0, 0, 0), (0.5, 0, 0), (1, 0, 0)] m, [(1, 2), (2, 3)], gum, side = 4 cm)
