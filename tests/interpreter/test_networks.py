@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 
 import softmark
 from softmark.interpreter.models.network import build
+from softmark.interpreter.models.network.layout import Layout
 from softmark.interpreter.run import pipeline
 
 E, RHO, A = 200e6, 7.85, 0.02  # Pa, kg/m^3, and the side of square sections, m
@@ -244,6 +245,23 @@ def test_a_wrong_stiffness_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None
         f"{BEAM}support wall = fixed(bar, where = x <= 0 m)\nmodel m = frame6dof(segments = 8)\n{TIP}"
         "load push = point_force(bar, at = (1, 0, 0) m, vector = (0, 0, -10) mN)\n"
     )
+    report = softmark.loads(HEAD + text).run()
+    assert report.models["m"].status == "failed"
+    assert "do not balance" in report.models["m"].message
+
+
+@pytest.mark.parametrize("axis", ["+y", "(0.6, 0.8, 0)"])
+def test_a_hinge_that_does_not_turn_is_no_answer(monkeypatch: pytest.MonkeyPatch, axis: str) -> None:
+    """Forces found again know what a hinge leaves free: one that is solved as a clamp has a moment about its axis."""
+    text = (
+        "body bar = network(points = [(0, 0, 0), (1, 0, 0)] m, members = [(1, 2)], material = foam, side = 20 mm)\n"
+        f"support bolt = hinged(bar, where = x <= 0 m, axis = {axis})\n"
+        "support far = fixed(bar, where = x >= 1 m)\n"
+        "load push = point_force(bar, at = (0.5, 0, 0) m, vector = (0, 0, -10) mN)\n"
+        "model m = frame6dof(segments = 8)\nprobe tip = point(bar, at = (0.5, 0, 0) m)\n" + TIP.split("\n", 1)[1]
+    )
+    assert run(text)["m"].status == "converged"
+    monkeypatch.setattr(Layout, "_turns", lambda self, support, point: (0, 1, 2))
     report = softmark.loads(HEAD + text).run()
     assert report.models["m"].status == "failed"
     assert "do not balance" in report.models["m"].message

@@ -29,10 +29,11 @@ from softmark.solvers.checks import solids
 from softmark.solvers.checks.rods import CheckedRod, frames
 from softmark.solvers.checks.solids import Floats, ForceBalance
 from softmark.solvers.mesh.frame import Member, Network
-from softmark.solvers.mesh.shape import Section
+from softmark.solvers.mesh.shape import Section, transverse
 
 FINE, COARSE_RULE, MANY = 64, 16, 8  # places of the other rule in an element: of few elements, and of more than MANY
 TAPERED = 2.0  # times the square of the slope of the sides: stress follows them, and is not along the axis
+ALIGNED = 1e-9  # of unit vectors: two axes of hinges that are one
 JOINED = 3.0  # times half the depth of what a member ends in, over its length: bending goes with the cube of length
 
 
@@ -168,13 +169,37 @@ class Frame:
 
     @staticmethod
     def _grips(support: Declared) -> bool:
-        """Whether it takes moments; about the axis of a hinge there are none in equilibrium, whoever is asked."""
+        """Whether it takes moments; that about the axis of a hinge is none in equilibrium, as `held` has it."""
         return not isinstance(support.thing, Hinged) or support.thing.axis is not None
 
+    @cached_property
+    def hinged(self) -> dict[int, Floats]:
+        """Of places on hinges with an axis: that axis, and two across (3, 3), as rows; of several the first's."""
+        found: dict[int, Floats] = {}
+        for support in self.found.case.supports:
+            if not isinstance(support.thing, Hinged) or (axis := support.thing.axis) is None:
+                continue
+            for i in np.flatnonzero(self.carries(support).any(axis=1)).tolist():
+                found.setdefault(i, np.array([axis, *transverse(axis)]))
+        return found
+
+    def turned(self, forces: Floats) -> Floats:
+        """Forces and moments (p, 6), the moments at hinges about their axis and across it."""
+        found = forces.copy()
+        for i, rows in self.hinged.items():
+            found[i, 3:] = rows @ forces[i, 3:]
+        return found
+
     def held(self) -> NDArray[np.bool_]:
-        """What all supports carry (p, 6)."""
-        masks = [self.carries(support) for support in self.found.case.supports]
-        found: NDArray[np.bool_] = np.any(masks, axis=0)
+        """What all supports carry (p, 6), at hinges about their axis and across it: about the axis there is nothing."""
+        found = np.zeros((len(self.at[0]), 6), dtype=np.bool_)
+        for support in self.found.case.supports:
+            own = self.carries(support)
+            if isinstance(support.thing, Hinged) and support.thing.axis is not None:
+                for i in np.flatnonzero(own.any(axis=1)).tolist():
+                    one = np.linalg.norm(np.cross(support.thing.axis, self.hinged[i][0])) <= ALIGNED
+                    own[i, 3] = own[i, 3] and not one
+            found |= own
         return found
 
 
@@ -253,6 +278,7 @@ class Networks(Beams):
     def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
         """By the formulas of solvers/checks/rods.py, added up at points. Raises Unchecked."""
         inside, outside, fixed, noise = _forces(found)
+        inside, outside = (frame_of(found).turned(forces) for forces in (inside, outside))
         parts = solids.balance(inside[:, :3], outside[:, :3], fixed[:, :3], noise, None)
         whole = solids.balance(inside, outside, fixed, noise, None)
         claimed = found.solution.facts.get("residual")
