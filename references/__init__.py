@@ -6,6 +6,7 @@
     elastica           large deflections, bending alone
     simo_reissner      large deflections with shear and stretch
     small_deflection   the closed form for small ones
+    rucker_webster     a beam that tendons bend and twist in space, by the equations of `driven_rod`
     graded_bar         a bar whose constants vary along it, pulled along its axis
     torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
 
@@ -35,6 +36,7 @@ from softmark.references.curve import CurveFromFile
 from softmark.references.elastica import Elastica
 from softmark.references.graded_bar import GradedBar
 from softmark.references.markers import TrackedPoints
+from softmark.references.rucker_webster import RuckerWebster
 from softmark.references.self_converged import SelfConverged
 from softmark.references.simo_reissner import SimoReissner
 from softmark.references.small_deflection import SmallDeflection
@@ -47,6 +49,7 @@ REFERENCES: dict[str, type] = {
     "small_deflection": SmallDeflection,
     "simo_reissner": SimoReissner,
     "torsion": Torsion,
+    "rucker_webster": RuckerWebster,
     "graded_bar": GradedBar,
     "self_converged": SelfConverged,
     "surface": SurfaceScan,

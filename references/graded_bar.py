@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.cantilever import Refused, Vector
 from softmark.references.centre_line import points_of
-from softmark.references.reference import Reference
+from softmark.references.reference import About, Reference
 
 if TYPE_CHECKING:
     import numpy as np
@@ -139,7 +139,7 @@ class GradedBar(Reference):
     body: Annotated[Any, "body", "the bar"]
 
     graded: ClassVar[bool] = True
-    about: ClassVar[Literal["cantilever", "torsion", "bar"]] = "bar"
+    about: ClassVar[About] = "bar"
     kind: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Timoshenko 1955, Strength of Materials I, article 3"
     error_meaning: ClassVar[str] = (

@@ -5,13 +5,15 @@ from __future__ import annotations
 from typing import Any, ClassVar, Literal
 
 How = Literal["solved", "measured", "refined", "scanned"]
+About = Literal["cantilever", "torsion", "bar", "tendons"]
 
 
 class Reference:
     """A reference, and by what it is known.
 
-    `solved`: `solve(cantilever)` gives a CentreLine; about torsion, `twisted(cylinder)` what that does, and about a bar
-    `stretched(bar)`. `measured`: `load()` gives a MeasuredSurface, MeasuredPoints or a MeasuredCurve.
+    `solved`: `solve(cantilever)` gives a CentreLine; about torsion, `twisted(cylinder)` what that does, about a bar
+    `stretched(bar)`; about tendons, `solve(rod)` a DrivenShape. `measured`: `load()` gives a MeasuredSurface,
+    MeasuredPoints or a MeasuredCurve.
     `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
     computes, which `load(points, triangles)` takes.
     """
@@ -19,7 +21,7 @@ class Reference:
     how: ClassVar[How] = "solved"
     graded: ClassVar[bool] = False  # whether it knows bodies whose constants vary in space, where it is solved
     table: ClassVar[str] = ""  # what a file is that is not such a one, for messages
-    about: ClassVar[Literal["cantilever", "torsion", "bar"]] = "cantilever"  # what it is solved for
+    about: ClassVar[About] = "cantilever"  # what it is solved for
     kind: ClassVar[str]  # what it is, in a word or two
     source: ClassVar[str]  # who says so
     error_meaning: ClassVar[str]  # what its estimated error bounds

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.cantilever import Refused, Vector
 from softmark.references.centre_line import points_of
-from softmark.references.reference import Reference
+from softmark.references.reference import About, Reference
 
 if TYPE_CHECKING:
     import numpy as np
@@ -102,7 +102,7 @@ class Torsion(Reference):
 
     body: Annotated[Any, "body", "the cylinder"]
 
-    about: ClassVar[Literal["cantilever", "torsion", "bar"]] = "torsion"
+    about: ClassVar[About] = "torsion"
     kind: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Rivlin 1949, Phil. Trans. R. Soc. A 242, 173-195"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equation exactly"

@@ -54,7 +54,7 @@ BROAD = {
     "silicone-beam-trade", "silicone-beam-release", "pressure-vessels", "coated-rod", "beam-at-the-extremes",
     "truth-cube", "cantilevers", "cooks-membrane", "elliptic-membrane", "thick-ring", "force-and-travel",
     "swinging-beam", "silicone-beam-filled", "ecoflex-pulled", "coated-sphere", "torsion", "end-moments", "actuator",
-    "inclusion", "organ", "press", "bonded-disc", "pressure-sphere", "bend-45", "graded-bar",
+    "inclusion", "organ", "press", "bonded-disc", "pressure-sphere", "bend-45", "tendon-finger", "graded-bar",
     "rigid-frames",
 }  # fmt: skip
 WORKERS = 8  # at most: each holds a few hundred MB

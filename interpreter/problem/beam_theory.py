@@ -31,7 +31,7 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
     if not any(case.gravity):
         raise _refused(reference, "there is no gravity, so nothing bends the beam",
                        "declare a load across the axis: `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
-    root, axis = _clamped_end(reference, case)
+    root, axis = clamped_end(reference, case)
     try:  # the section too may be refused
         young = reference.thing.own_young or case.material.young
         return Cantilever(shape.length, _section(case), young, case.material.poisson,
@@ -44,7 +44,7 @@ def _refused(reference: Declared, reason: str, remedy: str) -> Fault:
     return fault("E503", reference.at(), f"`{reference.name}` does not hold for this scene: {reason}", help=remedy)
 
 
-def _clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
+def clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
     """Root and axis, away from the clamp; exactly one end must be clamped, and nothing else held."""
     shape = case.prism
     clamped = []

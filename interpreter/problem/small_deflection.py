@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, Turning
-from softmark.solvers.mesh.shape import Prism
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, Routed, Turning
+from softmark.solvers.mesh.shape import Prism, cross
 
 
 def bending_angle(case: Case) -> float | None:
@@ -22,7 +22,7 @@ def bending_angle(case: Case) -> float | None:
     per_length = case.material.density * shape.section.area
     along = shape.axis
     distributed = _across([per_length * g for g in case.gravity], along)
-    turned = _across([sum(m[i] for m in map(_moment, case.loads)) for i in range(3)], along)
+    turned = _across([sum(m[i] for m in (_moment(d, shape) for d in case.loads)) for i in range(3)], along)
     ends = [_force(d.thing.action, shape) for d in case.loads]
     end = _across([sum(f[i] for f in ends) for i in range(3)], along)
     length: float = shape.length
@@ -37,8 +37,11 @@ def _force(action: Any, shape: Prism) -> tuple[float, ...]:
     return (0.0, 0.0, 0.0)
 
 
-def _moment(load: Any) -> tuple[float, ...]:
+def _moment(load: Any, shape: Prism) -> tuple[float, ...]:
     action = load.thing.action
+    if isinstance(action, Routed):  # its pull on the mean of the arms at its ends
+        middle = (0.5 * (a + b) - r for a, b, r in zip(action.begin, action.end, shape.root, strict=True))
+        return cross(tuple(middle), tuple(-action.tension * a for a in shape.axis))
     return action.moment if isinstance(action, Turning) else (0.0, 0.0, 0.0)
 
 

@@ -38,6 +38,10 @@ def problem_of(reference: Declared, case: Case) -> Any:
         from softmark.interpreter.problem.torsion_theory import cylinder_of
 
         return cylinder_of(reference, case)
+    if reference.thing.about == "tendons":
+        from softmark.interpreter.problem.tendon_theory import driven_rod_of
+
+        return driven_rod_of(reference, case)
     if reference.thing.about == "bar":
         from softmark.interpreter.problem.bar_theory import bar_of
 

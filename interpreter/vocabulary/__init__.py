@@ -10,7 +10,7 @@ from typing import Any
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.bodies import Axisymmetric, BeamNetwork, PlaneStrain, PlaneStress, Solid
 from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, State, Table
-from softmark.interpreter.vocabulary.loads import Gravity, LineLoad, PointForce, Pressure, Torque, Traction
+from softmark.interpreter.vocabulary.loads import Gravity, LineLoad, PointForce, Pressure, Tendon, Torque, Traction
 from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published import Column
 from softmark.interpreter.vocabulary.regions import BodyGroup, BodyPart
@@ -46,6 +46,7 @@ LOADS: dict[str, type[Any]] = {
     "point_force": PointForce,
     "torque": Torque,
     "line_load": LineLoad,
+    "tendon": Tendon,
 }
 
 ANALYSES: dict[str, type[Any]] = {

@@ -72,6 +72,17 @@ class PerLength:
         return math.dist(self.begin, self.end)
 
 
+@dataclass(frozen=True)
+class Routed:
+    """A line under tension along a straight or winding way through a body, guided without friction, its ends fixed."""
+
+    begin: Vector3  # m
+    end: Vector3  # m
+    tension: float  # N
+    winding: float = 0.0  # rad
+    guides: int | None = None  # at equal distances, None of guides all along
+
+
 class Load:
     """What every load says."""
 
@@ -234,3 +245,42 @@ class LineLoad(Load):
     def action(self) -> PerLength:
         """How it acts."""
         return PerLength(self.from_, self.to, self.vector)
+
+
+@dataclass(frozen=True)
+class Tendon(Load):
+    """A tendon that runs beside the axis of a beam, through guides that follow one another closely, and is pulled.
+
+    It goes straight through the undeformed body from one point to another, or winds about the axis on its way, and is
+    carried along as the beam bends: its force follows it. Guides have no friction, so that its tension is the same all
+    along and its energy the tension times its length. They may lie outside the body, as those on discs do; with
+    `guides` there are so many, at equal distances along the axis, where nodes are put, and it is straight between them.
+    Each end is fixed to the section that it lies in: what pulls at it is within the beam, forces and moments of a
+    tendon add up to nothing, and supports carry none of it; a motor apart from the beam would take its pull from the
+    support at that end. A straight tendon at a distance d bends a beam to a curvature T d / (E I) and shortens it by
+    T / (E A). Beams with a straight axis take tendons, at rest and in motion; solids do not, on which it would press
+    along a line, under which displacements have no limit.
+    Source: Rucker and Webster (2011), IEEE Trans. Robot. 27, 1033-1044; Camarillo and others (2008), IEEE Trans.
+    Robot. 24, 1262-1273.
+    """
+
+    strength = "tension"
+
+    body: Annotated[str, "body", "the beam that it bends"]
+    from_: Annotated[Vector3, "m", "where it is fixed at one end, by coordinates before deformation"]
+    to: Annotated[Vector3, "m", "where it is fixed at the other"]
+    tension: Annotated[float, "N in [0, inf)", "the force that it is pulled with"]
+    winding: Annotated[
+        float,
+        "rad in [-1000, 1000]",
+        "by how much it winds about the axis on its way, right-handed: `360 deg` is a turn",
+    ] = 0.0
+    guides: Annotated[
+        int | None, "1 in [2, 200]", "how many guides it runs through, both ends among them; guided all along without"
+    ] = None
+    course: Annotated[Any | None, "course", COURSE] = None
+
+    @property
+    def action(self) -> Routed:
+        """How it acts."""
+        return Routed(self.from_, self.to, self.tension, self.winding, self.guides)

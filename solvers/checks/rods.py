@@ -52,11 +52,7 @@ class CheckedRod:
         And their derivative by what rigid modes carry, (n, 6, elements, modes).
         """
         e, Ra = len(self.l), self.R[:-1]
-        d = np.diff(self.x, axis=0)
-        theta = rotation_vector(Ra.transpose(0, 2, 1) @ self.R[1:])
-        inverse = np.linalg.inv(left_jacobian(theta))
-        middle = Ra @ exponential(0.5 * theta)
-        A = 0.5 * Ra @ left_jacobian(0.5 * theta) @ inverse @ Ra.transpose(0, 2, 1)
+        theta, inverse, middle, d, A = self._elements
         Gamma = np.einsum("eki,ek->ei", middle, d) / self.l[:, None] - self._at_rest[0]
         carried = Gamma * self.C[..., :3]
         carried[:, list(self.rigid)] = 0.0
@@ -69,6 +65,29 @@ class CheckedRod:
             for side in (0, 1):
                 by[np.arange(e) + side, :, np.arange(e)] += ends[side].transpose(0, 2, 1)
         return g, by
+
+    @cached_property
+    def _elements(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """theta, J^-1, R_m, d and A of every element."""
+        Ra, d = self.R[:-1], np.diff(self.x, axis=0)
+        theta = self._turns
+        inverse: Floats = np.asarray(np.linalg.inv(left_jacobian(theta)), dtype=np.float64)
+        A = 0.5 * Ra @ left_jacobian(0.5 * theta) @ inverse @ Ra.transpose(0, 2, 1)
+        return theta, inverse, Ra @ exponential(0.5 * theta), d, A
+
+    def pulled(self, tension: Floats, arms: Floats, slopes: Floats) -> Floats:
+        """What a tendon does to the nodes (n, 6), N and N m in space.
+
+        Its `tension` (e,), N, where it is in the middles of the elements: `arms` (e, 3), m, and their `slopes` (e, 3),
+        1, in the axes there. Its way is R_m (R_m^T d / l + K x a + a'), and sections take the opposite of T along it.
+        """
+        theta, inverse, middle, d, A = self._elements
+        across = np.cross(theta / self.l[:, None], arms) + slopes
+        way = d / self.l[:, None] + np.einsum("eij,ej->ei", middle, across)
+        pull = tension[:, None] * way / np.linalg.norm(way, axis=1)[:, None]
+        own = np.cross(arms, np.einsum("eji,ej->ei", middle, pull))  # about the axes of the middle
+        turning = np.einsum("eij,ekj,ek->ei", self.R[:-1], inverse, own)
+        return -self._onto_nodes(pull[:, None], turning[:, None], d, A)[:, :, 0]
 
     def strain(self, arms: Floats) -> tuple[float, float]:
         """The largest strains: by twist and curvatures, of fibres at distances `arms` (3,), m; by stretch and shear."""

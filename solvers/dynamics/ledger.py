@@ -48,6 +48,8 @@ def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
     pushed = 0.5 * (system.forces.pushed(last.motion.x, factors) + system.forces.pushed(motion.x, factors))
     mean = 0.5 * (last.internal + here.internal) + pushed
     reaction = system.forces.M @ ((motion.v - last.motion.v) / h) + mean + drag
+    if (turning := system.problem.turning) is not None:
+        reaction += 0.5 * (turning.gyroscopic(last.motion.v) + turning.gyroscopic(motion.v))
     fixed = system.forces.fixed
     load_work = last.load_work - float(pushed @ way)
     support_work = last.support_work + float(reaction[fixed] @ way[fixed])

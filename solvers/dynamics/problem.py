@@ -141,9 +141,6 @@ class Dynamics:
             raise ValueError(f"a mass of shape {self.mass.shape} for {dofs} degrees of freedom")
         if self.turning is not None and self.mass.ndim != 1:
             raise ValueError("what turns needs a lumped mass")
-        moved = self.fixed[np.flatnonzero(self.target)]
-        if self.turning is not None and np.isin(moved, self.turning.where).any():
-            raise ValueError("supports of what turns move and do not turn: rotations are counted anew from every step")
         if not self.integrator.explicit or self.mass.ndim == 1:
             return
         raise ValueError("an explicit integrator needs a lumped mass")

@@ -14,7 +14,7 @@ from softmark.solvers.dynamics.lagged import Lagged, suits
 from softmark.solvers.dynamics.newton import Outcome, StageNewton
 from softmark.solvers.dynamics.problem import Direct, Dynamics, StepLinearSolver
 from softmark.solvers.dynamics.scheme import Motion, Stage, StepFailed
-from softmark.solvers.energies.energy import Floats
+from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.linear.factorisations import Factor, Singular, factor
 
 SMALL = 500  # unknowns below which SuperLU is as quick
@@ -64,7 +64,7 @@ class System:
         """The motion at time 0, with the acceleration that balances its forces. Raises StepFailed."""
         problem = self.problem
         if problem.turning is not None:
-            problem.turning.chart.reset()
+            problem.turning.reset()
         x = self.supported(problem.rest.astype(np.float64), 0.0)
         v = problem.velocity.astype(np.float64)
         v[self.forces.fixed] = self.support_velocity(0.0)
@@ -87,7 +87,21 @@ class System:
             fixed = self.forces.fixed
             x = x.copy()
             x[fixed] = self.problem.rest[fixed] + self._imposed(time)
+            if len(self._turned) and (since := self._since) is not None:
+                x[fixed[self._turned]] -= self._imposed(since)[self._turned]
         return x
+
+    @property
+    def _since(self) -> float | None:
+        """The time that rotations are counted from, s: turns about an axis that stays add up as numbers."""
+        return None if self.problem.turning is None else self.problem.turning.since
+
+    @cached_property
+    def _turned(self) -> Ints:
+        """Which of the fixed degrees of freedom are rotations (k,), where supports turn some."""
+        turning, moved = self.problem.turning, np.flatnonzero(self.problem.target)
+        found: Ints = np.flatnonzero(np.isin(self.forces.fixed, [] if turning is None else turning.where))
+        return found[np.isin(found, moved)]
 
     def support_velocity(self, time: float) -> Floats | float:
         """Velocity (c,) of the supports, m/s."""

@@ -44,6 +44,12 @@ class Turning:
 
     def __init__(self, chart: Chart, where: Ints, J: Floats) -> None:
         self.chart, self.where, self.J = chart, where, J
+        self.since: float | None = None  # s, the time that rotations are counted from; None: from the undeformed state
+
+    def reset(self) -> None:
+        """Count from the undeformed state."""
+        self.chart.reset()
+        self.since = None
 
     def gyroscopic(self, v: Floats) -> Floats:
         """w x J w at the unknowns (dofs,), N m."""
@@ -93,4 +99,5 @@ class Turning:
             x = before.x.copy()
             x[self.where] = -theta  # it was counted from itself
             before = replace(before, x=x)
+        self.since = now.time
         return Past(replace(now, x=self.chart.rebase(now.x)), before)

@@ -103,6 +103,15 @@ class RodChain:
         segments_of(moved, self.elements, self.lengths, turns)  # it will be asked for
         return moved
 
+    def jumped(self, before: Floats, after: Floats) -> bool:
+        """Whether an element has turned from one state to another by more than 180 degrees against itself.
+
+        Rotations between its nodes are known but for whole turns: such a step is one through half a turn, where the
+        other way round becomes the shorter, and twist or bending is lost.
+        """
+        c, d = (Turns.of(x.reshape(-1, 7)[:, 3:], self.elements).c for x in (before, after))
+        return bool(np.any(np.einsum("em,em->e", c, d) < 0.0))
+
     def _axes(self, x: Floats, step: Floats, turns: Turns) -> Floats:
         """The axis vectors l R(new) (Gamma + dGamma . d), (n, 3), for steps (nodes, 6) to new `turns`."""
         before = segments_of(x, self.elements, self.lengths)

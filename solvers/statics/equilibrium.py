@@ -188,6 +188,8 @@ def _careful(problem: Statics, history: list[Iteration], systems: Systems) -> Eq
                 raise NotConverged("the turn is lost: the body springs back to another state", tuple(history))
             if not problem.sound(there):
                 raise NotConverged("the equilibrium has inverted cells", tuple(history))
+            if problem.jumped(x, there):
+                raise NotConverged("neighbouring nodes have turned past each other", tuple(history))
             x, load, steps = there, target, steps + 1
             step = min(2.0 * step, problem.longest)
         except NotConverged as failure:

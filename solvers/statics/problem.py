@@ -106,7 +106,8 @@ class Statics:
     `path` says how: by raising the load, or along the path of equilibria by its length (`arc_length`). Without a `way`
     the target is imposed in proportion to the load; with one, loads grow in steps from rest, no longer than it says.
     `twin` is the assembly of the corotational law with the same moduli, or None; `sound` says whether a state
-    is admissible (no inverted cell), and `near` whether an equilibrium of the twin is one to start from. `bold` tries
+    is admissible (no inverted cell), `near` whether an equilibrium of the twin is one to start from, and `jumped`
+    whether no motion leads from one equilibrium to the next, as where parts have turned past each other. `bold` tries
     whole steps first; rods, whose space already follows their rotation, need no such start. `convex` says that the
     energy is a positive quadratic form, whose one equilibrium is stable. `extent` is the size of the body in m;
     `weights` make degrees of freedom that are rotations comparable with displacements: forces are multiplied and
@@ -136,6 +137,7 @@ class Statics:
     twin: Assembly | None = None
     sound: Callable[[Floats], bool] = field(default=lambda x: True)
     near: Callable[[Floats], bool] = field(default=lambda x: True)
+    jumped: Callable[[Floats, Floats], bool] = field(default=lambda before, after: False)
     bold: bool = True
     convex: bool = False
     extent: float = 1.0

@@ -52,6 +52,11 @@ class RodNetwork:
         segments_of(moved, ends, self.lengths, turns)  # it will be asked for
         return moved
 
+    def jumped(self, before: Floats, after: Floats) -> bool:
+        """Whether an element has turned by more than 180 degrees against itself: as `RodChain.jumped` has it."""
+        c, d = (Turns.of(x.reshape(-1, 7)[:, 3:], self.elements).c for x in (before, after))
+        return bool(np.any(np.einsum("em,em->e", c, d) < 0.0))
+
     def _axes(self, x: Floats, step: Floats, turns: Turns) -> Floats:
         """The axis vectors that elements are to have (e, 3), m."""
         before = segments_of(x, self.elements, self.lengths)

@@ -45,7 +45,7 @@ from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.results.report import ModelKind, ModelResult
 from softmark.interpreter.run.pipeline import Options, run
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, Load, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, Load, PerArea, PerLength, PerMass, Routed, Turning
 from softmark.interpreter.vocabulary.supports import Support
 from softmark.records import dataclass
 from softmark.solvers.mesh.filled import Filled
@@ -74,6 +74,7 @@ LOADED = {
     "point_force": "point_force(bar, at = (40, 0, 0) mm, vector = (0, 0, -0.1) mN)",
     "torque": "torque(bar, where = x >= 40 mm, moment = (0, 0, 1) uN*m)",
     "line_load": "line_load(bar, from = (0, 0, 0) mm, to = (40, 0, 0) mm, vector = (0, 0, -1) mN/m)",
+    "tendon": "tendon(bar, from = (0, 0, 5) mm, to = (40, 0, 5) mm, tension = 0.1 mN)",
 }
 SUPPORTED = {
     "fixed": "fixed(bar, where = x >= 40 mm, components = (y, z))",
@@ -216,12 +217,12 @@ def check_load(cls: type[Any], words: str) -> None:
     """It derives from Load, and acts in a way that somebody knows; at half its size half as much."""
     assert issubclass(cls, Load)
     name = next(n for n, c in LOADS.items() if c is cls)
-    taker = "beam6dof(segments = 4)" if name == "line_load" else "fem(hex8, strain = small, size = 10 mm)"
+    taker = "beam6dof(segments = 4)" if name in ("line_load", "tendon") else "fem(hex8, strain = small, size = 10 mm)"
     scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}load push = {words}\nmodel m = {taker}\n")
     assert errors(found) == [], name
     push = scene.declared["push"].thing
     assert push.strength in {f.name for f in dataclasses.fields(cls)}, "which field says how much?"
-    assert isinstance(push.action, PerMass | PerArea | Follower | Turning | AtPoint | PerLength)
+    assert isinstance(push.action, PerMass | PerArea | Follower | Turning | AtPoint | PerLength | Routed)
     np.testing.assert_allclose(_amount(push.part(0.5).action), 0.5 * _amount(push.action), rtol=1e-15)
     case = case_for(scene, scene.declared["m"])
     prepared = build(scene.declared["m"], case, Workshop(scene=scene))
@@ -240,6 +241,8 @@ def _amount(action: Any) -> Any:
             return np.array(t)
         case Follower(pressure=p):
             return np.array(p)
+        case Routed(tension=T):
+            return np.array(T)
     return np.array(action.force)
 
 

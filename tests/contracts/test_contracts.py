@@ -62,11 +62,11 @@ MODELLED = {
     "modal": [("modal(of = full, modes = 2)", FULL)],
     "pod": [("pod(of = full, training = [1])", FULL)],
 }  # fmt: skip
-TAKES = {  # of 60: each load, and each support under gravity, in each of five analyses; lines of force beams alone
+TAKES = {  # of 65: each load, and each support under gravity, in each of five analyses; lines of force and tendons beams alone
     "fem(hex8": 38,  # its consistent mass is no explicit one
     "fem(tet4": 29,  # a cap has no part in a path or a disturbed start, nor in a turn at rest
     "fem(tet10": 19,  # pressures have no mass, and no way downhill
-    "beam6dof(segments = 4)": 34,  # no pressure, no tracked points; torques, arms and turns at rest alone
+    "beam6dof(segments = 4)": 43,  # no pressure, no tracked points; tendons
     "frame6dof(segments = 4)": 18,  # forces, lines, clamps and hinges; torques at rest alone
     "mass_spring(stiffness = from_material()": 48,  # no turns along a path or from a disturbed start
     "modal(of = full": 25,  # turns at rest alone

@@ -89,6 +89,26 @@ metric torque = moment(grip, along = +x)"""
 
 
 @pytest.mark.slow
+@pytest.mark.slow
+def test_a_loop_is_not_lost_where_segments_turn_past_each_other() -> None:
+    """One end of a clamped bar turned by 360 degrees across its axis: it pops into the twist of a whole turn, of the
+    energy 2 pi^2 GJ / L, or is not followed; found before was a straight bar without strain, a segment having turned
+    by more than half a turn in one step."""
+    text = """material gum = linear_elastic(young = 1.8 MPa, poisson = 0.3, density = 1000 kg/m^3)
+body bar = solid(cylinder(length = 200 mm, radius = {radius} mm), gum)
+support grip = turned(bar, where = x <= 0 mm, axis = +y, angle = 360 deg)
+support far = fixed(bar, where = x >= 200 mm)
+model rod = beam6dof(segments = 20)
+metric stored = strain_energy(bar)
+"""
+    thin = softmark.loads(text.format(radius=3)).run().models["rod"]
+    assert thin.status == "not_converged"
+    assert "past each other" in thin.message
+    thick = softmark.loads(text.format(radius=15)).run().models["rod"].metrics["stored"].value
+    GJ = 1.8e6 / 2.6 * math.pi / 2 * 0.015**4
+    assert thick == pytest.approx(2 * math.pi**2 * GJ / 0.2, rel=1e-9)
+
+
 def test_an_end_that_may_slide_grows_longer() -> None:
     """Free along its axis a twisted rod bears no thrust and grows longer (Poynting 1909), as small strain cannot."""
     report = run("""support wall = fixed(bar, where = x <= 0 mm)

@@ -19,7 +19,7 @@ from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.beam.words import Beam6Dof, station
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage, whole
-from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Routed, Turning
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.rods import CheckedRod, frames
@@ -85,6 +85,13 @@ class BeamLine:
                     m[0 if coverage(where, shape, 0.0) == "all" else -1] += np.array(moment)
                 case PerLength(begin=begin, end=end, force=q):
                     f += self._line(np.array(begin), np.array(end))[:, None] * np.array(q)
+                case Routed(guides=int(count)) as tendon:
+                    both += self._guided(tendon, count, rod)
+                case Routed() as tendon:
+                    low, high = sorted(shape.own(p)[0] for p in (tendon.begin, tendon.end))
+                    ends = np.clip(self.s, low, high)
+                    arms, slopes = self._route(tendon, 0.5 * (ends[1:] + ends[:-1]))
+                    both += rod.pulled(tendon.tension * np.diff(ends) / np.diff(self.s), arms, slopes)
                 case AtPoint(at=at, force=force) if station(self.case, at) is None:
                     X, axes = self.at_rest
                     off = np.array(at) - X
@@ -108,6 +115,32 @@ class BeamLine:
             for s, weight in ((a, 1.0), (0.5 * (a + b), 4.0), (b, 1.0)):
                 hats = np.array([np.interp(s, self.s, row) for row in np.eye(len(self.s))])
                 found += weight * (b - a) / 6.0 * hats
+        return found
+
+    def _route(self, tendon: Routed, s: Floats) -> tuple[Floats, Floats]:
+        """Arms and slopes of a tendon (k, 3) in the axes of sections at stations s (k,), m, by complex numbers."""
+        shape = self.case.prism
+        (low, *first), (high, *last) = sorted(shape.own(p) for p in (tendon.begin, tendon.end))
+        z = (s - low) / (high - low)
+        turn, begin = 1j * tendon.winding, complex(*first)
+        line = complex(*last) * np.exp(-turn) - begin
+        arm = np.exp(turn * z) * (begin + line * z)
+        slope = (np.exp(turn * z) * line + turn * arm) / (high - low)
+        arms, slopes = (np.stack([0.0 * z, f.real, f.imag], axis=1) for f in (arm, slope))
+        return arms, slopes
+
+    def _guided(self, tendon: Routed, count: int, rod: CheckedRod) -> Floats:
+        """What a tendon does at its guides (n, 6), N and N m in space: pulls along the chords, guide by guide."""
+        low, high = sorted(self.case.prism.own(p)[0] for p in (tendon.begin, tendon.end))
+        found, places = np.zeros((len(self.s), 6)), np.linspace(low, high, count)
+        nodes = [int(np.abs(self.s - place).argmin()) for place in places]
+        arms = self._route(tendon, places)[0]
+        arms[:, 0] = places - self.s[nodes]
+        points = [rod.x[k] + rod.R[k] @ arm for k, arm in zip(nodes, arms, strict=True)]
+        for (i, p), (j, q) in itertools.pairwise(zip(nodes, points, strict=True)):
+            pull = tendon.tension * (q - p) / np.linalg.norm(q - p)
+            found[i] += [*pull, *np.cross(p - rod.x[i], pull)]
+            found[j] -= [*pull, *np.cross(q - rod.x[j], pull)]
         return found
 
     def held(self) -> NDArray[np.bool_]:

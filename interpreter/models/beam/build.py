@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, reduce
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.vibrations import about, none
 from softmark.interpreter.models.beam import holding
@@ -20,7 +21,7 @@ from softmark.interpreter.models.shared.prepared import Meshless, Prepared, Solu
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import coverage
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Routed, Turning
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats
@@ -96,8 +97,17 @@ class PreparedBeam(Meshless):
         modes = about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         if self.along is not None:
             modes = none("those of curved beams are not known yet: `fem(...)` finds them")
-        seen = replace(solution, notes=outcome.doubts(self.declared, found), vibrations=modes if found.solved else None)
+        notes = (*outcome.doubts(self.declared, found), *self._pressed(found.x))
+        seen = replace(solution, notes=notes, vibrations=modes if found.solved else None)
         return replace(seen, carried=cache(lambda: on_rod(assembly, self.rest, found.x, self.applied)))
+
+    def _pressed(self, x: Floats) -> tuple[Diagnostic, ...]:
+        """Warnings where tendons pull their guides together."""
+        if not any(isinstance(load.thing.action, Routed) for load, _ in self.applied):
+            return ()
+        from softmark.interpreter.models.beam.tendons import pressed
+
+        return pressed(self.declared, self.applied, x)
 
     def mass(self) -> Floats:
         """Of the nodes and of the sections that turn with them (6 n,): a half of each segment's at both its ends."""
@@ -143,14 +153,16 @@ def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
     held.ravel()[fixed] = True
     applied = _loads(case, rest, stations)
     assembly = Assembly(6 * nodes, fixed, [elastic], _together(applied, rest))
+    space = RodChain(rest, held[:, :3])
     problem = Statics(
         assembly,
-        RodChain(rest, held[:, :3]),
+        space,
         rest,
         fixed,
         target,
         case.analysis.tolerance,
         case.analysis.max_iterations,
+        jumped=space.jumped,
         bold=False,
         extent=shape.length,
         weights=np.tile([1.0, 1.0, 1.0, *[1.0 / shape.length] * 3], nodes),
@@ -180,15 +192,26 @@ def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, 
 
 
 def _together(applied: Sequence[tuple[Declared, Energy]], rest: Floats) -> list[Energy]:
-    """All of them, forces at nodes in one."""
+    """All of them, forces at nodes in one, and tendons in another."""
     found = [energy for _, energy in applied]
     forces = sum((e.forces for e in found if isinstance(e, RodLoad)), np.zeros((rest.size // 7, 3)))
-    return [RodLoad(rest, forces), *(e for e in found if not isinstance(e, RodLoad))]
+    others = [e for e in found if not isinstance(e, RodLoad)]
+    if not any(isinstance(load.thing.action, Routed) for load, _ in applied):
+        return [RodLoad(rest, forces), *others]
+    from softmark.solvers.energies.rod_tendons import RodTendons
+
+    tendons = [e for e in others if isinstance(e, RodTendons)]
+    one = [reduce(RodTendons.joined, tendons)] if tendons else []
+    return [RodLoad(rest, forces), *(e for e in others if not isinstance(e, RodTendons)), *one]
 
 
 def _load(case: Case, load: Declared, rest: Floats, stations: Floats) -> Energy:
-    """One load: forces at nodes, or what turns the section of one."""
+    """One load: forces at nodes, what turns the section of one, or a tendon."""
     match load.thing.action:
+        case Routed() as action:
+            from softmark.interpreter.models.beam.tendons import tendon
+
+            return tendon(case, action, rest, stations)
         case Turning(where=where, moment=moment):
             from softmark.solvers.energies.rod_loads import RodMoments
 

@@ -17,6 +17,7 @@ from softmark.interpreter.models.shared.motion import (
     velocity,
 )
 from softmark.interpreter.problem.case import Case
+from softmark.interpreter.vocabulary.loads import Routed
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
@@ -85,7 +86,7 @@ def moving(
     start = np.zeros((count, 6))
     start[:, :3] = velocity(analysis, static.points, np.repeat(own[:, 0], 3)).reshape(-1, 3)
     start[:, 3:] = np.array(analysis.spin) @ rotation(elastic.rest.reshape(-1, 7)[:, 3:])  # about the nodes' own axes
-    loads = [_in_motion(energy, chart) for _, energy in applied]
+    loads = [_in_motion(load, energy, chart) for load, energy in applied]
     where = 6 * np.arange(count)[:, None] + np.arange(3, 6)
     dynamics = Dynamics(
         Assembly(6 * count, problem.fixed, [TurningRod(chart, elastic)], loads),
@@ -107,6 +108,12 @@ def moving(
     return MovingBeam(static, declared, analysis, dynamics, rest=elastic.rest)
 
 
-def _in_motion(energy: Energy, chart: RodChart) -> Energy:
+def _in_motion(load: Declared, energy: Energy, chart: RodChart) -> Energy:
     """A load of the rod at rest."""
-    return DeadRodLoad(energy.forces) if isinstance(energy, RodLoad) else TurnedLoad(chart, energy)
+    if isinstance(energy, RodLoad):
+        return DeadRodLoad(energy.forces)
+    if isinstance(load.thing.action, Routed):
+        from softmark.interpreter.models.beam.tendons import in_motion
+
+        return in_motion(energy, chart)
+    return TurnedLoad(chart, energy)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
@@ -13,13 +13,11 @@ from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.stretches import borders, coverage, coverages, inside, whole
 from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Routed, Turning
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism, Swept
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
 
@@ -31,9 +29,10 @@ class Beam6Dof(Model):
     Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, rotations
     are not limited. Two-node elements with one integration point, second order, independent of the path.
     Shear and axial flexibility are on unless they are switched off. Needs a cylinder, a tube, a box or an arc that is
-    slender; supports must take whole cross-sections. At rest a torque on an end face is the moment on that section, of
-    fixed direction; a force at a point beside the axis acts on an arm that turns with its section, where a node is put.
-    An `arc(...)` is free of stress as it is declared; of curved beams no motion, frequencies and line loads are known.
+    slender; supports must take whole cross-sections. A torque on an end face is the moment on that section, of
+    fixed direction; a force at a point beside the axis acts on an arm that turns with its section, where a node is put;
+    supports may turn. An `arc(...)` is free of stress as it is declared; of curved beams no motion, frequencies and
+    line loads are known.
 
     In motion, by every integrator: half the mass of a segment is at either end, with the rotary inertia of its
     sections. Rotations are found as vectors from where a step began and never summed, so that a beam may turn without
@@ -41,7 +40,7 @@ class Beam6Dof(Model):
     Source: Simo (1985); Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); Brüls and Cardona (2010).
     """
 
-    loads = (PerMass, PerArea, Follower, Turning, AtPoint, PerLength)  # of which `_unfit` says more
+    loads = (PerMass, PerArea, Follower, Turning, AtPoint, PerLength, Routed)  # of which `_unfit` says more
     recovers = True
     finely = ("segments",)
 
@@ -78,10 +77,10 @@ class Beam6Dof(Model):
                 found.append(
                     diagnostic(
                         "E501",
-                        load.at(_PLACE.get(type(load.thing.action), "where")),
+                        load.at(_place(load.thing.action, case)),
                         f"`{declared.name}` cannot represent the load `{load.name}`",
                         reason,
-                        "beams take gravity, traction and torques on an end face, forces and line loads on the axis",
+                        "beams take gravity, tendons, traction and torques on an end face, forces and lines along it",
                     )
                 )
         return found
@@ -89,14 +88,15 @@ class Beam6Dof(Model):
     def _between(self, load: Declared, case: Case) -> str:
         """Why what turns a section cannot do that here, or nothing."""
         action = load.thing.action
-        turns = isinstance(action, Turning) or (isinstance(action, AtPoint) and station(case, action.at) is None)
-        if turns and isinstance(case.analysis, Dynamic):
-            return "turns a section, which beams take at rest alone"
-        if not isinstance(action, AtPoint) or station(case, action.at) is not None:
+        if isinstance(action, Routed) and action.guides is not None:
+            places, what = guides(case, action), "guided"
+        elif isinstance(action, AtPoint) and station(case, action.at) is None:
+            places, what = [beside(case, action.at) or 0.0], "beside the axis"
+        else:
             return ""
-        place, slack = beside(case, action.at) or 0.0, 1e-6 * case.prism.length
-        near = any(abs(s - place) <= slack for s in self.stations(case))
-        return "" if near else "beside the axis where no node can be put: use more segments"
+        nodes, slack = self.stations(case), 1e-6 * case.prism.length
+        near = all(any(abs(s - place) <= slack for s in nodes) for place in places)
+        return "" if near else f"{what} where no node can be put: use more segments"
 
     def _supports(self, declared: Declared, case: Case) -> list[Diagnostic]:
         found = []
@@ -144,14 +144,6 @@ class Beam6Dof(Model):
         except Fault as loose:
             return [loose.diagnostic]
         return []
-
-    def turns(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Errors for supports that turn: in motion it follows none."""
-        yield from super().turns(declared, case)
-        for support in case.supports:
-            if support.thing.turns and isinstance(case.analysis, Dynamic):
-                yield diagnostic("E519", support.at(), f"`{declared.name}` cannot turn `{support.name}` in motion",
-                                 "of a beam at rest alone", "use `fem(...)` for the motion")  # fmt: skip
 
     def _apart(self, case: Case) -> bool:
         """Whether all supports are clamps, no two of them take one section, and some section is free."""
@@ -234,7 +226,11 @@ def _turns_free(case: Case, support: Declared) -> bool:
     return turns_free(case, support)
 
 
-_PLACE: dict[type, str] = {AtPoint: "at", PerLength: "from"}  # the field that says where a load acts
+def _place(action: Any, case: Case) -> str:
+    """The field that says where a load acts; of a tendon that goes beyond one end, that end."""
+    if isinstance(action, Routed):
+        return "to" if beside(case, action.end) is None and beside(case, action.begin) is not None else "from"
+    return {AtPoint: "at", PerLength: "from"}.get(type(action), "where")
 
 
 def _aligned(axis: tuple[float, ...]) -> bool:
@@ -253,6 +249,12 @@ def _unfit(load: Declared, case: Case) -> str:
                 return "a line without a length"
             on = station(case, begin) is not None and station(case, end) is not None
             return "" if on else "not along the axis of the beam"
+        case Routed(begin=begin, end=end):
+            first, last = beside(case, begin), beside(case, end)
+            if first is None or last is None:
+                return "beyond the ends of the beam"
+            slack = 1e-6 * case.prism.length
+            return "" if abs(first - last) > slack else "a tendon that does not run along the beam"
         case PerArea(where=where) | Turning(where=where):
             length = case.prism.length
             ends = [coverage(where, case.prism, s) for s in (0.0, length)]
@@ -262,10 +264,20 @@ def _unfit(load: Declared, case: Case) -> str:
 
 
 def _arms(case: Case) -> set[float]:
-    """Where eccentric forces act, m from the root."""
-    points = (load.thing.action.at for load in case.loads if isinstance(load.thing.action, AtPoint))
-    places = (beside(case, at) for at in points if station(case, at) is None)
-    return {s for s in places if s is not None}
+    """Where eccentric forces act and tendons end, m from the root."""
+    actions = [load.thing.action for load in case.loads]
+    points = [a.at for a in actions if isinstance(a, AtPoint) and station(case, a.at) is None]
+    places = {s for s in (beside(case, p) for p in points) if s is not None}
+    return places | {s for a in actions if isinstance(a, Routed) for s in guides(case, a)}
+
+
+def guides(case: Case, action: Routed) -> list[float]:
+    """Where a tendon is guided, m from the root: its ends and what is between; nowhere if one is beyond the beam."""
+    first, last = beside(case, action.begin), beside(case, action.end)
+    if first is None or last is None:
+        return []
+    count = (action.guides or 2) - 1
+    return [first + (last - first) * i / count for i in range(count + 1)]
 
 
 def beside(case: Case, point: tuple[float, float, float]) -> float | None:

@@ -105,14 +105,16 @@ def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: Workshop
     elastic, alone = rods(layout), tuple((load, _load(layout, load)) for load in case.loads)
     applied = tuple((load, Jointed(energy, joints)) for load, energy in alone)
     assembly = Assembly(6 * layout.count, fixed, [Jointed(elastic, joints)], [energy for _, energy in applied])
+    space = RodNetwork(layout.rest, layout.elements, joints, held[:, :3])
     problem = Statics(
         assembly,
-        RodNetwork(layout.rest, layout.elements, joints, held[:, :3]),
+        space,
         layout.rest,
         fixed,
         target,
         case.analysis.tolerance,
         case.analysis.max_iterations,
+        jumped=space.jumped,
         bold=bool(np.any(target)),  # where members close a loop, what is imposed bends all of them at once
         extent=extent,
         weights=np.tile([1.0, 1.0, 1.0, *[1.0 / extent] * 3], layout.count),

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Routed, Turning
 from softmark.interpreter.vocabulary.supports import Hinged, Holding
 
 if TYPE_CHECKING:
@@ -24,6 +24,13 @@ if TYPE_CHECKING:
 
 MOST = "`fem(...)` takes all"
 OF_NETWORKS = "networks take gravity, forces and lines of force on axes, and torques; `fixed`, `displaced` and `hinged`"
+_BEAMS: dict[type, tuple[str, str]] = {  # loads of beams alone: why, and what to do
+    PerLength: (
+        "a line of force has no limit in a solid",
+        "use a traction on a strip, whose width is part of what is asked; beams take lines",
+    ),
+    Routed: ("it presses along a line, which has no limit in a solid", "tendons are of beams: `beam6dof(...)`"),
+}
 
 
 class Model:
@@ -111,13 +118,7 @@ class Model:
                              "use `fem(...)` or `beam6dof(...)` in a dynamic analysis")  # fmt: skip
         for load in case.loads:
             if not isinstance(load.thing.action, self.loads):
-                line = isinstance(load.thing.action, PerLength)
-                label = "a line of force has no limit in a solid" if line else "not a load that it takes"
-                help = (
-                    "use a traction on a strip, whose width is part of what is asked; beams take lines"
-                    if line
-                    else self._most
-                )
+                label, help = _BEAMS.get(type(load.thing.action), ("not a load that it takes", self._most))
                 yield diagnostic("E501", load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
                                  label, help)  # fmt: skip
         for support in case.supports:

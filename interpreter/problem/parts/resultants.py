@@ -15,7 +15,7 @@ from softmark.interpreter.problem.parts.patches import Floats
 from softmark.interpreter.problem.parts.surface import Loaded
 from softmark.interpreter.problem.parts.true import selected
 from softmark.interpreter.results.loads import Resultant, Vector
-from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Routed, Turning
 
 SHOWN = 1e-3  # of a load: what may be missing, or undecided, without a word
 
@@ -60,6 +60,8 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
     action = load.thing.action
     if isinstance(action, AtPoint | PerLength):
         return _placed(action, force, moment)
+    if isinstance(action, Routed):  # its ends and its guides are in the body: nothing is left of it
+        return Resultant(force, moment, None, (0.0, 0.0, 0.0), 1.0, exact_moment=(0.0, 0.0, 0.0))
     on_surface = isinstance(action, PerArea | Follower | Turning)
     known: Loaded | None = mesh.selections.get(action.where) if mesh is not None and on_surface else None
     exact, area = _exact(case, load)

@@ -153,6 +153,107 @@ def _between(qa: Floats, qb: Floats, theta: Floats, R: Floats, p: Floats) -> flo
     return t * t
 
 
+@part
+def _forces(
+    e: int, elements: Ints, l: Floats, theta: Floats, factors: tuple[float, float, float, float], R: Floats,
+    Gamma: Floats, N: Floats, M: Floats, scale: float, w: Floats, tw: Floats, tM: Floats, ttM: Floats, g: Floats,
+) -> None:  # fmt: skip
+    """g (n, 6) += scale times what an element does that carries N and M, if any; and the products w = l N x Gamma,
+    theta x w, theta x M and theta x (theta x M)."""
+    tau, _, beta, _ = factors
+    _cross(N, Gamma, w)
+    for i in range(3):
+        w[i] *= l[e]
+    _cross(theta, w, tw)
+    _cross(theta, M, tM)
+    _cross(theta, tM, ttM)
+    if g.shape[0] == 0:
+        return
+    a, b = elements[e, 0], elements[e, 1]
+    for i in range(3):
+        force = 0.0
+        for k in range(3):
+            force += R[i, k] * N[k]
+        g[a, i] -= scale * force
+        g[b, i] += scale * force
+        even, odd = 0.5 * w[i], 0.5 * tau * tw[i]
+        stiff = M[i] + beta * ttM[i]
+        g[a, 3 + i] += scale * (even + odd - stiff - 0.5 * tM[i])
+        g[b, 3 + i] += scale * (even - odd + stiff - 0.5 * tM[i])
+
+
+@part
+def _increments(
+    theta: Floats, m: float, factors: tuple[float, float, float, float], R: Floats, Gamma: Floats, l: float,
+    A: Floats, J: Floats, by: Floats,
+) -> None:  # fmt: skip
+    """A, J, and of `by` what theta, psi and Gamma are by the increments of both nodes; the rest becomes zero."""
+    tau, _, beta, _ = factors
+    A[:], J[:], by[:] = 0.0, 0.0, 0.0
+    _hat(theta, 0.5 * tau, A)
+    _hat(theta, 0.5, J)
+    _rank_one(theta, theta, beta, J)
+    for i in range(3):
+        A[i, i] += 0.5
+        J[i, i] += 1.0 - beta * m
+    for i in range(3):
+        for j in range(3):
+            by[0, i, 3 + j], by[0, i, 9 + j] = -J[j, i], J[i, j]
+            by[1, i, 3 + j], by[1, i, 9 + j] = A[j, i], A[i, j]
+            by[2, i, j], by[2, i, 6 + j] = -R[j, i] / l, R[j, i] / l
+    _add_cross(Gamma, by[1], 1.0, by[2])
+
+
+@part
+def _tangent(
+    e: int, elements: Ints, l: float, theta: Floats, m: float, factors: tuple[float, float, float, float], R: Floats,
+    Gamma: Floats, N: Floats, M: Floats, w: Floats, tw: Floats, ttM: Floats, A: Floats, J: Floats, by: Floats,
+    D_a: Floats, D_b: Floats, block: Floats,
+) -> None:  # fmt: skip
+    """The `block` (12, 12) of an element by turns about own axes, where `by` has what N and M are by increments."""
+    _, tau_t, beta, beta_t = factors
+    tau = factors[0]
+    D_a[:], D_b[:], block[:] = 0.0, 0.0, 0.0
+    dot = theta[0] * M[0] + theta[1] * M[1] + theta[2] * M[2]
+    _hat(w, -0.5 * tau, D_a)
+    _rank_one(tw, theta, 0.5 * tau_t, D_a)
+    _rank_one(theta, M, beta, D_b)  # what J M and J^T M have in common
+    _rank_one(M, theta, -2.0 * beta, D_b)
+    _rank_one(ttM, theta, beta_t, D_b)
+    for i in range(3):
+        D_b[i, i] += beta * dot
+        for j in range(3):
+            D_b[i, j] -= D_a[i, j]  # of A^T w: minus that of A w
+            D_a[i, j] = -D_b[i, j]
+    _hat(M, 0.5, D_a)
+    _hat(M, 0.5, D_b)
+    _add_cross(N, by[2], l, by[4])
+    _add_cross(Gamma, by[3], -l, by[4])
+    _add_cross(N, by[1], -1.0, by[3])
+    _add_product(R, by[3], 1.0, block[6:9], False)
+    _add_product(R, by[3], -1.0, block[0:3], False)
+    _add_product(A, by[4], 1.0, block[3:6], False)
+    _add_product(A, by[4], 1.0, block[9:12], True)
+    _add_product(D_a, by[0], 1.0, block[3:6], False)
+    _add_product(D_b, by[0], 1.0, block[9:12], False)
+    _add_product(J, by[5], -1.0, block[3:6], False)
+    _add_product(J, by[5], 1.0, block[9:12], True)
+
+
+@part
+def _put(
+    e: int, elements: Ints, T: Floats, slots: Ints, scale: float, block: Floats, moment: Floats, data: Floats
+) -> None:
+    """data[slots] += scale times a block by the unknowns, that by turns times what T turns them by (n, 3, 3)."""
+    a, b = elements[e, 0], elements[e, 1]
+    for i in range(12):
+        _behind(block[i, 3:6], T[a], moment)
+        _behind(block[i, 9:12], T[b], moment)
+        for j in range(12):
+            if slots[e, i, j] >= 0:
+                data[slots[e, i, j]] += scale * block[i, j]
+
+
 @maker
 def rod(
     at: Floats, q: Floats, T: Floats, elements: Ints, l: Floats, C: Floats, rest: Floats, scale: float,
@@ -181,71 +282,86 @@ def rod(
             energy += 0.5 * l[e] * (N[i] * gap + M[i] * bend)
         if g.shape[0] == 0 and slots.shape[0] == 0:
             continue
-        tau, tau_t, beta, beta_t = _factors(m)
-        _cross(N, Gamma, w)
-        for i in range(3):
-            w[i] *= l[e]
-        _cross(theta, w, tw)
-        _cross(theta, M, tM)
-        _cross(theta, tM, ttM)
-        if g.shape[0]:
-            for i in range(3):
-                force = 0.0
-                for k in range(3):
-                    force += R[i, k] * N[k]
-                g[a, i] -= scale * force
-                g[b, i] += scale * force
-                even, odd = 0.5 * w[i], 0.5 * tau * tw[i]
-                stiff = M[i] + beta * ttM[i]
-                g[a, 3 + i] += scale * (even + odd - stiff - 0.5 * tM[i])
-                g[b, 3 + i] += scale * (even - odd + stiff - 0.5 * tM[i])
+        factors = _factors(m)
+        _forces(e, elements, l, theta, factors, R, Gamma, N, M, scale, w, tw, tM, ttM, g)
         if slots.shape[0] == 0:
             continue
-        A[:], J[:], D_a[:], D_b[:], by[:], block[:] = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        dot = theta[0] * M[0] + theta[1] * M[1] + theta[2] * M[2]
-        _hat(theta, 0.5 * tau, A)
-        _hat(theta, 0.5, J)
-        _rank_one(theta, theta, beta, J)
-        _hat(w, -0.5 * tau, D_a)
-        _rank_one(tw, theta, 0.5 * tau_t, D_a)
-        _rank_one(theta, M, beta, D_b)  # what J M and J^T M have in common
-        _rank_one(M, theta, -2.0 * beta, D_b)
-        _rank_one(ttM, theta, beta_t, D_b)
-        for i in range(3):
-            A[i, i] += 0.5
-            J[i, i] += 1.0 - beta * m
-            D_b[i, i] += beta * dot
-            for j in range(3):
-                by[0, i, 3 + j], by[0, i, 9 + j] = -J[j, i], J[i, j]
-                by[1, i, 3 + j], by[1, i, 9 + j] = A[j, i], A[i, j]
-                by[2, i, j], by[2, i, 6 + j] = -R[j, i] / l[e], R[j, i] / l[e]
-                D_b[i, j] -= D_a[i, j]  # of A^T w: minus that of A w
-                D_a[i, j] = -D_b[i, j]
-        _hat(M, 0.5, D_a)
-        _hat(M, 0.5, D_b)
-        _add_cross(Gamma, by[1], 1.0, by[2])
+        _increments(theta, m, factors, R, Gamma, l[e], A, J, by)
         for i in range(3):
             for j in range(12):
                 by[3, i, j] = C[e, i] * by[2, i, j]
                 by[5, i, j] = C[e, 3 + i] * by[0, i, j] / l[e]
-        _add_cross(N, by[2], l[e], by[4])
-        _add_cross(Gamma, by[3], -l[e], by[4])
-        _add_cross(N, by[1], -1.0, by[3])
-        _add_product(R, by[3], 1.0, block[6:9], False)
-        _add_product(R, by[3], -1.0, block[0:3], False)
-        _add_product(A, by[4], 1.0, block[3:6], False)
-        _add_product(A, by[4], 1.0, block[9:12], True)
-        _add_product(D_a, by[0], 1.0, block[3:6], False)
-        _add_product(D_b, by[0], 1.0, block[9:12], False)
-        _add_product(J, by[5], -1.0, block[3:6], False)
-        _add_product(J, by[5], 1.0, block[9:12], True)
-        for i in range(12):
-            _behind(block[i, 3:6], T[a], moment)
-            _behind(block[i, 9:12], T[b], moment)
-            for j in range(12):
-                if slots[e, i, j] >= 0:
-                    data[slots[e, i, j]] += scale * block[i, j]
+        _tangent(e, elements, l[e], theta, m, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
+        _put(e, elements, T, slots, scale, block, moment, data)
     return energy
+
+
+@maker
+def tendons(
+    at: Floats, q: Floats, T: Floats, elements: Ints, l: Floats, arms: Floats, slopes: Floats, pulls: Floats,
+    scale: float, g: Floats, slots: Ints, data: Floats,
+) -> float:  # fmt: skip
+    """What `rod` is of a rod, of tendons with `arms` and `slopes` (k, m, 3) and tensions `pulls` (k, m) in elements.
+
+    In the middle of an element with y = Gamma + K x a + a' and t = y / |y| they add pull t to N and a x pull t to M.
+    """
+    energy = 0.0
+    theta, w, M, tw, tM, ttM, N, Gamma, moment, p, y, pull, own, K = np.zeros((14, 4))
+    theta, w, M, tw, tM, ttM = theta[:3], w[:3], M[:3], tw[:3], tM[:3], ttM[:3]
+    N, Gamma, moment, y, pull, own, K = N[:3], Gamma[:3], moment[:3], y[:3], pull[:3], own[:3], K[:3]
+    R, A, J, D_a, D_b = np.zeros((5, 3, 3))
+    by, change = np.zeros((6, 3, 12)), np.zeros((3, 12))
+    block = np.zeros((12, 12))
+    for e in range(elements.shape[0]):
+        a, b = elements[e, 0], elements[e, 1]
+        m = _between(q[a], q[b], theta, R, p)
+        for i in range(3):
+            N[i], M[i], Gamma[i], K[i] = 0.0, 0.0, 0.0, theta[i] / l[e]
+            for k in range(3):
+                Gamma[i] += R[k, i] * (at[b, k] - at[a, k]) / l[e]
+        for k in range(arms.shape[0]):
+            energy += l[e] * pulls[k, e] * _pulled(Gamma, K, arms[k, e], slopes[k, e], pulls[k, e], y, pull, own)
+            for i in range(3):
+                N[i] += pull[i]
+                M[i] += own[i]
+        if g.shape[0] == 0 and slots.shape[0] == 0:
+            continue
+        factors = _factors(m)
+        _forces(e, elements, l, theta, factors, R, Gamma, N, M, scale, w, tw, tM, ttM, g)
+        if slots.shape[0] == 0:
+            continue
+        _increments(theta, m, factors, R, Gamma, l[e], A, J, by)
+        for k in range(arms.shape[0]):
+            size = _pulled(Gamma, K, arms[k, e], slopes[k, e], 1.0, y, pull, own)  # `pull` is the direction
+            for j in range(12):
+                for i in range(3):
+                    f, h = (i + 1) % 3, (i + 2) % 3
+                    change[i, j] = by[2, i, j] + (by[0, f, j] * arms[k, e, h] - by[0, h, j] * arms[k, e, f]) / l[e]
+                along = pull[0] * change[0, j] + pull[1] * change[1, j] + pull[2] * change[2, j]
+                for i in range(3):
+                    change[i, j] = pulls[k, e] / size * (change[i, j] - along * pull[i])
+                    by[3, i, j] += change[i, j]
+            _add_cross(arms[k, e], change, 1.0, by[5])
+        _tangent(e, elements, l[e], theta, m, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
+        _put(e, elements, T, slots, scale, block, moment, data)
+    return energy
+
+
+@part
+def _pulled(
+    Gamma: Floats, K: Floats, arm: Floats, slope: Floats, tension: float, y: Floats, pull: Floats, own: Floats
+) -> float:
+    """|y|, y itself, the pull of a tendon along it and its moment a x pull."""
+    _cross(K, arm, y)
+    size = 0.0
+    for i in range(3):
+        y[i] += Gamma[i] + slope[i]
+        size += y[i] ** 2
+    size = max(math.sqrt(size), 1e-12)
+    for i in range(3):
+        pull[i] = tension * y[i] / size
+    _cross(arm, pull, own)
+    return size
 
 
 @part

@@ -15,13 +15,14 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.energies.blocks import add_blocks, cross_matrix, definite
-from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
+from softmark.solvers.energies.energy import Energy, Floats, Ints, OverElements, no_stencils
 from softmark.solvers.energies.rod import RodElastic
 from softmark.solvers.energies.turning import kernels
 
-_NO_SLOTS: Any = np.zeros((0, 12, 12), dtype=np.int32)  # as patterns have them
+# of a kernel that is not asked for them
+NO_SLOTS: Any = np.zeros((0, 12, 12), dtype=np.int32)  # as patterns have them
 Turned = tuple[Floats, Floats, Floats]  # positions (n, 3), rotations (n, 4), d(turn)/d(unknowns) (n, 3, 3)
-_NO_FORCES, _NO_DATA = np.zeros((0, 6)), np.zeros(0)
+NO_FORCES, NO_DATA = np.zeros((0, 6)), np.zeros(0)
 
 
 class RodChart:
@@ -38,25 +39,28 @@ class RodChart:
     def reset(self) -> None:
         """Count from the undeformed state."""
         self.q0 = self._q_rest.copy()
-        self._known = np.full((len(self.X), 6), np.nan)
+        self._known = b""  # the unknowns that `at`, `q` and `T` belong to: their bytes are quicker to compare
+        self._state: Floats | None = None  # of the same
 
     def turned(self, x: Floats) -> Turned:
         """Positions (n, 3), rotations (n, 4) and d(turn about own axes)/d theta (n, 3, 3), till the next call."""
-        if not np.array_equal(unknowns := x.reshape(-1, 6), self._known):
-            kernels.turn(unknowns, self.X, self.q0, self.at, self.q, self.T)
-            self._known[:] = unknowns
+        if (known := x.tobytes()) != self._known:
+            kernels.turn(x.reshape(-1, 6), self.X, self.q0, self.at, self.q, self.T)
+            self._known, self._state = known, None
         return self.at, self.q, self.T
 
     def state(self, x: Floats) -> Floats:
         """The state (nodes * 7,) of unknowns x (nodes * 6,)."""
         at, q, _ = self.turned(x)
-        return np.concatenate([at, q], axis=1).ravel()
+        if self._state is None:
+            self._state = np.concatenate([at, q], axis=1).ravel()
+        return self._state
 
     def rebase(self, x: Floats) -> Floats:
         """Count from the state x from now on; the unknowns of that state, whose rotation vectors are zero."""
         q = self.turned(x)[1]
         self.q0 = q / np.linalg.norm(q, axis=1, keepdims=True)  # which rounding would take from length one
-        self._known[:] = np.nan
+        self._known = b""
         new = x.reshape(-1, 6).copy()
         new[:, 3:] = 0.0
         return new.ravel()
@@ -87,7 +91,7 @@ class TurningRod(Energy):
         return np.ascontiguousarray(rod.elements), rod.lengths, C, rod.rest_strains
 
     def _run(
-        self, turned: Turned, scale: float, g: Floats = _NO_FORCES, slots: Any = _NO_SLOTS, data: Floats = _NO_DATA
+        self, turned: Turned, scale: float, g: Floats = NO_FORCES, slots: Any = NO_SLOTS, data: Floats = NO_DATA
     ) -> float:
         at, q, T = turned
         elements, l, C, rest = self._parts
@@ -106,14 +110,14 @@ class TurningRod(Energy):
         if projected:
             self._add_definite(x, data, slots, scale)
         else:
-            self._run(self.chart.turned(x), scale, _NO_FORCES, slots, data)
+            self._run(self.chart.turned(x), scale, NO_FORCES, slots, data)
 
     def _add_definite(self, x: Floats, data: Floats, slots: Ints, scale: float) -> None:
         at, q, T = self.chart.turned(x)
         own = np.zeros((len(self.elastic.elements), 12, 12))
         places = np.arange(own.size, dtype=slots.dtype).reshape(own.shape)
         plain = np.tile(np.eye(3), (len(T), 1, 1))
-        self._run((at, q, plain), 1.0, _NO_FORCES, places, own.ravel())
+        self._run((at, q, plain), 1.0, NO_FORCES, places, own.ravel())
         add_blocks(scale * definite(0.5 * (own + own.swapaxes(1, 2))), slots, data)
 
     def rounding(self, x: Floats) -> float:
@@ -137,9 +141,14 @@ class DeadRodLoad(Energy):
         """Potential, zero at rest, J."""
         return -float(np.sum(self.forces * x.reshape(-1, 6)[:, :3]))
 
+    @cached_property
+    def _pushes(self) -> Floats:
+        """The same over all unknowns (nodes * 6,)."""
+        return np.concatenate([self.forces, np.zeros_like(self.forces)], axis=1).ravel()
+
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """g -= scale f on the displacements."""
-        g.reshape(-1, 6)[:, :3] -= scale * self.forces
+        g -= scale * self._pushes
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Nothing: the forces are constant."""
@@ -161,7 +170,7 @@ class TurnedLoad(Energy):
     energy: Energy
     conservative: bool = False
 
-    @property
+    @cached_property
     def stencils(self) -> Ints:
         """Those of the load. Raises ValueError for others than the rotations of nodes."""
         found = self.energy.stencils
@@ -189,6 +198,48 @@ class TurnedLoad(Energy):
         local += cross_matrix(0.5 * g[self.stencils])
         turned = local @ self.chart.turned(x)[2][self.stencils[:, 0] // 6]
         add_blocks(scale * turned, slots, data)
+
+    def rounding(self, x: Floats) -> float:
+        """Of the load."""
+        return self.energy.rounding(self.chart.state(x))
+
+
+@dataclass(frozen=True)
+class TurnedElements(Energy):
+    """A load on the elements of a rod at rest, an `energy` of positions and quaternions, over the unknowns of a chart.
+
+    Forces and tangents are as those of `TurnedLoad`, of each element by itself.
+    """
+
+    chart: RodChart
+    energy: OverElements
+    conservative: bool = False
+
+    @property
+    def stencils(self) -> Ints:
+        """Those of the load."""
+        return self.energy.stencils
+
+    def value(self, x: Floats) -> float:
+        """Of the load, J."""
+        return self.energy.value(self.chart.state(x))
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus its forces and its moments about the nodes' own axes."""
+        self.energy.add_gradient(self.chart.state(x), g, scale)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """The tangent of the forces; `projected` is that of the load."""
+        state = self.chart.state(x)
+        if projected:
+            self.energy.add_hessian(state, data, slots, scale, True)
+            return
+        T, nodes = self.chart.turned(x)[2], self.stencils[:, ::6] // 6
+        g, local = self.energy.local_forces(state), self.energy.local_hessians(state)
+        for side, own in enumerate((slice(3, 6), slice(9, 12))):
+            local[:, own, own] += cross_matrix(0.5 * g[:, own])
+            local[:, :, own] = local[:, :, own] @ T[nodes[:, side]]
+        add_blocks(scale * local, slots, data)
 
     def rounding(self, x: Floats) -> float:
         """Of the load."""

@@ -1,0 +1,120 @@
+"""From a scene to the rod that the theory of tendon-driven beams is about."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.problem.beam_theory import clamped_end
+from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.loads import AtPoint, PerMass, Routed
+from softmark.references.cantilever import Disc, Rectangle, Refused, Ring
+from softmark.references.driven_rod import DrivenRod, Route
+from softmark.solvers.mesh.shapes import Box, Cylinder
+from softmark.solvers.mesh.tube import Tube
+
+Vector = tuple[float, float, float]
+NEAR = 1e-9  # of the length: how far from the centre of the free end its force may act
+
+
+def driven_rod_of(reference: Declared, case: Case) -> DrivenRod:
+    """The rod of a case. Raises Fault where an assumption of the theory is broken."""
+    try:
+        return _rod(reference, case)
+    except Refused as refused:
+        problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
+        raise fault("E503", reference.at(), problem, help=refused.remedy) from refused
+
+
+def _rod(reference: Declared, case: Case) -> DrivenRod:
+    shape, name = case.shape, case.body.name
+    if not isinstance(shape, Cylinder | Tube | Box):
+        raise Refused(f"`{name}` is not a straight body with a constant section", "use a cylinder, a tube or a box")
+    if case.parts:
+        raise Refused(f"the part `{case.parts[0].name}` is of another material", "the theory knows one material")
+    if isinstance(case.analysis, Dynamic):
+        raise Refused("the analysis is dynamic", "the theory is solved for rest")
+    root, axis = clamped_end(reference, case)
+    frame = _frame(axis)
+    tip = _moved(root, shape.length, axis)
+    force, routes = [0.0, 0.0, 0.0], []
+    for load in case.loads:
+        match load.thing.action:
+            case PerMass():
+                pass
+            case AtPoint(at=at, force=pull) if math.dist(at, tip) <= NEAR * shape.length:
+                force = [a + b for a, b in zip(force, pull, strict=True)]
+            case Routed(guides=int()):
+                raise Refused(f"the tendon `{load.name}` is straight between its guides",
+                              "the theory knows guides all along: leave `guides` out")  # fmt: skip
+            case Routed() as tendon:
+                routes.append(_route(tendon, root, frame))
+            case _:
+                raise Refused(f"it knows nothing of the load `{load.name}`",
+                              "it takes tendons, gravity and a force at the centre of the free end")  # fmt: skip
+    if not routes:
+        raise Refused("no tendon drives the beam", "declare one: `load pull = tendon(...)`")
+    line = case.material.density * _first(shape, frame).area
+    weight = _moved((0.0, 0.0, 0.0), line, case.gravity)
+    stiffness = _stiffness(case, frame)
+    return DrivenRod(shape.length, stiffness, root, frame, weight, (force[0], force[1], force[2]), tuple(routes))
+
+
+def _moved(point: Vector, way: float, along: Vector) -> Vector:
+    x, y, z = (p + way * a for p, a in zip(point, along, strict=True))
+    return x, y, z
+
+
+def _frame(axis: Vector) -> tuple[Vector, Vector, Vector]:
+    """A right-handed frame along an axis; coordinate axes where it is one of them."""
+    i = max(range(3), key=lambda k: abs(axis[k]))
+    seed = [0.0, 0.0, 0.0]
+    seed[(i + 1) % 3] = 1.0
+    along = sum(a * b for a, b in zip(seed, axis, strict=True))
+    across = [s - along * a for s, a in zip(seed, axis, strict=True)]
+    size = math.hypot(*across)
+    x, y, z = (c / size for c in across)
+    third = (axis[1] * z - axis[2] * y, axis[2] * x - axis[0] * z, axis[0] * y - axis[1] * x)
+    return axis, (x, y, z), third
+
+
+def _route(tendon: Routed, root: Vector, frame: tuple[Vector, Vector, Vector]) -> Route:
+    """A tendon in coordinates of the rod, from its end that is nearer to the clamp."""
+    ends = []
+    for point in (tendon.begin, tendon.end):
+        away = [p - r for p, r in zip(point, root, strict=True)]
+        ends.append([sum(a * e for a, e in zip(away, unit, strict=True)) for unit in frame])
+    (begin, *first), (end, *last) = sorted(ends)
+    return Route(max(begin, 0.0), end, (first[0], first[1]), (last[0], last[1]), tendon.winding, tendon.tension)
+
+
+def _first(shape: Any, frame: tuple[Vector, Vector, Vector]) -> Disc | Ring | Rectangle:
+    """The section as it was declared; of a box, its height lies along the third vector of the frame."""
+    if isinstance(shape, Cylinder):
+        return Disc(shape.radius)
+    if isinstance(shape, Tube):
+        return Ring(shape.radius, shape.inner)
+    width, height = (sum(abs(e) * s for e, s in zip(unit, shape.size, strict=True)) for unit in frame[1:])
+    return Rectangle(height=height, width=width)
+
+
+def _stiffness(case: Case, frame: Any) -> tuple[float, float, float, float, float, float]:
+    """EA, GA2, GA3, GJ, EI2 and EI3; nothing is taken from the section that models compute with."""
+    section, E, nu = _first(case.shape, frame), case.material.young, case.material.poisson
+    G = E / (2.0 * (1.0 + nu))
+    shear = section.shear_factor(nu) * G * section.area
+    about_2, about_3, J = section.second_moment, section.second_moment, 2.0 * section.second_moment
+    if isinstance(section, Rectangle):
+        about_3 = Rectangle(height=section.width, width=section.height).second_moment
+        J = _torsion(section.height, section.width)
+    return E * section.area, shear, shear, G * J, E * about_2, E * about_3
+
+
+def _torsion(height: float, width: float) -> float:
+    """J of a rectangle, m^4: Saint-Venant's series (Timoshenko and Goodier 1970, section 109)."""
+    a, b = max(height, width), min(height, width)
+    odd = range(1, 200, 2)
+    series = sum(math.tanh(n * math.pi * a / (2.0 * b)) / n**5 for n in odd)
+    return a * b**3 / 3.0 * (1.0 - 192.0 * b / (math.pi**5 * a) * series)

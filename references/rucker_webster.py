@@ -1,0 +1,40 @@
+"""The rod that tendons drive: a clamped beam bent and twisted by tendons along any way, with its weight."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from softmark.records import dataclass
+from softmark.references.reference import About, Reference
+
+if TYPE_CHECKING:
+    from softmark.references.driven_rod import DrivenRod, DrivenShape
+
+
+@dataclass(frozen=True)
+class RuckerWebster(Reference):
+    """A clamped beam that tendons bend and twist, geometrically exact in space: the theory of tendon-driven robots.
+
+    The rod of Simo and Reissner, which bends, twists, shears and stretches, and strings without friction that push
+    where they are bent and pull where they end, in one set of differential equations; solved by collocation to 1e-7 of
+    its residual (`scipy.integrate.solve_bvp`), from no load to the full one. A straight tendon at a distance d gives
+    the curvature T d / (E I) all along. It takes a straight cylinder, tube or box, one end of it `fixed` whole, under
+    `tendon`s, `gravity` in any direction and a `point_force` at the centre of the free end, at rest.
+    Source: Rucker and Webster 2011, Statics and Dynamics of Continuum Robots With General Tendon Routing and External
+    Loading, IEEE Trans. Robot. 27, 1033-1044.
+    """
+
+    body: Annotated[Any, "body", "the straight beam, clamped at one end, that tendons drive"]
+
+    about: ClassVar[About] = "tendons"
+    kind: ClassVar[str] = "ordinary differential equation"
+    source: ClassVar[str] = "Rucker and Webster 2011, IEEE Trans. Robot. 27, 1033-1044"
+    error_meaning: ClassVar[str] = (
+        "numerical error of the displacement, m: the change from steps twice as long, plus rounding"
+    )
+
+    def solve(self, rod: DrivenRod) -> DrivenShape:
+        """The rod at rest. Raises Refused, and NotSolved where no step of the load leads on."""
+        from softmark.references.driven_rod import driven
+
+        return driven(rod)

@@ -1,0 +1,103 @@
+"""Tendons of a rod that run straight from guide to guide: discs or eyelets, apart from each other, without friction.
+
+The energy is as that of `rod_tendons`, the tension times the length, here that of chords between material points p =
+x + R a of sections: with t = (p_j - p_i) / |p_j - p_i| a guide takes the pulls T t of both its sides, and its section
+their moments about its node. Tangents are second derivatives along geodesics, as in `rod_loads`.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.energies.blocks import add_blocks, cross_matrix, definite
+from softmark.solvers.energies.energy import Floats, Ints, OverElements
+from softmark.solvers.energies.rod_rotation import rotation
+
+SHORT = 1e-300  # m
+
+
+@dataclass(frozen=True)
+class GuidedTendon(OverElements):
+    """A tendon under `tension`, N, straight between guides at `arms` (g, 3), m, beside nodes (g,), one after the other.
+
+    E = T sum of |p_j - p_i|, less its value at rest, J.
+    """
+
+    rest: Floats
+    nodes: Ints
+    arms: Floats
+    tension: float
+    conservative: bool = True
+
+    @cached_property
+    def stencils(self) -> Ints:
+        """Six degrees of freedom of the sections of every two neighbouring guides (g - 1, 12)."""
+        pairs = np.stack([self.nodes[:-1], self.nodes[1:]], axis=1)
+        found: Ints = (6 * pairs[:, :, None] + np.arange(6)).reshape(-1, 12)
+        return found
+
+    def _chords(self, x: Floats) -> tuple[Floats, Floats, Floats]:
+        """Rotations of the sections (g, 3, 3), directions of the chords (g - 1, 3) and their lengths (g - 1,), m."""
+        own = x.reshape(-1, 7)[self.nodes]
+        R = rotation(own[:, 3:])
+        p = own[:, :3] + (R @ self.arms[:, :, None])[:, :, 0]
+        r = np.diff(p, axis=0)
+        size = np.maximum(np.sqrt(np.einsum("ci,ci->c", r, r)), SHORT)
+        return R, r / size[:, None], size
+
+    @cached_property
+    def _at_rest(self) -> Floats:
+        return self._chords(self.rest)[2]
+
+    def value(self, x: Floats) -> float:
+        """Potential, zero in the undeformed state, J."""
+        return self.tension * float((self._chords(x)[2] - self._at_rest).sum())
+
+    def nearest(self, x: Floats) -> Floats:
+        """To which part of their distance at rest the nearest neighbours among its guides have come (1,)."""
+        found: Floats = (self._chords(x)[2] / self._at_rest).min(keepdims=True)
+        return found
+
+    def _moved(self, R: Floats) -> Floats:
+        """How the ends of chords move with their sections (2, g - 1, 3, 6): 1 and -R [a]x."""
+        by = np.empty((len(R), 3, 6))
+        by[:, :, :3] = np.eye(3)
+        by[:, :, 3:] = -R @ cross_matrix(self.arms)
+        return np.stack([by[:-1], by[1:]])
+
+    def local_forces(self, x: Floats) -> Floats:
+        """The gradient of each chord (g - 1, 12), N and N m."""
+        R, t, _ = self._chords(x)
+        first, second = (self.tension * t[:, None] @ by for by in self._moved(R))
+        return np.concatenate([-first, second], axis=2)[:, 0]
+
+    def local_hessians(self, x: Floats) -> Floats:
+        """Of each chord (g - 1, 12, 12)."""
+        R, t, size = self._chords(x)
+        first, second = self._moved(R)
+        J = np.concatenate([-first, second], axis=2)
+        across = (self.tension / size)[:, None, None] * (np.eye(3) - t[:, :, None] * t[:, None])
+        found: Floats = J.swapaxes(1, 2) @ across @ J
+        for side, own, sign in ((slice(None, -1), slice(3, 6), -1.0), (slice(1, None), slice(9, 12), 1.0)):
+            F = sign * self.tension * (t[:, None] @ R[side])[:, 0]  # in material axes: what the end is pulled back with
+            a = self.arms[side]
+            both = F[:, :, None] * a[:, None]
+            found[:, own, own] += 0.5 * (both + both.swapaxes(1, 2))
+            found[:, own, own] -= np.einsum("ci,ci->c", F, a)[:, None, None] * np.eye(3)
+        return found
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus what the tendon does to the nodes: forces, N, and moments about the material axes, N m."""
+        g += np.bincount(self.stencils.ravel(), scale * self.local_forces(x).ravel(), len(g))
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Exact; `projected` clamps its local eigenvalues at zero."""
+        local = self.local_hessians(x)
+        add_blocks(scale * (definite(local) if projected else local), slots, data)
+
+    def rounding(self, x: Floats) -> float:
+        """Far below that of the rod."""
+        return 0.0
