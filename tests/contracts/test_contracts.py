@@ -62,7 +62,7 @@ MODELLED = {
     "modal": [("modal(of = full, modes = 2)", FULL)],
     "pod": [("pod(of = full, training = [1])", FULL)],
 }  # fmt: skip
-TAKES = {  # of 65: each load, and each support under gravity, in each of five analyses; lines of force and tendons beams alone
+TAKES = {  # of 65: loads, and supports under gravity, each in five analyses; lines of force and tendons beams only
     "fem(hex8": 38,  # its consistent mass is no explicit one
     "fem(tet4": 29,  # a cap has no part in a path or a disturbed start, nor in a turn at rest
     "fem(tet10": 19,  # pressures have no mass, and no way downhill
