@@ -55,8 +55,9 @@ BROAD = {
     "truth-cube", "cantilevers", "cooks-membrane", "elliptic-membrane", "thick-ring", "force-and-travel",
     "swinging-beam", "silicone-beam-filled", "ecoflex-pulled", "coated-sphere", "torsion", "end-moments", "actuator",
     "inclusion", "organ", "press", "bonded-disc", "pressure-sphere", "bend-45", "tendon-finger", "graded-bar",
-    "rigid-frames",
+    "tapered-shafts", "triangular-bar", "carved-bodies", "graded-wall", "rigid-frames",
 }  # fmt: skip
+COMBINING = ("manifold3d", "pytetwild")  # what shapes are combined and filled with
 WORKERS = 8  # at most: each holds a few hundred MB
 # files and scenes whose tests begin first, in this order: one that compiles most kernels, those that need none
 # meanwhile, and those that would keep one worker busy at the end, all others having finished
@@ -145,6 +146,8 @@ def needs_data(_measured_data: None) -> Callable[[str], None]:
                 pytest.skip(f"the data set {name} is not on this machine (name its folder by SOFTMARK_DATA)")
         if " = solid(filled(" in text and find_spec("pytetwild") is None:
             pytest.skip("needs the extra `meshing`")
+        if re.search(r"\b(union|difference|intersection)\(", text) and not all(map(find_spec, COMBINING)):
+            pytest.skip("needs the extras `solids` and `meshing`")
 
     return needs
 

@@ -194,10 +194,14 @@ def test_a_scene_with_a_beam_alone_makes_no_mesh_and_imports_no_kernel(tmp_path:
         not in (
             "",
             ".arc",
+            ".combined",
             ".cuts",
             ".divisions",
+            ".extruded",
             ".filled",
             ".flat",
+            ".polygons",
+            ".revolved",
             ".sections",
             ".shape",
             ".shapes",
@@ -231,7 +235,7 @@ def test_no_name_of_the_root_is_loaded_when_running_from_it() -> None:
 
 
 SCENES = sorted((ROOT / FOLDERS["scenes"]).rglob("*.scene"))
-READ = {"organ", "silicone-beam-filled", "named-parts"}  # of a surface or a mesh, which is looked at
+READ = {"carved-bodies", "organ", "silicone-beam-filled", "named-parts"}  # of a surface or a mesh, which is looked at
 CHECKED = """
 import contextlib, io, os, sys
 os.environ["SOFTMARK_DATA"] = "/nonexistent"

@@ -18,7 +18,6 @@ from softmark.interpreter.models import builders
 from softmark.interpreter.models.shared.gripping import grips
 from softmark.interpreter.models.shared.prepared import Solution, Workshop
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.problem.conforming import cuts_of
 from softmark.records import dataclass
 from softmark.references.orders import SAFETY_THREE, SAFETY_TWO, refined
 
@@ -245,7 +244,7 @@ def _limit_of(method: Method, members: Sequence[Member], where: Sampled, worksho
         [m.actual for m in members],
         [m.displacement for m in members],
         method.case.analysis.tolerance,
-        unheld or uneven(method.case.shape, [m.size for m in members], cuts_of(method.case)),
+        unheld or uneven(method.case.shape, [m.size for m in members], method.declared.thing.cuts(method.case)),
     )
     found = limit(family, where)
     if unheld is None:

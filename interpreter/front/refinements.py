@@ -18,7 +18,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for
-from softmark.interpreter.problem.conforming import Cuts, cuts_of
+from softmark.interpreter.problem.conforming import Cuts
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 from softmark.references.orders import unlike
@@ -188,7 +188,11 @@ def uneven(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
 def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
     """Meshes that tell no order, and methods that share what is wrong with them."""
     methods = methods_of(scene, reference)
-    shape, sizes, cuts = methods[0].case.shape, reference.thing.sizes.values, cuts_of(methods[0].case)
+    shape, sizes, cuts = (
+        methods[0].case.shape,
+        reference.thing.sizes.values,
+        methods[0].declared.thing.cuts(methods[0].case),
+    )
     if (why := uneven(shape, sizes, cuts)) is not None:
         at = reference.at("sizes")
         yield diagnostic("W332", at, f"the meshes of `{reference.name}` tell no order of convergence",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.grammar import tree
 from softmark.interpreter.language import sweeps
-from softmark.interpreter.language.expressions import Place, Quantity, VectorValue
+from softmark.interpreter.language.expressions import Place, Quantity, VectorValue, describe
 from softmark.interpreter.language.schema import Field
 from softmark.records import dataclass
 
@@ -39,6 +39,31 @@ def texts(binder: Binder, field: Field, node: tree.Expression, place: Place) -> 
     """One text or several. Raises Bad."""
     one = replace(field, form="text")
     return tuple(binder.value(one, item, place) for item in _several(binder, field, node, place))
+
+
+def points(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[tuple[float, float], ...]:
+    """Points of a plane; the unit of the list holds for each that has none. Raises Bad."""
+    if not isinstance(node, tree.List):
+        raise binder.wrong(field, node, place)
+    return tuple(_point(binder, field, item, node.unit, place) for item in node.items)
+
+
+def _point(
+    binder: Binder, field: Field, item: tree.Expression, unit: tree.Unit | None, place: Place
+) -> tuple[float, float]:
+    if isinstance(item, tree.Vector) and item.unit is None:
+        item = replace(item, unit=unit)
+    if isinstance(item, tree.String | tree.Compare | tree.List):
+        raise binder.wrong(field, item, place)
+    value = binder.compiler.scope.evaluator(binder.module, place).value(item)
+    if not isinstance(value, VectorValue) or len(value.values) != 2:
+        found = f"{len(value.values)} coordinates" if isinstance(value, VectorValue) else describe(item)
+        raise place.fail("E207", item.span, f"expected a point of two coordinates, found {found}",
+                         "not a point of a plane", field.meaning)  # fmt: skip
+    binder.dimension(field, item, place, value)
+    for component in value.values:
+        binder.within(field, item, place, component)
+    return value.values[0], value.values[1]
 
 
 def _several(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Sequence[tree.Expression]:
@@ -134,6 +159,7 @@ FORMS: Mapping[str, Read] = {
     "amount": amount,
     "files": files,
     "texts": texts,
+    "points": points,
     "target": sweeps.target,
     "targets": sweeps.targets,
     "variants": sweeps.variants,

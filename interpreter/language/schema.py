@@ -35,6 +35,7 @@ Form = Literal[
     "name",
     "names",
     "list",
+    "points",
     "value",
     "target",
     "targets",
@@ -117,6 +118,7 @@ _EXPECTED = {
     "condition": "a condition on the coordinates, such as `x <= 0 mm`",
     "components": "components such as `x` or `(x, y)`",
     "list": "a list of values such as `[10, 5, 2.5] mm`",
+    "points": "a list of points such as `[(0, 0), (10, 0), (0, 20)] mm`",
     "target": "the name of a parameter, such as `h`, or of a field, such as `rod.segments`",
     "targets": "a list of parameters and fields such as `[h, gel.poisson]`",
     "variants": "a list of values such as `[10, 5, 2.5] mm`",
@@ -259,6 +261,8 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "names", "kind": spec.removesuffix("s")}
     if spec == "values":
         return {"form": "list"}
+    if spec.startswith("points of "):
+        return {"form": "points", "dimension": units.parse(spec.removeprefix("points of ")).dimension}
     form, _, unit = spec.partition(" of ")
     if form in ("vectors", "pairs", "each"):
         return {

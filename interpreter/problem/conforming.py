@@ -29,6 +29,7 @@ STEPS = 9  # values of each other coordinate at which a selection is looked at, 
 ASIDE = 1e-6  # of a span: how far to each side of a border
 ANGLES = ("turn", "tilt")  # coordinates on which no mesh is cut
 NARROW = 1e-4  # of a span: an interval that may hold one crossing is halved to that, and then bisected
+REACH = 0.5  # of a span: how far from where cells are finer they have their size again
 MOST = 32  # intervals that may hold a crossing: with more, the border is no such surface; and cuts of one condition
 
 
@@ -42,6 +43,25 @@ def cuts_of(case: Case, shape: Shape | None = None) -> Cuts:
 def cuts_for(where: Condition, shape: Shape) -> Cuts:
     """The cuts that a condition asks of meshes of a shape; none of a mesh from a file, which is as it is."""
     return tuple(_Asking(shape, where).cuts()) if shape.spans and not where.groups else ()
+
+
+def graded(where: Condition, shape: Shape, finer: float) -> Cuts:
+    """Where meshes of a shape are finer by a factor: at the borders of a condition, as far as a coordinate is theirs.
+
+    The ends of the body are such places too. Cells reach their size over a part of the body's extent there. Those of a
+    filled surface are finer where the condition holds.
+    """
+    if where.groups or not (shape.gradable or shape.enclosed):
+        return ()
+    if shape.enclosed:
+        return (Cut("", 0.0, finer=finer, where=where),)
+    asking, found = _Asking(shape, where), dict[tuple[str, float], Cut]()
+    for border in where.borders:
+        for axis, at in (*asking.ends(border), *asking.places(border)):
+            low, high = shape.spans[axis]
+            if axis in shape.gradable:
+                found.setdefault((axis, at), Cut(axis, at, finer=finer, reach=REACH * (high - low)))
+    return tuple(found.values())[:MOST]
 
 
 @dataclass(frozen=True)
@@ -58,14 +78,14 @@ class _Asking:
 
     def cuts(self) -> list[Cut]:
         """Where the mesh needs nodes for it."""
-        where = [(axis, at) for border in self.condition.borders for axis, at in self._places(border)][:MOST]
+        where = [(axis, at) for border in self.condition.borders for axis, at in self.places(border)][:MOST]
         found = [Cut(axis, at, self._held_to_the_end(axis, at)) for axis, at in where if self._bounds(axis, at, where)]
         chords = (self.shape.chord(b.plane) for b in self.condition.borders if b.plane)
         return found + [chord for chord in chords if chord is not None and self._along(chord, where)]
 
     # -------------------------------------------------------------- where a border lies
 
-    def _places(self, border: Border) -> Iterator[tuple[str, float]]:
+    def places(self, border: Border) -> Iterator[tuple[str, float]]:
         """The coordinate that is constant on a border, and its values there (m), inside the body."""
         for axis, (low, high) in self.shape.spans.items():
             if axis in ANGLES:
@@ -73,6 +93,18 @@ class _Asking:
             met = [self._crossings(border, axis, share) for share in RAYS]
             if met[0] and all(_alike(met[0], other, SAME * (high - low)) for other in met[1:]):
                 yield from ((axis, at) for at in met[0])
+
+    def ends(self, border: Border) -> Iterator[tuple[str, float]]:
+        """The coordinates that end on a border, and their values there (m)."""
+        slack, spans = SAME * self.extent**border.power, self.shape.spans
+        for axis in (name for name in spans if name not in ANGLES):
+            for t in spans[axis]:
+                rays = [
+                    {n: a + (b - a) * _strewn(share, i) for i, (n, (a, b)) in enumerate(spans.items())}
+                    for share in RAYS
+                ]
+                if all(abs(border.at(*self.shape.place(**{**ray, axis: t}))) <= slack for ray in rays):
+                    yield axis, t
 
     def _crossings(self, border: Border, axis: str, share: float) -> list[float]:
         """Values of a coordinate (m) at which a ray along it crosses a border, as far as these are points."""

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from softmark.interpreter.language.scene import Location
 from softmark.interpreter.problem.case import fault
+from softmark.solvers.mesh.combined import Combined
 from softmark.solvers.mesh.filled import Filled
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import MeshFile
@@ -17,6 +18,10 @@ AnyShape = TypeVar("AnyShape", bound=Shape)
 def located(shape: AnyShape, at: Location) -> AnyShape:
     """A shape whose file, if it is a data set, is here now. Raises Fault where it cannot be had."""
     path = shape.file
+    if isinstance(shape, Combined) and not shape.fault:
+        one, other = (located(own, at) for own in shape.pair)
+        combined: AnyShape = replace(shape, one=one, other=other)  # type: ignore[type-var]
+        return combined
     if not isinstance(shape, MeshFile | Filled) or not path.startswith("data:"):
         return shape
     from softmark.references.data import Unavailable, find

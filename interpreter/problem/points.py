@@ -62,7 +62,7 @@ class ProbePoints:
 def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> ProbePoints:
     """The points of a probe; `tracked` gives those of a measurement by its name. Raises Fault."""
     own = probe.thing.cells is not None
-    if not own and not case.shape.file:
+    if not own and not (case.shape.file or case.shape.enclosed):
         return _place(probe, case, tracked)
     from softmark.solvers.mesh.files.reading import UnreadableMesh
 

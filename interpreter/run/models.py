@@ -28,7 +28,7 @@ from softmark.interpreter.results.report import ModelResult, Timing
 from softmark.interpreter.results.states import ANSWERED, percent
 from softmark.interpreter.run import probes
 from softmark.interpreter.run.answers import Work
-from softmark.solvers.mesh.filled import Filled
+from softmark.solvers.mesh.filled import Enclosed
 
 if TYPE_CHECKING:
     from softmark.solvers.statics.equilibrium import Iteration
@@ -62,7 +62,7 @@ def solve(work: Work, name: str) -> None:
     solution, wall, cpu = _begun(work, name, prepared)
     solution = stressed(work.scene, declared, case, watched(work.scene, declared, case, prepared, solution))
     history = solution.history
-    known = facts(case, prepared.mesh) | _filled(case, prepared)
+    known = facts(case, prepared.mesh) | _body(case, prepared) | _filled(case, prepared)
     solution = replace(solution, facts=solution.facts | known)
     clock = {
         "setup_s": Timing((setup,)),
@@ -132,13 +132,22 @@ def _at_rest_again(found: Solution, before: Moved) -> bool:
     return now <= NEAR_REST * then
 
 
+def _body(case: Case, prepared: Prepared) -> dict[str, Any]:
+    """What a mesh has of a body whose surface is known; nothing is imported for others, nor without a mesh."""
+    if case.shape.skin is None or prepared.mesh is None:
+        return {}
+    from softmark.interpreter.models.shared.meshing import space_facts
+
+    return space_facts(case.shape, prepared.mesh)
+
+
 def _filled(case: Case, prepared: Prepared) -> dict[str, Any]:
     """How the mesh of a filled surface stands to it; nothing of another body, and nothing is imported for it."""
-    if not isinstance(case.shape, Filled):
+    if not isinstance(case.shape, Enclosed):
         return {}
     from softmark.interpreter.models.shared import filled
 
-    return filled.facts(prepared.mesh)
+    return filled.facts(case.shape, prepared.mesh)
 
 
 def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:

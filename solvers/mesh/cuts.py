@@ -5,13 +5,16 @@ Plain numbers, known without making the mesh.
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
+from itertools import accumulate, pairwise
+from typing import Any
 
 from softmark.records import dataclass
 
 SAME = 1e-9  # of the span of a coordinate: what is nearer is at the same place
 LEAST = 0.05  # of the usual distance of lines: two are no nearer, or cells become needles
+SAMPLES = 400  # of an interval, over which sizes of cells are added up
 THINNEST = 1e-6  # of the span: a layer that is held as a whole may be as thin as that
 
 
@@ -20,6 +23,8 @@ class Cut:
     """A surface on which nodes must lie: where the coordinate `axis` of a shape is `at` (m).
 
     `thin`: everything between it and the nearest end of the body is held, so that the layer may be as thin as it likes.
+    Of a graded one cells are `finer` by that factor there, and reach their size over `reach` (m), evenly.
+    Of a filled surface that is so where a condition `holds(x, y, z, extent)`, and `axis` is no coordinate.
     `turn` (rad) is the direction of the normal of a chord of a disc, from the first transverse axis.
     """
 
@@ -27,6 +32,14 @@ class Cut:
     at: float
     thin: bool = False
     turn: float = 0.0
+    finer: float = 1.0
+    reach: float = 0.0
+    where: Any = None
+
+    @property
+    def graded(self) -> bool:
+        """Whether cells are finer there; nodes need not be."""
+        return self.finer > 1.0
 
 
 def along(cuts: Iterable[Cut], axis: str) -> tuple[Cut, ...]:
@@ -41,6 +54,9 @@ def lines(low: float, high: float, count: int, cuts: Sequence[Cut]) -> list[floa
     """
     span = high - low
     each = span / count
+    graded = [cut for cut in cuts if cut.graded]
+    if graded:
+        return _graded(low, high, each, graded, [cut for cut in cuts if not cut.graded])
     inner = [cut for cut in cuts if low + SAME * span < cut.at < high - SAME * span]
     steps = [(cut.at - low) / each for cut in inner]
     if all(abs(step - round(step)) * each <= SAME * span for step in steps):
@@ -51,6 +67,31 @@ def lines(low: float, high: float, count: int, cuts: Sequence[Cut]) -> list[floa
         n = max(1, round((b - a) / each))
         found += [*(a + (b - a) * k / n for k in range(1, n)), b]
     return found if len(ends) > 2 else None
+
+
+def _graded(low: float, high: float, each: float, graded: Sequence[Cut], cuts: Sequence[Cut]) -> list[float]:
+    """Lines at equal steps of the integral of 1 / size, where `each` (m) is the size far away from all graded cuts.
+
+    With half the size there are twice the lines, and every other lies where one was.
+    """
+    span = high - low
+    held = [c for c in (*graded, *cuts) if low + SAME * span < c.at < high - SAME * span]
+    found = [low]
+    for a, b in pairwise(anchors(low, high, each / max(c.finer for c in graded), held)):
+        steps = [a + (b - a) * i / SAMPLES for i in range(SAMPLES + 1)]
+        dense = [1.0 / (each * _share(0.5 * (s + t), graded)) for s, t in pairwise(steps)]
+        total = [0.0, *accumulate(d * (b - a) / SAMPLES for d in dense)]
+        n = max(1, round(total[-1]))
+        for k in range(1, n):
+            i = bisect(total, total[-1] * k / n) - 1
+            found.append(steps[i] + (total[-1] * k / n - total[i]) / dense[i])
+        found.append(b)
+    return found
+
+
+def _share(at: float, graded: Sequence[Cut]) -> float:
+    """Of the usual size at a place: least at a graded cut, growing evenly away from it."""
+    return min(1.0, *(1.0 / c.finer + (1.0 - 1.0 / c.finer) * abs(at - c.at) / c.reach for c in graded))
 
 
 def anchors(low: float, high: float, each: float, cuts: Iterable[Cut]) -> list[float]:

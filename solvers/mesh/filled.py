@@ -18,8 +18,48 @@ if TYPE_CHECKING:
 NEAR = 0.02  # of a model's size: how far a mesh is from its surface where a scene says nothing
 
 
+class Enclosed(Shape):
+    """What a closed surface encloses, filled with tetrahedra: its `tolerance` (m) is how far these may be from it."""
+
+    enclosed = True
+
+    if TYPE_CHECKING:
+
+        @property
+        def tolerance(self) -> float | None:
+            """How far the mesh may be from the surface, m."""
+
+    def closed(self, size: float | None = None) -> Closed:
+        """The surface for cells of a size (m), repaired. Raises UnreadableMesh."""
+        raise NotImplementedError(f"{type(self).__name__} has no surface")
+
+    def missed(self, size: float) -> float:
+        """Of its volume, what the facets of that surface miss, m^3: negative where they have too much."""
+        return 0.0
+
+    def near(self, size: float) -> float:
+        """How far a mesh of cells of a size may be from the surface, m."""
+        return self.tolerance or NEAR * size
+
+    def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
+        """Four-node tetrahedra with edges of about `size` (m), less where cuts say so. Raises UnreadableMesh."""
+        raise NotImplementedError(f"{type(self).__name__} is not filled")
+
+    def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> FilledMesh:
+        """Tetrahedra with edges of about `size` (m), straight and uncut, less where cells are to be finer.
+
+        Raises UnreadableMesh, UnknownElement.
+        """
+        from softmark.solvers.mesh.files.reading import converted
+        from softmark.solvers.mesh.filling import FilledMesh
+
+        made = self.filling(size, tuple(cut for cut in cuts if cut.where is not None))
+        mesh = converted(made, kind, "five")
+        return FilledMesh(mesh.points, mesh.cells, mesh.kind, filling=made.filling)
+
+
 @dataclass(frozen=True)
-class Filled(Shape):
+class Filled(Enclosed):
     """What a closed surface of triangles in a file (STL, OBJ, PLY, OFF, VTK, ...) encloses, filled with tetrahedra.
 
     A model's `size` is that of its cells; smaller ones are made where the surface needs them. The mesher, fTetWild (Hu
@@ -70,22 +110,13 @@ class Filled(Shape):
         except UnreadableMesh:
             return None
 
-    def closed(self) -> Closed:
-        """The surface, repaired. Raises UnreadableMesh."""
-        return _closed(self.path, self.unit, _seen(self.path))
+    def closed(self, size: float | None = None) -> Closed:
+        """The surface, repaired, for cells of any size. Raises UnreadableMesh."""
+        return _closed(self.path, self.unit, seen(self.path))
 
-    def near(self, size: float) -> float:
-        """How far a mesh of cells of a size may be from the surface, m."""
-        return self.tolerance or NEAR * size
-
-    def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> FilledMesh:
-        """Tetrahedra with edges of about `size` (m), straight and uncut. Raises UnreadableMesh, UnknownElement."""
-        from softmark.solvers.mesh.files.reading import converted
-        from softmark.solvers.mesh.filling import FilledMesh
-
-        made = _filled(self.path, self.unit, _seen(self.path), size, self.near(size))
-        mesh = converted(made, kind, "five")
-        return FilledMesh(mesh.points, mesh.cells, mesh.kind, filling=made.filling)
+    def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
+        """Four-node tetrahedra with edges of about `size` (m), less where cuts say so. Raises UnreadableMesh."""
+        return _filled(self.path, self.unit, seen(self.path), size, self.near(size), graded)
 
     def surface(self, size: float = 0.0) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of the file's surface, repaired, outward. Raises UnreadableMesh."""
@@ -96,7 +127,7 @@ class Filled(Shape):
 Seen = tuple[int, int] | None  # when a file was changed, and its bytes: one that was changed is read again
 
 
-def _seen(path: str) -> Seen:
+def seen(path: str) -> Seen:
     file = Path(path)
     if not file.is_file():
         return None
@@ -105,7 +136,7 @@ def _seen(path: str) -> Seen:
 
 
 @lru_cache(maxsize=4)
-def _closed(path: str, unit: float, seen: Seen) -> Closed:
+def _closed(path: str, unit: float, stamp: Seen) -> Closed:
     from softmark.solvers.mesh.files.closed import closed
     from softmark.solvers.mesh.files.reading import read_triangles
 
@@ -113,7 +144,7 @@ def _closed(path: str, unit: float, seen: Seen) -> Closed:
 
 
 @lru_cache(maxsize=8)
-def _filled(path: str, unit: float, seen: Seen, size: float, tolerance: float) -> FilledMesh:
+def _filled(path: str, unit: float, stamp: Seen, size: float, tolerance: float, graded: tuple[Cut, ...]) -> FilledMesh:
     from softmark.solvers.mesh.filling import filled
 
-    return filled(_closed(path, unit, seen), size, tolerance)
+    return filled(_closed(path, unit, stamp), size, tolerance, graded)

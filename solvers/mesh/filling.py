@@ -15,15 +15,18 @@ import time
 from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.files.closed import Closed
+from softmark.solvers.mesh.cuts import Cut
+from softmark.solvers.mesh.files.closed import Closed, normals
 from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked, sharing, sides_of
-from softmark.solvers.mesh.files.near import closest
+from softmark.solvers.mesh.files.near import closest, ends_of
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+from softmark.solvers.mesh.sizing import sizes
 
 MESHER = "pytetwild"
 MISSING, FAILED = "E575", "E576"
@@ -31,18 +34,21 @@ MEANT = "1"  # to be raised when the same input is to give another mesh
 UNREAD = (OSError, ValueError, KeyError, EOFError, BadZipFile)  # what a file of arrays that is cut off may raise
 REACH = 3.0  # tolerances: how far from the surface a node of the mesh's own may lie to be moved onto it
 SHRUNK = 0.3  # of its volume: what a cell keeps at the least when its nodes are moved
+SHARP = 0.64  # cosine of 50 degrees: facets that meet at a larger angle meet at an edge of the body
 LOST = 1e-3  # of the volume: what hangs on by an edge may be left out if it is no more
 
 
 @dataclass(frozen=True)
 class Filling:
-    """How a surface was filled: by what, in how many seconds of CPU, no farther from it than `tolerance` (m).
+    """How a surface was filled, with cells of about `size` (m): by what, in how many seconds of CPU, no farther from it
+    than `tolerance` (m).
 
     `repairs` are those of the surface and of its mesh, in words; `beside` are nodes of the mesh's surface that could
     not be moved onto the other; `digest` is that of points and tetrahedra.
     """
 
     surface: Closed
+    size: float
     tolerance: float
     mesher: str
     seconds: float
@@ -69,27 +75,31 @@ def mesher() -> str:
         ) from None  # fmt: skip
 
 
-def filled(surface: Closed, size: float, tolerance: float) -> FilledMesh:
+def filled(surface: Closed, size: float, tolerance: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
     """Four-node tetrahedra with edges of about `size` (m), no farther from the surface than `tolerance` (m).
 
-    Raises UnreadableMesh.
+    Where conditions of graded cuts hold they are so many times shorter. Raises UnreadableMesh.
     """
     name = mesher()
     key = hashlib.sha256(repr((name, MEANT, size, tolerance)).encode())
     key.update(surface.points.tobytes())
     key.update(surface.triangles.tobytes())
-    points, cells, seconds = _kept(key.hexdigest()) or _made(key.hexdigest(), surface, size, tolerance)
+    field = sizes(surface, size, graded) if graded else {}
+    for name in sorted(field):
+        key.update(field[name].tobytes())
+    points, cells, seconds = _kept(key.hexdigest()) or _made(key.hexdigest(), surface, size, tolerance, field)
     points, cells, repairs = _whole(points, _upright(points, cells))
     points, beside = _onto(surface, Mesh(points, cells), REACH * tolerance)
     mesh = checked(points, cells, "tet4")
     digest = hashlib.sha256(mesh.points.tobytes() + mesh.cells.tobytes()).hexdigest()[:12]
-    how = Filling(surface, tolerance, name, seconds, digest, (*surface.repairs, *repairs), beside)
+    how = Filling(surface, size, tolerance, name, seconds, digest, (*surface.repairs, *repairs), beside)
     return FilledMesh(mesh.points, mesh.cells, mesh.kind, filling=how)
 
 
 # ------------------------------------------------------------------ the mesher, and what it made before
 
 Made = tuple[Floats, Ints, float]
+Field = dict[str, Any]  # arrays of a mesh, and of sizes at its points, as the mesher calls them
 
 
 def _folder() -> Path | None:
@@ -118,9 +128,9 @@ def _read(file: Path) -> Made:
     return points, cells, seconds
 
 
-def _made(key: str, surface: Closed, size: float, tolerance: float) -> Made:
+def _made(key: str, surface: Closed, size: float, tolerance: float, field: Field) -> Made:
     """Filled now, and kept; what another process kept in the meantime is taken instead. Raises UnreadableMesh."""
-    points, cells, seconds = _filled(surface, size, tolerance)
+    points, cells, seconds = _filled(surface, size, tolerance, **field)
     folder = _folder()
     if folder is None:
         return points, cells, seconds
@@ -137,13 +147,15 @@ def _made(key: str, surface: Closed, size: float, tolerance: float) -> Made:
     return _kept(key) or (points, cells, seconds)
 
 
-def _filled(surface: Closed, size: float, tolerance: float) -> Made:
+def _filled(surface: Closed, size: float, tolerance: float, **field: Any) -> Made:
     """By the mesher, in a process of its own and in units of the body's extent. Raises UnreadableMesh."""
     origin, extent = surface.points.mean(axis=0), surface.extent
+    if field:
+        field |= {"bg_vertices": (field["bg_vertices"] - origin) / extent, "bg_values": field["bg_values"] / extent}
     with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
         given, wanted = Path(folder, "surface.npz"), Path(folder, "mesh.npz")
         np.savez(given, points=(surface.points - origin) / extent, triangles=surface.triangles, size=size / extent,
-                 tolerance=tolerance / extent)  # fmt: skip
+                 tolerance=tolerance / extent, **field)  # fmt: skip
         command = [sys.executable, "-m", "softmark.solvers.mesh.files.tetwild", str(given), str(wanted)]
         before = _spent()
         done = subprocess.run(  # in that folder, for it writes what nobody asked for
@@ -204,11 +216,31 @@ def _whole(points: Floats, cells: Ints) -> tuple[Floats, Ints, tuple[str, ...]]:
     return points[kept], renumbered.reshape(cells.shape).astype(np.int64), repairs
 
 
+def _features(surface: Closed) -> tuple[Ints, Ints]:
+    """Sharp edges of a surface, and its corners, where three or more of them meet: as triangles without an area."""
+    n = normals(surface.points, surface.triangles)
+    ends = np.sort(ends_of(surface.triangles), axis=1)
+    edges, number, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    order = np.argsort(number.ravel(), kind="stable")
+    first = np.cumsum(count) - count
+    two = np.flatnonzero(count == 2)
+    one, other = order[first[two]] // 3, order[first[two] + 1] // 3
+    sharp = edges[two[np.einsum("ei,ei->e", n[one], n[other]) < SHARP]]
+    points, meeting = np.unique(sharp, return_counts=True)
+    return sharp[:, [0, 1, 1]], np.repeat(points[meeting > 2][:, None], 3, axis=1)
+
+
 def _onto(surface: Closed, mesh: Mesh, reach: float) -> tuple[Floats, int]:
-    """Nodes of the mesh's surface moved onto that of the file as far as cells stay sound; and how many are beside."""
+    """Nodes of the mesh's surface moved onto that of the file as far as cells stay sound; and how many are beside.
+
+    Next to a sharp edge of it they are moved onto the edge, and next to a corner onto that: so flat faces are flat.
+    """
     outer = np.unique(mesh.facets)
     there, far = closest(mesh.points[outer], surface.points, surface.triangles, reach)
     moves = np.isfinite(far)
+    for sharp in _features(surface):
+        sharper, away = closest(mesh.points[outer], surface.points, sharp, reach)
+        there[np.isfinite(away)] = sharper[np.isfinite(away)]
     before = mesh.volumes
     while True:
         points = mesh.points.copy()

@@ -112,6 +112,13 @@ def jacobians(mesh: Mesh, xi: Floats) -> Floats:
     return det
 
 
+def areas(mesh: Mesh, xi: Floats, weights: Floats) -> Floats:
+    """Of each boundary facet (f,), m^2, by points xi (q, 2) of it and their weights (q,)."""
+    t = np.einsum("qkj,fki->jfqi", mesh.element.facet.gradient(xi), mesh.points[mesh.facets])
+    found: Floats = np.linalg.norm(np.cross(t[0], t[1]), axis=2) @ weights
+    return found
+
+
 def surface(mesh: Mesh) -> tuple[Floats, Ints]:
     """Points (n, 3) and triangles (t, 3) of the boundary alone, outward."""
     used, triangles = np.unique(mesh.faces, return_inverse=True)

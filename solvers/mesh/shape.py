@@ -181,6 +181,7 @@ class Shape:
     """The geometry of a body, of which nothing else is said."""
 
     prebuilt: ClassVar[bool] = False  # its cells are those of a file, and a size has no part in them
+    enclosed: ClassVar[bool] = False  # it is filled with tetrahedra, and asks a mesher for them
     flat: ClassVar[bool] = False  # it is a region of a plane, for plane problems
     wired: ClassVar[bool] = False  # it is a network of axes, of which no cells are made
     gap: ClassVar[str] = "hollow"  # why a point between others that it holds may be outside, where it is not convex
@@ -214,6 +215,21 @@ class Shape:
     def volume(self) -> float | None:
         """Exact volume, m^3, where it is known."""
         return None
+
+    @property
+    def skin(self) -> float | None:
+        """Exact area of its surface, m^2, where it is known."""
+        return None
+
+    @property
+    def gradable(self) -> tuple[str, ...]:
+        """Those of its own coordinates along which its meshes can be graded."""
+        return ()
+
+    @property
+    def lacks(self) -> str:
+        """Why it has no mesh of hexahedra; "" where it has one, and of a file."""
+        return ""
 
     @property
     def even(self) -> float | None:
@@ -387,6 +403,11 @@ class RoundPrism(Prism):
     def root(self) -> Vector3:
         """Where the axis starts, m."""
         return self.origin
+
+    @property
+    def gradable(self) -> tuple[str, ...]:
+        """Along the axis, and across a wall."""
+        return ("along",) if self.section.hollow is None else ("radius", "along")
 
     @property
     def spans(self) -> dict[str, Span]:

@@ -13,10 +13,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.arc import Arc
+from softmark.solvers.mesh.combined import Difference, Intersection, Union
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rectangle
+from softmark.solvers.mesh.extruded import Extruded
 from softmark.solvers.mesh.filled import Filled
 from softmark.solvers.mesh.flat import Quadrilateral, QuarterRing
+from softmark.solvers.mesh.revolved import Cone, Revolved
 from softmark.solvers.mesh.sections import Disc, Rectangle
 from softmark.solvers.mesh.shape import (
     Bounds,
@@ -136,6 +139,11 @@ class Box(Prism):
         return min(self.size) / 2
 
     @property
+    def gradable(self) -> tuple[str, ...]:
+        """All of its own coordinates."""
+        return ("x", "y", "z")
+
+    @property
     def spans(self) -> dict[str, Span]:
         """Its own coordinates, m: x, y and z."""
         return {n: (o, o + s) for n, o, s in zip("xyz", self.origin, self.size, strict=True)}
@@ -237,6 +245,9 @@ SHAPES: dict[str, type[Shape]] = {
     "box": Box,
     "arc": Arc,
     "tube": Tube,
+    "cone": Cone,
+    "extruded": Extruded,
+    "revolved": Revolved,
     "sphere": Sphere,
     "ellipsoid": Ellipsoid,
     "spherical_shell": SphericalShell,
@@ -244,4 +255,7 @@ SHAPES: dict[str, type[Shape]] = {
     "quarter_ring": QuarterRing,
     "mesh": MeshFile,
     "filled": Filled,
+    "union": Union,
+    "difference": Difference,
+    "intersection": Intersection,
 }

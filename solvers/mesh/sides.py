@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.base.deferred import np
 
+TIP = 1e-10  # of a cone's radius: so near to its axis points have no direction away from it
 ON = 1e-6  # of its size: how far off a side a node of it may be, as another mesh of the body may have it
 
 
@@ -27,6 +29,11 @@ class Around(Side):
     origin: Vector3
     length: float
     radius: float
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """At both ends, m."""
+        return self.radius, self.radius
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
         """Which facets (f, k, 3) have all their nodes on it (f,)."""
@@ -43,6 +50,46 @@ class Around(Side):
         off = [p - o for p, o in zip(place, self.origin, strict=True)]
         s, u, v = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
         out = (u**2 + v**2) ** -0.5 * self.radius
+        frame = zip(self.origin, self.axis, *transverse(self.axis), strict=True)
+        return tuple(o + s * a + u * out * b + v * out * c for o, a, b, c in frame)
+
+
+@dataclass(frozen=True)
+class Conical(Side):
+    """The side of a cone: at `first` around an axis at `origin`, at `last` a `length` further on, m; one may be zero.
+
+    Points go straight away from the axis.
+    """
+
+    axis: Vector3
+    origin: Vector3
+    length: float
+    first: float
+    last: float
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """At both ends, m."""
+        return self.first, self.last
+
+    def of(self, corners: Floats) -> NDArray[np.bool_]:
+        """Which facets (f, k, 3) have all their nodes on it (f,)."""
+        off, largest = corners - np.array(self.origin), max(self.radii)
+        along = off @ np.array(self.axis)  # (f, k)
+        away = np.linalg.norm(off - along[..., None] * np.array(self.axis), axis=2)
+        due = self.first + along * ((self.last - self.first) / self.length)
+        size = math.hypot(largest, self.length)
+        within = (along > -ON * size).all(axis=1) & (along < self.length + ON * size).all(axis=1)
+        flat = np.ptp(along, axis=1) < 1e-9 * self.length
+        found: NDArray[np.bool_] = (np.abs(away - due) < ON * largest).all(axis=1) & within & ~flat
+        return found
+
+    def onto(self, place: Any) -> Any:
+        """Points moved straight away from the axis; the tip stays where it is."""
+        off = [p - o for p, o in zip(place, self.origin, strict=True)]
+        s, u, v = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
+        least = (TIP * max(self.radii)) ** 2
+        out = (u**2 + v**2 + least) ** -0.5 * (s * ((self.last - self.first) / self.length) + self.first)
         frame = zip(self.origin, self.axis, *transverse(self.axis), strict=True)
         return tuple(o + s * a + u * out * b + v * out * c for o, a, b, c in frame)
 

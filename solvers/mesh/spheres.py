@@ -67,6 +67,11 @@ class Round(Shape):
         return self.hollow - 1e-9 <= math.hypot(*off) <= 1.0 + 1e-9 and all(c >= -1e-9 for c in off[: self.kept])
 
     @property
+    def gradable(self) -> tuple[str, ...]:
+        """Across a wall."""
+        return ("radius",) if self.hollow else ()
+
+    @property
     def spans(self) -> dict[str, Span]:
         """Its own coordinates: distance from the centre along the longest axis, m, angles around z and from it."""
         largest, turn = max(self.outer), {0: (0.0, 2.0), 1: (-0.5, 0.5)}.get(self.kept, (0.0, 0.5))

@@ -26,11 +26,19 @@ _SIX = np.array([[0, 5, 1, 6], [0, 1, 3, 6], [1, 3, 6, 2], [6, 3, 0, 7], [6, 7, 
 _MIRROR_X, _MIRROR_Z = np.array([1, 0, 3, 2, 5, 4, 7, 6]), np.array([4, 5, 6, 7, 0, 1, 2, 3])
 
 
-def meshed(points: Floats, hexahedra: Ints, colour: Ints, element: type[Element]) -> Mesh:
-    """Cells of an element made of hexahedra (m, 8); diagonals are between points of one colour (n,), 0 or 1."""
+def meshed(points: Floats, hexahedra: Ints, colour: Ints, element: type[Element], same: Ints | None = None) -> Mesh:
+    """Cells of an element made of hexahedra (m, 8); diagonals are between points of one colour (n,), 0 or 1.
+
+    `same` (n,) is the point that each point really is, where hexahedra are wedges: cells with one twice are none.
+    """
     even = colour[hexahedra[:, 0]] == 0
     own, other = (hexahedra[:, np.array(part)] for part in element.split)
     cells = np.where(even[:, None, None], own, other).reshape(-1, element.corners)
+    if same is not None:
+        used, cells = np.unique(same[cells], return_inverse=True)
+        cells = cells.reshape(-1, element.corners).astype(np.int64)
+        order = np.sort(cells, axis=1)
+        points, cells = points[used], cells[(order[:, 1:] != order[:, :-1]).all(axis=1)]
     return with_nodes(Mesh(points, positive(points, cells, element), element.linear), element)
 
 

@@ -9,6 +9,7 @@ split favours no direction as the six-tetrahedra (Kuhn) split does.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import pairwise
 
 import numpy as np
 
@@ -37,12 +38,12 @@ def rectangle(width: float, height: float, size: float, cuts: tuple[Cut, ...] = 
     """
     nx, ny = of_rectangle(width, height, size)
     x = _line(-width / 2, width / 2, nx, along(cuts, "first"))
-    return _grid(x, _line(-height / 2, height / 2, ny, along(cuts, "second")))
+    return grid_of(x, _line(-height / 2, height / 2, ny, along(cuts, "second")))
 
 
 def grid(nx: int, ny: int) -> PlaneMesh:
     """The unit square in nx by ny cells."""
-    return _grid(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1))
+    return grid_of(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1))
 
 
 def _line(low: float, high: float, count: int, cuts: tuple[Cut, ...]) -> Floats:
@@ -51,7 +52,20 @@ def _line(low: float, high: float, count: int, cuts: tuple[Cut, ...]) -> Floats:
     return np.linspace(low, high, count + 1) if found is None else np.array(found)
 
 
-def _grid(x: Floats, y: Floats) -> PlaneMesh:
+def line_of(low: float, high: float, size: float, at: Iterable[float], cuts: tuple[Cut, ...]) -> Floats:
+    """Lines of a grid (n,), m, at all of some places from `low` to `high`, and at cuts, about `size` apart."""
+    known = sorted({low, high, *at})
+    ends = [low, *(b for a, b in pairwise(known) if b - a > SAME * (high - low))]
+    ends[-1] = high
+    found = [
+        _line(a, b, divisions(b - a, size), tuple(c for c in cuts if c.graded or a < c.at < b))
+        for a, b in pairwise(ends)
+    ]
+    return np.concatenate([found[0], *(more[1:] for more in found[1:])])
+
+
+def grid_of(x: Floats, y: Floats) -> PlaneMesh:
+    """Cells between lines at x (n,) and y (m,), m."""
     nx, ny = len(x), len(y)
     i, j = (a.ravel() for a in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
     index = np.arange(nx * ny).reshape(nx, ny)
@@ -70,8 +84,8 @@ def disc(radius: float, size: float, corner: float = 0.73, bulge: float = 0.4, c
     core, *outer = circles(radius, size, cuts)
     if outer:
         rings = divisions(0.4 * core, size)
-    inner = _grid(np.linspace(-1, 1, n + 1), np.linspace(-1, 1, n + 1))
-    rim = _rim(n)  # (4n,) indices of the square's outline, counter-clockwise
+    inner = grid_of(np.linspace(-1, 1, n + 1), np.linspace(-1, 1, n + 1))
+    rim = rim_of(n)  # (4n,) indices of the square's outline, counter-clockwise
     angle = -0.75 * np.pi + 0.5 * np.pi * np.arange(4 * n) / n
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     square = inner.points[rim] / np.sqrt(2)
@@ -128,7 +142,7 @@ def _leaning(section: PlaneMesh, radius: float, chord: Cut) -> PlaneMesh:
     return PlaneMesh(points, section.quads, section.colour)
 
 
-def _rim(n: int) -> Ints:
+def rim_of(n: int) -> Ints:
     """Outline of an (n + 1) x (n + 1) grid, counter-clockwise from its lower left corner (4n,)."""
     index = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     rim: Ints = np.concatenate([index[:-1, 0], index[-1, :-1], index[:0:-1, -1], index[0, :0:-1]])
@@ -150,7 +164,11 @@ def _coons(outline: Floats, n: int) -> Floats:
 
 def extrude(section: PlaneMesh, length: float, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[Floats, Ints, Ints]:
     """Hexahedra along z from 0 to `length`: points (n, 3), cells (m, 8), colour (n,). Layers end on cuts of `along`."""
-    z = _line(0.0, length, divisions(length, size), along(cuts, "along"))
+    return extruded_to(section, _line(0.0, length, divisions(length, size), along(cuts, "along")))
+
+
+def extruded_to(section: PlaneMesh, z: Floats) -> tuple[Floats, Ints, Ints]:
+    """The same with layers between some z (n,), m."""
     layers = len(z) - 1
     count = len(section.points)
     points = np.concatenate([np.tile(section.points, (layers + 1, 1)), np.repeat(z, count)[:, None]], axis=1)

@@ -48,7 +48,6 @@ from softmark.interpreter.vocabulary import LOADS, SUPPORTS
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, Load, PerArea, PerLength, PerMass, Routed, Turning
 from softmark.interpreter.vocabulary.supports import Support
 from softmark.records import dataclass
-from softmark.solvers.mesh.filled import Filled
 from softmark.solvers.mesh.shape import Prism, Section, Shape, Swept, transverse
 
 HERE = Path(__file__).parent  # for the tables that words name
@@ -167,7 +166,7 @@ def check_shape(shape: Shape, size: float) -> None:
     check_text(shape)
     mesh, (X, triangles) = shape.mesh("tet4", size), shape.surface(size)
     volume = float(mesh.volumes.sum())
-    near = 1e-3 if isinstance(shape, Filled) else 1e-9  # its surface is that of the file, which the mesh is next to
+    near = 1e-3 if shape.enclosed else 1e-9  # its surface is that of the file, which the mesh is next to
     a, b, c = (X[triangles[:, i]] for i in range(3))
     assert np.isclose(np.einsum("ti,ti->", a, np.cross(b, c)) / 6.0, volume, rtol=near), "closed, and outward"
     slack = 1e-9 * mesh.extent
@@ -186,7 +185,7 @@ def check_shape(shape: Shape, size: float) -> None:
             assert np.all(place <= high + slack)
     assert shape.volume is None or abs(volume / shape.volume - 1.0) < 0.1, "of a mesh this fine"
     counts, finer = (shape.counts(h) for h in (size, size / 2.0))
-    assert (counts is None) == (finer is None) == bool(shape.file)
+    assert (counts is None) == (finer is None) == (shape.enclosed or shape.prebuilt)
     assert counts is None or finer is None or all(0 < n <= m for n, m in zip(counts, finer, strict=True))
     assert shape.file or not shape.prebuilt
     corners = mesh.points[mesh.facets]

@@ -46,9 +46,10 @@ from softmark.records import dataclass
 from softmark.references import REFERENCES
 from softmark.references.reference import How, Reference
 from softmark.solvers.dynamics import INTEGRATORS
+from softmark.solvers.mesh.combined import Combined
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shape import Shape
-from softmark.solvers.mesh.shapes import SHAPES, Box
+from softmark.solvers.mesh.shapes import SHAPES, Box, Sphere
 
 WORDS = [(kind, name, cls) for kind in CATALOGUE for name, cls in CATALOGUE[kind].items()]
 FULL = "model full = fem(hex8, strain = corotational, size = 10 mm, mass = lumped)\n"
@@ -86,6 +87,11 @@ SHAPED: dict[str, dict[str, Any]] = {
     "box": {"size": (0.02, 0.04, 0.015)},
     "arc": {"radius": 0.03, "angle": 1.2, "side": 0.015, "height": 0.02},
     "tube": {"length": 0.04, "radius": 0.01, "inner": 0.006},
+    "cone": {"length": 0.04, "radius": 0.015},
+    "extruded": {"corners": ((0.0, 0.0), (0.04, 0.0), (0.04, 0.01), (0.01, 0.01), (0.01, 0.03)), "height": 0.01},
+    "revolved": {
+        "corners": ((0.0, 0.0), (0.01, 0.0), (0.01, 0.005), (0.006, 0.005), (0.006, 0.012), (0.0, 0.012)),
+    },
     "sphere": {"radius": 0.01},
     "ellipsoid": {"semiaxes": (0.02, 0.01, 0.015)},
     "spherical_shell": {"radius": 0.01, "inner": 0.005},
@@ -96,6 +102,9 @@ SHAPED: dict[str, dict[str, Any]] = {
         "fourth": (0.0, 0.02, 0.0),
     },
     "quarter_ring": {"inner": 0.01, "inner_y": 0.005, "outer": 0.02},
+    "union": {"one": Box((0.02, 0.02, 0.01)), "other": Sphere(0.006, (0.01, 0.01, 0.01))},
+    "difference": {"one": Box((0.02, 0.02, 0.01)), "other": Sphere(0.006, (0.01, 0.01, 0.01))},
+    "intersection": {"one": Box((0.02, 0.02, 0.01)), "other": Sphere(0.008, (0.01, 0.01, 0.01))},
     "mesh": {"path": str(HERE.parent / "errors" / "parts" / "sound.mesh"), "unit": 1e-3},
     "filled": {"path": str(HERE.parent / "errors" / "parts" / "cube.stl"), "unit": 1e-3},
 }
@@ -122,8 +131,10 @@ def test_every_word_is_documented_and_annotated(kind: str, name: str, cls: type[
                          ids=str)  # fmt: skip
 def test_shapes(name: str, shaped: dict[str, Any]) -> None:
     cls = SHAPES[name]
-    if name == "filled" and find_spec("pytetwild") is None:
+    if SHAPES[name].enclosed and find_spec("pytetwild") is None:
         pytest.skip("needs the extra `meshing`")
+    if issubclass(cls, Combined) and find_spec("manifold3d") is None:
+        pytest.skip("needs the extra `solids`")
     if shaped.keys() <= cls.__dataclass_fields__.keys():
         check_shape(cls(**(SHAPED[name] | shaped)), 0.003)
 

@@ -6,8 +6,10 @@ import re
 import shlex
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
+import manifolds
 import pytest
 
 import softmark
@@ -16,7 +18,7 @@ from softmark.grammar.diagnostic import Source
 from softmark.grammar.print import CannotFormat
 from softmark.interpreter.cli.codes import Page, pages
 from softmark.interpreter.cli.main import main
-from softmark.solvers.mesh.shapes import Box
+from softmark.solvers.mesh.shapes import Box, Cylinder
 
 PACKAGE = Path(softmark.__file__).parents[2]
 PARTS = Path(__file__).parents[1] / "errors" / "parts"
@@ -67,13 +69,21 @@ def test_examples(page: Page, capsys: pytest.CaptureFixture[str], monkeypatch: p
 
 
 def _mesher(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A mesher that is not there, that is ended by the system, and that fills nine tenths of the cube of ten."""
+    """A mesher that is not there, that is ended by the system, and that fills nine tenths of the cube of ten.
+
+    And a library that combines shapes, as far as examples need one.
+    """
     where = "softmark.solvers.mesh.filling"
     monkeypatch.setattr(f"{where}._folder", lambda: None)
     monkeypatch.setattr(f"{where}.MESHER", "no-such-mesher" if code == "E575" else "numpy")
     if code == "E576":
         ended = subprocess.CompletedProcess([], -11, "", "")
         monkeypatch.setattr("subprocess.run", lambda *arguments, **options: ended)
+    elif code in ("E336", "E337", "E338", "W354"):
+        monkeypatch.setitem(sys.modules, "manifold3d", None if code == "E337" else manifolds)
+        monkeypatch.setattr(manifolds.Manifold, "sound", code != "E338")
+        rod = Cylinder(0.01, 0.006, (0.0, 0.0, 1.0)).mesh("tet4", 0.0045)
+        monkeypatch.setattr(f"{where}._filled", lambda *arguments: (rod.points, rod.cells, 1.0))
     elif code == "W349":
         cube = Box((0.009, 0.009, 0.009)).mesh("tet4", 0.003)
         monkeypatch.setattr(f"{where}._filled", lambda *arguments: (cube.points, cube.cells, 1.0))

@@ -40,7 +40,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(filling, "_folder", lambda: None)
     monkeypatch.setattr(filling, "MESHER", "numpy")
 
-    def mesher(surface: Any, size: float, tolerance: float) -> Any:
+    def mesher(surface: Any, size: float, tolerance: float, **field: Any) -> Any:
         mesh = Box(SIZE).mesh("tet4", size)
         return mesh.points, mesh.cells, 1.0
 

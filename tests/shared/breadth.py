@@ -86,6 +86,16 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_narrow_and_wide_hold_the_conforming_answer_between_them": ("0", "1"),
     },
     "tests/interpreter/test_watchdog.py": {"test_solids_with_pressures_are_checked_again": NONE},
+    "tests/solvers/test_polygonal_shapes.py": {
+        "test_turned_bodies_are_met_with_the_order_of_the_facets": ("tip-", "tube-"),
+        "test_the_whole_surface_is_closed_and_of_its_area": ("cone-",),
+        "test_flat_sided_bodies_have_their_volume_and_sound_cells": ("angle-",),
+        "test_a_band_of_a_cone_is_a_frustum": NONE,
+    },
+    "tests/solvers/test_combined.py": {
+        "test_volume_is_the_closed_form_but_for_what_facets_miss": ("lens-", "in boxes-"),
+        "test_what_they_hold_is_what_their_parts_say": ("corner taken-", "a lens-"),
+    },
     "tests/solvers/test_damping_state.py": {
         "test_the_first_overshoot_of_a_nearly_incompressible_body_does_not_hang_on_the_step": (
             "mean_dilatation-trapezoidal", "tet10-bdf2",

@@ -241,7 +241,9 @@ _QUANTITIES = {
 _VALUES = {
     "element": "tet4", "shape": "cylinder(length = 178 mm, radius = 19 mm)", "stiffness": "from_material()",
 }  # fmt: skip
-_FITTING = {  # of fields whose value must go with that of another, or that take some shapes alone
+_FITTING = {
+    "one": "box(size = (20, 20, 5) mm)", "other": "sphere(radius = 8 mm)",
+} | {  # of fields whose value must go with that of another, or that take some shapes alone
     "inner": "10 mm", "first": "(0, 0, 0) mm", "second": "(48, 44, 0) mm", "third": "(48, 60, 0) mm",
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
 }  # fmt: skip
@@ -251,7 +253,7 @@ _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "files": '"file.csv"',
     "texts": '"force"', "amount": "1 mm", "direction": "-z", "condition": "x <= 0 mm",
     "components": "(x, y)", "names": "[NAME_OF_MODEL, NAME_OF_MODEL]", "list": "[10, 5, 2.5] mm",
-    "target": "NAME_OF_PARAMETER", "targets": "[NAME_OF_PARAMETER]",
+    "points": "[(5, 0), (20, 0), (20, 10)] mm", "target": "NAME_OF_PARAMETER", "targets": "[NAME_OF_PARAMETER]",
     "variants": "[10, 5, 2.5] mm", "vectors": "[(0, 0, 0), (0, 0, 1), (1, 0, 1)] m", "pairs": "[(1, 2), (2, 3)]",
     "each": "20 mm",
 }  # fmt: skip

@@ -33,7 +33,7 @@ from softmark.interpreter.models.shared.pieces import Piece, pieces, sampled
 from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, fault
-from softmark.interpreter.problem.conforming import Cuts, cuts_of
+from softmark.interpreter.problem.conforming import Cuts
 from softmark.interpreter.problem.data import located
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
@@ -382,7 +382,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
         wall, cpu = time.perf_counter(), time.process_time()
         at = declared.at("mesh") if model.mesh is not None else case.body.at("shape")
         shape = located(model.mesh or case.shape, at)
-        cuts = cuts_of(case, shape)
+        cuts = model.cuts(case, shape)
         try:
             made = _made(model, case, shape, cuts)
             workshop.meshes[key] = with_quality(made, model, declared)

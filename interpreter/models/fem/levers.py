@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.problem import conforming
 from softmark.interpreter.problem.case import elsewhere
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Follower, Turning
@@ -66,6 +67,28 @@ def sized(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     problem = f"the `size` of `{declared.name}` is not used: `{body}` is a mesh already"
     help = "its cells are taken as they are: leave `size` out, or mesh the body anew and name that file"
     return [diagnostic("W376", at, problem, "has no effect", help)]
+
+
+def graded(model: Fem, declared: Declared, case: Case) -> Diagnostic | None:
+    """A mesh that is to be graded, and cannot be; or of which one half is said."""
+    if model.finer is None or model.towards is None:
+        given = next((name for name in ("finer", "towards") if getattr(model, name) is not None), None)
+        if given is None:
+            return None
+        help = "`towards = x <= 0 mm` says where" if given == "finer" else "`finer = 4` says how many times"
+        return diagnostic("E339", declared.at(given), f"`{declared.name}` has `{given}` alone", "how is it graded?",
+                          f"{help} cells are smaller: give both, or neither")  # fmt: skip
+    shape = case.shape
+    if model.mesh is not None or not (shape.gradable or shape.enclosed):
+        return diagnostic("E340", declared.at("finer"), f"the mesh of `{declared.name}` cannot be graded",
+                          "not of this shape", "boxes, cylinders, tubes, cones, extruded polygons, shells of "
+                          "spheres and filled surfaces have graded meshes; take a smaller `size`")  # fmt: skip
+    if conforming.graded(model.towards, shape, model.finer):
+        return None
+    ways = ", ".join(f"`{name}`" for name in shape.gradable)
+    problem = f"`{declared.name}` is graded towards nothing that its mesh follows"
+    help = f"cells can be finer where {ways} of the shape has a value, ends of the body included: `towards = x <= 0 mm`"
+    return diagnostic("E341", declared.at("towards"), problem, "no border there", help)
 
 
 def _of_elements(model: Fem, case: Case) -> Iterator[Clash]:

@@ -12,7 +12,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.fem import formulations
 from softmark.interpreter.models.fem import levers as options
 from softmark.interpreter.models.shared.model import Model
-from softmark.interpreter.problem.conforming import cuts_of
+from softmark.interpreter.problem.conforming import Cuts, cuts_of, graded
 from softmark.interpreter.problem.small_deflection import bending_angle
 from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -67,6 +67,9 @@ class Fem(Model):
     `quality` moves the nodes of the mesh at random, the same way every time, until its worst cell has this mean ratio
     (Knupp 2001; 1 is a regular cell, 0 a flat one): for studies of what bad meshes do. The shape of the body is kept:
     nodes of plane faces move within them, those of straight edges along them, others stay.
+    `finer` and `towards` grade the mesh: at the border of a condition, where that is a plane or a circle that a mesh of
+    the shape can follow, cells are so many times shorter across it, and have their `size` again half the body's extent
+    away; in a filled surface they are as much smaller where it holds. A mesh of half the size is graded alike.
     `start` names another model of the body whose solution Newton's method starts from, on a coarser mesh or with a
     cheaper strain; what that one takes is part of what this one takes.
     """
@@ -111,6 +114,12 @@ class Fem(Model):
         float | None,
         "1 in [1e-9, 1]",
         "of the worst cell, to which nodes are moved: a mesh made worse on purpose; none: as it is made",
+    ] = None
+    finer: Annotated[
+        float | None, "1 in (1, 100]", "how many times smaller cells are where `towards` says; none: alike everywhere"
+    ] = None
+    towards: Annotated[
+        Any | None, "condition", "at whose border cells are smaller, as at a clamp: `towards = x <= 0 mm`"
     ] = None
 
     @property
@@ -176,7 +185,14 @@ class Fem(Model):
 
     def meshed_as(self, case: Case) -> tuple[Any, ...]:
         """The same in a case: body, element, size, and where supports need nodes."""
-        return (case.body.name, *self.mesh_key(), *(() if self.mesh else cuts_of(case)))
+        return (case.body.name, *self.mesh_key(), *(() if self.mesh else self.cuts(case)))
+
+    def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
+        """Where its meshes need nodes, and where their cells are finer."""
+        found = cuts_of(case, shape)
+        if self.towards is None or self.finer is None:
+            return found
+        return (*found, *graded(self.towards, shape or case.shape, self.finer))
 
     def _own_mesh(self, case: Case) -> bool:
         """Whether the mesh comes from a file, of the model or of the body."""
@@ -194,6 +210,7 @@ class Fem(Model):
         found = [
             *self.refusals(declared, case),
             self.one_mesh(declared, case),
+            options.graded(self, declared, case),
             *options.sized(self, declared, case),
             self._finite_law(declared, case),
             self.locking(declared, case),

@@ -14,32 +14,36 @@ from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case
 from softmark.references.surfaces import SearchedSurface
 from softmark.solvers.mesh.distort import qualities
+from softmark.solvers.mesh.filled import Enclosed
 from softmark.solvers.mesh.filling import FilledMesh
 from softmark.solvers.mesh.mesh import Floats, Mesh, surface
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.files.closed import Closed
+    from softmark.solvers.mesh.shape import Shape
 
 VOLUME: units.Dimension = units.power(units.LENGTH, 3)
+COARSE = 0.01  # of the volume: what facets of curved sides may miss without a word
 AWAY = 2.0  # tolerances: a mesh that is farther from its surface is said to be
 PER_FACET = np.array([[1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [1, 0, 1], [1, 1, 1]], dtype=float)
 
 
-def facts(mesh: Mesh | None) -> dict[str, Any]:
+def facts(shape: Shape, mesh: Mesh | None) -> dict[str, Any]:
     """The `filled` part of what a report says of a solution; nothing of another mesh. Found once for a mesh."""
     if not isinstance(mesh, FilledMesh) or mesh.filling is None:
         return {}
     if "filled" not in mesh.selections:
-        mesh.selections["filled"] = _facts(mesh)
+        mesh.selections["filled"] = _facts(shape, mesh)
     return {"filled": mesh.selections["filled"]}
 
 
-def _facts(mesh: FilledMesh) -> dict[str, Any]:
+def _facts(shape: Shape, mesh: FilledMesh) -> dict[str, Any]:
     how, quality = mesh.filling, qualities(mesh)
     assert how is not None
     beyond, short, place = _apart(mesh, how.surface.points, how.surface.triangles)
     return {
         "mesher": how.mesher, "digest": how.digest, "cpu_s": how.seconds, "repairs": list(how.repairs),
+        "facets_m3": shape.missed(how.size) if isinstance(shape, Enclosed) else 0.0,
         "surface_m3": how.surface.volume, "mesh_m3": float(mesh.volumes.sum()), "tolerance_m": how.tolerance,
         "mesh_to_surface_m": beyond, "surface_to_mesh_m": short, "farthest_m": place, "beside": how.beside,
         "quality": float(quality.min()), "median_quality": float(np.median(quality)),
@@ -64,10 +68,15 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
     """Warnings where a mesh is far from its surface; and what a check could not say of a public data set."""
     if not isinstance(mesh, FilledMesh) or mesh.filling is None:
         return
-    found, how = facts(mesh)["filled"], mesh.filling
+    found, how = facts(case.shape, mesh)["filled"], mesh.filling
     if case.shape.file.startswith("data:"):
         said = repaired(case, how.surface), too_thin(declared, case, how.surface)
         yield from (d for d in said if d is not None)
+    if abs(found["facets_m3"]) > COARSE * found["surface_m3"]:
+        share = units.show(float(f"{100 * found['facets_m3'] / found['surface_m3']:.2g}"), units.NONE)
+        yield diagnostic("W354", declared.at(), f"the facets of `{case.body.name}` miss {share} % of its volume in "
+                         f"`{declared.name}`", "its curved sides are made of flat facets",
+                         "take a smaller `size`, or smaller `facets` of the shape")  # fmt: skip
     away = max(found["mesh_to_surface_m"], found["surface_to_mesh_m"])
     if away > AWAY * how.tolerance:
         place = units.show_all(found["farthest_m"], units.LENGTH)

@@ -10,8 +10,9 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.problem.case import fault
+from softmark.solvers.elements import moments
 from softmark.solvers.mesh.distort import TooPoor, distorted, qualities, worst
-from softmark.solvers.mesh.filled import Filled
+from softmark.solvers.mesh.mesh import areas
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
@@ -44,6 +45,16 @@ def mesh_facts(mesh: Mesh) -> dict[str, Any]:
     return {"mesh": {"quality": worst(mesh)[0]}}
 
 
+def space_facts(shape: Shape, mesh: Mesh) -> dict[str, Any]:
+    """The `body` part of it: volume and surface of a body of which they are known, and what the mesh has of them."""
+    if "body" not in mesh.selections:
+        mesh.selections["body"] = {
+            "volume_m3": shape.volume, "mesh_m3": float(mesh.volumes.sum()),
+            "area_m2": shape.skin, "mesh_m2": float(areas(mesh, *moments.fine(mesh.element.facet.nodes)).sum()),
+        }  # fmt: skip
+    return {"body": mesh.selections["body"]}
+
+
 def sliver_note(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnostic, ...]:
     """A warning where a file holds cells that are nearly flat."""
     if not shape.file:
@@ -69,7 +80,7 @@ def sliver_note(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnosti
 
 def filled_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
     """Warnings about a mesh that fills a surface."""
-    if not isinstance(case.shape, Filled):
+    if not case.shape.enclosed:
         return ()
     from softmark.interpreter.models.shared import filled  # nothing of it where no surface is filled
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Routed, Turning
 from softmark.interpreter.vocabulary.supports import Hinged, Holding
@@ -19,6 +20,7 @@ from softmark.interpreter.vocabulary.supports import Hinged, Holding
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.problem.case import Case
+    from softmark.interpreter.problem.conforming import Cuts
     from softmark.interpreter.results.report import ModelKind
     from softmark.solvers.mesh.shape import Shape
 
@@ -95,6 +97,10 @@ class Model:
     def mesh_key(self) -> tuple[Any, ...] | None:
         """What two models of a body must agree in to share a mesh; None of one without a mesh."""
         return None
+
+    def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
+        """What its meshes must follow."""
+        return cuts_of(case, shape)
 
     def mesh_words(self, case: Case) -> str:
         """Its mesh in words."""

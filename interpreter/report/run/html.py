@@ -49,6 +49,7 @@ SECTIONS: tuple[tuple[str, str, Callable[[Findings], str]], ...] = (
     ("histories", "Over time", histories.section_of),
     ("convergence", "Convergence", convergence.section_of),
     ("filled", "Filled", filled.section_of),
+    ("bodies", "Bodies", regions.bodies_of),
     ("regions", "Regions", regions.section_of),
     ("varying", "Varying", regions.varying),
     ("loads", "Loads", loads.section_of),

@@ -13,7 +13,6 @@ from typing import Any
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.plan.needs import reached
 from softmark.interpreter.problem.case import Fault, case_for
-from softmark.interpreter.problem.conforming import cuts_of
 from softmark.interpreter.study.expansion.keys import words_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
 
@@ -46,7 +45,7 @@ def _counts(scene: Scene, model: Declared, size: float) -> list[int] | None:
         case = case_for(scene, model)
     except Fault:
         return None
-    counts = case.shape.counts(size, cuts_of(case))
+    counts = case.shape.counts(size, model.thing.cuts(case))
     return None if counts is None else list(counts)
 
 

@@ -63,6 +63,14 @@ def signed(points: Floats, triangles: Ints) -> float:
     return float(np.einsum("ti,ti->", a, np.cross(b, c)) / 6.0)
 
 
+def normals(points: Floats, triangles: Ints) -> Floats:
+    """Of each triangle (t, 3), outward; zero of one without an area."""
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    found: Floats = np.cross(b - a, c - a)
+    length = np.linalg.norm(found, axis=1, keepdims=True)
+    return found / np.where(length > 0.0, length, 1.0)
+
+
 def areas(points: Floats, triangles: Ints) -> Floats:
     """Of each triangle (t,), m^2."""
     a, b, c = (points[triangles[:, i]] for i in range(3))

@@ -24,12 +24,13 @@ def main(given: str, wanted: str) -> None:
     with np.load(given, allow_pickle=False) as surface:
         points, triangles = surface["points"], surface["triangles"]
         size, tolerance = float(surface["size"]), float(surface["tolerance"])
+        field = {name: surface[name] for name in ("bg_vertices", "bg_tets", "bg_values") if name in surface}
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     pytetwild = importlib.import_module("pytetwild")
     nodes, cells = pytetwild.tetrahedralize(
         points, triangles.astype(np.int32), edge_length_abs=size, epsilon=tolerance / extent, optimize=True,
         simplify=True, stop_energy=STOP, num_opt_iter=STEPS, coarsen=False, num_threads=1, loglevel=6, quiet=True,
-        vtk_ordering=True,
+        vtk_ordering=True, **field,
     )  # fmt: skip
     with open(wanted, "wb") as out:
         np.savez(out, points=nodes, cells=cells.astype(np.int64))

@@ -28,10 +28,16 @@ def _row(name: str, own: Mapping[str, Any]) -> str:
     has, off = own["mesh_m3"], 100 * (own["mesh_m3"] / own["surface_m3"] - 1.0)
     ways = [units.show(float(f"{own[key]:.3g}"), units.LENGTH) for key in ("mesh_to_surface_m", "surface_to_mesh_m")]
     words = (
-        f"{units.show(float(f'{has:.5g}'), VOLUME)}, {off:+.2g} % of the surface's",
+        f"{units.show(float(f'{has:.5g}'), VOLUME)}, {off:+.2g} % of the surface's{_missed(own)}",
         f"{ways[0]} and {ways[1]}",
         f"{own['quality']:.2g} and {own['median_quality']:.2g}",
         "; ".join(own["repairs"]) or "nothing",
         f"{own['mesher']}, {own['cpu_s']:.3g} s of CPU, mesh {own['digest']}",
     )
     return tag("tr", row_head(name), *(tag("td", text(w) if i else prose(w)) for i, w in enumerate(words)))
+
+
+def _missed(own: Mapping[str, Any]) -> str:
+    """What the facets of a surface miss of the body that it stands for."""
+    share = 100 * own.get("facets_m3", 0.0) / own["surface_m3"]
+    return f", whose facets miss {share:.2g} % of the body" if share else ""

@@ -1,4 +1,4 @@
-"""Parts of other materials, with the volume that is asked for and what cells of each mesh have; and what varies.
+"""Bodies, and their parts of other materials: volumes that are asked for, what cells of each mesh have; what varies.
 
 Of each constant that varies: its range and mean, and what cells do not resolve of it.
 """
@@ -15,6 +15,9 @@ from softmark.interpreter.report.run.tables.shared import by_thing, row_head, ta
 
 LEAD = "The volume of every part with a material of its own, and that of the cells that have it."
 VOLUME: units.Dimension = units.power(units.LENGTH, 3)
+AREA: units.Dimension = units.power(units.LENGTH, 2)
+WHOLE = "Volume and surface of the body, exactly, and of the mesh, whose facets are inscribed in curved sides."
+SAME = 1e-12  # relative: what rounding leaves
 VARYING = "Every constant of a material that varies in space: its least, largest and mean values on a mesh."
 HEADS = ("Constant", "Range", "Mean", "Within cells")
 DIMENSIONS: dict[str, units.Dimension] = {"young": units.PRESSURE, "density": (-3, 1, 0, 0, 0)}
@@ -43,6 +46,25 @@ def _taken(own: Mapping[str, Mapping[str, Any]]) -> str:
             off.append(f"{share:.4g} % in `{model}`: {100 * missed:.3g} % missed, {100 * beyond:.3g} % too much")
     rest = ["followed by the others" if off else "followed"] if len(off) < len(own) else []
     return "; ".join((*off, *rest))
+
+
+def bodies_of(findings: Findings) -> str:
+    """A table of all models of bodies whose volume and surface are known; empty where there is none."""
+    known = {n: m.solve["body"] for n, m in findings.report.models.items() if "body" in m.solve}
+    rows = [tag("tr", row_head(name), *map(_cell, _compared(own))) for name, own in known.items()]
+    return table_section("Bodies", WHOLE, ("Model", "Volume", "Surface"), rows)
+
+
+def _compared(own: Mapping[str, float]) -> tuple[tuple[float, float, units.Dimension], ...]:
+    """Of the body, of the mesh, and in what they are measured: volume and surface."""
+    return (own["volume_m3"], own["mesh_m3"], VOLUME), (own["area_m2"], own["mesh_m2"], AREA)
+
+
+def _cell(one: tuple[float, float, units.Dimension]) -> str:
+    exact, has, dimension = one
+    off = has / exact - 1.0
+    shown = units.show(float(f"{exact:.6g}"), dimension)
+    return tag("td", prose(f"{shown}, the mesh has " + ("it all" if abs(off) < SAME else f"{100 * off:+.2g} %")))
 
 
 def varying(findings: Findings) -> str:
