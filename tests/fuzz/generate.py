@@ -305,6 +305,10 @@ class Maker:
         count = self.pick((2, 3, 1, 0)) if self.wrong else 2
         return f"[{', '.join(self._vector(asked, depth) for _ in range(count))}]"
 
+    def _points(self, asked: Field, depth: int) -> str:
+        return str(self.pick(("[(5, 0), (20, 0), (20, 10)] mm", "[(5, 0)] mm", "[]", "(5, 0) mm")) if self.wrong
+                   else "[(5, 0), (20, 0), (20, 10)] mm")  # fmt: skip
+
     def _pairs(self, asked: Field, depth: int) -> str:
         return str(
             self.pick(("[(1, 2)]", "[(2, 1)]", "[(1, 1)]", "[(0, 3)]", "[]", "[1]")) if self.wrong else "[(1, 2)]"
