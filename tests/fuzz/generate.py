@@ -90,6 +90,9 @@ USUAL = {
     ("thickness", ""): ("10 mm",),
 }
 PLACES = ("(100, 0, 0) mm", "(50, 0, 0) mm", "(0, 0, 0) mm")  # on the axis of a cylinder
+TOGETHER = (  # words that go with one another alone: in what may be amiss
+    "network", "frame6dof", "hinged", "plane_strain", "plane_stress", "axisymmetric", "tendon", "rucker_webster",
+)  # fmt: skip
 FUSSY = ("region", "reference", "published", "study", "metric", "course")  # kinds that seldom fit what else there is
 WANTED = ("density", "size", "segments")  # fields that are not required, and mostly needed
 LIKELY = {
@@ -156,6 +159,8 @@ class Maker:
 
     def possible(self, kind: str, name: str) -> bool:
         """Whether everything that a constructor needs is declared."""
+        if name in TOGETHER:
+            return False
         constructor = CATALOGUE.constructor(kind, name)
         needed = [f for f in constructor.fields if f.required] if constructor else []
         return not any((f.form in ("name", "names") and not self._there(f)) or f.form == "file" for f in needed)
