@@ -206,6 +206,7 @@ def test_a_scene_with_a_beam_alone_makes_no_mesh_and_imports_no_kernel(tmp_path:
             ".shape",
             ".shapes",
             ".sides",
+            ".skin",
             ".spheres",
             ".tube",
         )

@@ -45,9 +45,11 @@ def _points(case: Case, mesh: Moved | None, seen: ProbeAnswer) -> Floats:
     """Those of the mesh; without one those that are looked at, or the ends of the body."""
     if mesh is not None and len(mesh.points):
         return mesh.points
-    if len(seen.X) or not isinstance(case.shape, Swept):
+    if len(seen.X) or not (isinstance(case.shape, Swept) or case.shape.wired):
         return seen.X
-    return np.array([case.shape.centre(0.0), case.shape.centre(case.shape.length)])
+    if isinstance(case.shape, Swept):
+        return np.array([case.shape.centre(0.0), case.shape.centre(case.shape.length)])
+    return np.array(case.shape.bounds)
 
 
 def _extent(case: Case, mesh: Moved | None, seen: ProbeAnswer) -> float:

@@ -227,7 +227,7 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for model, case in _cases(scene, "model"):
         if case.shape.fault or (_blamed(case.body, found) and case.shape.flat != bool(case.planar)):
             continue  # of what is no body, no more is said
-        unfit = list(plane.model(model, case))
+        unfit = [*plane.model(model, case), *_wired(model, case)]
         yield from unfit
         if unfit:
             continue
@@ -243,6 +243,14 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         yield doubt if alone else replace(doubt, notes=(*doubt.notes, f"the same holds for {others}"))
 
 
+def _wired(worker: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Of a network and a model or reference of other bodies."""
+    if case.shape.wired and not getattr(worker.thing, "wired", False):
+        from softmark.interpreter.front import networks
+
+        yield from (networks.model if worker.kind == "model" else networks.reference)(worker, case)
+
+
 def _in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
     """Doubts of a model that must know the scene: what it is fitted to."""
     doubts: list[Diagnostic] = model.thing.scene_doubts(scene, model, case)
@@ -252,6 +260,9 @@ def _in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
 def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
         if reference.thing.how != "solved":  # measured: it says how the body was, whatever holds it
+            continue
+        if case.shape.wired:
+            yield from _wired(reference, case)
             continue
         loose = not case.supports and _blamed(case.body, found)
         if loose or any(_blamed(d, found) for d in (*case.supports, *case.loads)):
@@ -265,6 +276,10 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """A metric compares its probe with a reference of the same body; some are not of plane bodies."""
     yield from plane.metrics(scene)
+    if any(body.thing.shape.wired for body in scene.of_kind("body").values()):
+        from softmark.interpreter.front import networks
+
+        yield from networks.seen(scene)
     for metric in scene.of_kind("metric").values():
         against = metric.thing.measured_from
         if against is None:

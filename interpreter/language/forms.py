@@ -1,4 +1,4 @@
-"""Fields whose values are read by functions of their own: amounts of any dimension, several texts, what is varied."""
+"""Fields whose values are read by functions of their own: amounts, several texts, lists, what is varied."""
 
 from __future__ import annotations
 
@@ -81,6 +81,41 @@ def _several(binder: Binder, field: Field, node: tree.Expression, place: Place) 
     return node.items
 
 
+def vectors(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[tuple[float, ...], ...]:
+    """Vectors in a list; the unit behind its bracket is that of all components without one. Raises Bad."""
+    if not isinstance(node, tree.List) or not node.items:
+        raise binder.wrong(field, node, place)
+    one = replace(field, form="vector")
+    return tuple(binder.value(one, _in_unit(item, node.unit), place) for item in node.items)
+
+
+def _in_unit(item: tree.Expression, unit: tree.Unit | None) -> tree.Expression:
+    return replace(item, unit=unit) if isinstance(item, tree.Vector) and item.unit is None else item
+
+
+def pairs(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[tuple[int, int], ...]:
+    """Pairs of whole numbers in a list. Raises Bad."""
+    if not isinstance(node, tree.List) or node.unit is not None or not node.items:
+        raise binder.wrong(field, node, place)
+    one, found = replace(field, form="integer"), []
+    for item in node.items:
+        if not isinstance(item, tree.Vector) or item.unit is not None or len(item.items) != 2:
+            raise binder.wrong(field, item, place)
+        first, second = (binder.value(one, number, place) for number in item.items)
+        found.append((first, second))
+    return tuple(found)
+
+
+def each(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+    """One quantity, or several in a list. Raises Bad."""
+    if isinstance(node, tree.List):
+        found: VectorValue = binder.value(replace(field, form="list"), node, place)
+        if not found.values:
+            raise binder.wrong(field, node, place)
+        return found.values
+    return (binder.value(replace(field, form="quantity"), node, place),)
+
+
 @dataclass(frozen=True)
 class FieldsOf:
     """What of the expressions of a declaration is read from files."""
@@ -128,4 +163,7 @@ FORMS: Mapping[str, Read] = {
     "target": sweeps.target,
     "targets": sweeps.targets,
     "variants": sweeps.variants,
+    "vectors": vectors,
+    "pairs": pairs,
+    "each": each,
 }

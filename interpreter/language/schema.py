@@ -40,6 +40,9 @@ Form = Literal[
     "target",
     "targets",
     "variants",
+    "vectors",
+    "pairs",
+    "each",
 ]
 
 
@@ -119,6 +122,9 @@ _EXPECTED = {
     "target": "the name of a parameter, such as `h`, or of a field, such as `rod.segments`",
     "targets": "a list of parameters and fields such as `[h, gel.poisson]`",
     "variants": "a list of values such as `[10, 5, 2.5] mm`",
+    "vectors": "a list of points such as `[(0, 0, 0), (0, 0, 1)] m`",
+    "pairs": "a list of pairs of whole numbers such as `[(1, 2), (2, 3)]`",
+    "each": "a quantity, or a list of as many as there are",
 }
 
 
@@ -257,6 +263,13 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "list"}
     if spec.startswith("points of "):
         return {"form": "points", "dimension": units.parse(spec.removeprefix("points of ")).dimension}
+    form, _, unit = spec.partition(" of ")
+    if form in ("vectors", "pairs", "each"):
+        return {
+            "form": form,
+            "dimension": units.parse(unit.split(" in ")[0]).dimension,
+            "interval": Interval.read(unit),
+        }
     listed, spec = spec.startswith("values of "), spec.removeprefix("values of ")
     unit = spec.split(" in ")[0]
     vector = tuple in (get_origin(base), *(get_origin(part) for part in get_args(base)))

@@ -20,12 +20,14 @@ from typing import Any
 
 from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.network.words import Frame6Dof
 from softmark.interpreter.models.reduced.words import Modal, Pod
 from softmark.interpreter.models.springs.words import MassSpring
 
 MODELS: dict[str, type[Any]] = {
     "fem": Fem,
     "beam6dof": Beam6Dof,
+    "frame6dof": Frame6Dof,
     "mass_spring": MassSpring,
     "modal": Modal,
     "pod": Pod,

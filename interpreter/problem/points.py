@@ -17,7 +17,6 @@ from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.conforming import cuts_for
 from softmark.interpreter.problem.data import located
 from softmark.interpreter.problem.outliers import kept
-from softmark.interpreter.problem.prism_surface import skin_of
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import ProbeResult, SeenSurface
 from softmark.interpreter.results.thinning import picked
@@ -27,6 +26,7 @@ from softmark.records import dataclass
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
 from softmark.solvers.mesh import shape as geometry
+from softmark.solvers.mesh.skin import skin_of
 
 if TYPE_CHECKING:
     from softmark.interpreter.problem.members import Members

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
-from softmark.interpreter.vocabulary.bodies import Axisymmetric, PlaneStrain, PlaneStress, Solid
+from softmark.interpreter.vocabulary.bodies import Axisymmetric, BeamNetwork, PlaneStrain, PlaneStress, Solid
 from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, State, Table
 from softmark.interpreter.vocabulary.loads import (
     Gravity,
@@ -24,13 +24,14 @@ from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, 
 from softmark.interpreter.vocabulary.published import Column
 from softmark.interpreter.vocabulary.regions import BodyGroup, BodyPart
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Stability, Sweep
-from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows, Symmetric, Turned
+from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows, Hinged, Symmetric, Turned
 
 BODIES: dict[str, type[Any]] = {
     "solid": Solid,
     "plane_strain": PlaneStrain,
     "plane_stress": PlaneStress,
     "axisymmetric": Axisymmetric,
+    "network": BeamNetwork,
 }
 
 REGIONS: dict[str, type[Any]] = {
@@ -44,6 +45,7 @@ SUPPORTS: dict[str, type[Any]] = {
     "turned": Turned,
     "follows": Follows,
     "symmetric": Symmetric,
+    "hinged": Hinged,
 }
 
 LOADS: dict[str, type[Any]] = {

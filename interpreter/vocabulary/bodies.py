@@ -13,6 +13,7 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
 
+Vector3 = tuple[float, float, float]
 SLICE = 0.05  # of its size: how thick the slice is that stands for a body of revolution
 
 
@@ -113,3 +114,46 @@ class Axisymmetric(Planar):
             return 1.0
         (left, low), (right, high) = self.region.ends
         return float(SLICE * max(right - left, high - low))
+
+
+@dataclass(frozen=True)
+class BeamNetwork:
+    """Straight beams between points, of one material, rigidly joined where they share a point: frames and lattices.
+
+    Members are pairs of points, counted from 1. Sections are round (`radius`), rings (`inner`) or rectangular: `height`
+    along `up`, as far as that is across the member, and `side` across both; of members along `up` the height is along
+    x (along y of those along x). One section for all, or a list with one for each member. With `end_radius` and its
+    like members taper, linearly from their first point to their second. Models are `frame6dof(...)` alone. Conditions
+    and points are of coordinates as everywhere; a support takes points of the axes.
+    """
+
+    points: Annotated[tuple[Vector3, ...], "vectors of m", "where members begin and end"]
+    members: Annotated[tuple[tuple[int, int], ...], "pairs of 1 in [1, 100000]", "the two points of each member"]
+    material: Annotated[Any, "material", "what it is made of"]
+    radius: Annotated[tuple[float, ...] | None, "each of m in (0, inf)", "radius of round sections"] = None
+    inner: Annotated[tuple[float, ...] | None, "each of m in (0, inf)", "radius of the hollow of round sections"] = None
+    side: Annotated[tuple[float, ...] | None, "each of m in (0, inf)", "extent of rectangular sections across `up`"] = (
+        None
+    )
+    height: Annotated[
+        tuple[float, ...] | None, "each of m in (0, inf)", "extent of rectangular sections along `up`; `side` without"
+    ] = None
+    up: Annotated[Vector3, "direction", "which way sections are upright"] = (0.0, 0.0, 1.0)
+    end_radius: Annotated[tuple[float, ...] | None, "each of m in (0, inf)", "radius at the second point"] = None
+    end_inner: Annotated[tuple[float, ...] | None, "each of m in (0, inf)", "`inner` at the second point"] = None
+    end_side: Annotated[tuple[float, ...] | None, "each of m in (0, inf)", "`side` at the second point"] = None
+    end_height: Annotated[tuple[float, ...] | None, "each of m in (0, inf)", "`height` at the second point"] = None
+    planar = ""
+
+    @cached_property
+    def shape(self) -> Shape:
+        """Its members as one geometry."""
+        from softmark.solvers.mesh.frame import Network
+
+        first = self.radius, self.inner, self.side, self.height
+        last = self.end_radius, self.end_inner, self.end_side, self.end_height
+        return Network(self.points, self.members, *first, self.up, *last)
+
+    def as_it_is(self, material: Any) -> Any:
+        """A material, as it is in this body."""
+        return material

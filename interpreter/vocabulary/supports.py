@@ -227,3 +227,35 @@ class Follows(Holding):
     def tracked(self) -> str:
         """The measurement whose points it follows."""
         return self.of
+
+
+@dataclass(frozen=True)
+class Hinged(Support):
+    """Holds points of the axes of a network, or moves them, and leaves their sections to turn.
+
+    With an `axis` they turn about that alone, as on a bolt; without one in every way, as on a ball. `components`
+    chooses what is held of their places: `components = y` is a roller that slides along x and z. A hinge between two
+    members is no support: members that meet are joined rigidly.
+    """
+
+    body: Annotated[str, "body", "the network that is held"]
+    where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
+    axis: Annotated[Vector3 | None, "direction", "what sections may turn about; every axis without"] = None
+    by: Annotated[Vector3, "m", "displacement at full load"] = (0.0, 0.0, 0.0)
+    components: Annotated[tuple[int, ...], "components", "directions in which places are held"] = (0, 1, 2)
+    course: Annotated[Any | None, "course", "how it moves from state to state; at once without"] = None
+
+    @property
+    def moves(self) -> bool:  # type: ignore[override]
+        """Whether it imposes a motion."""
+        return any(self.by)
+
+    @property
+    def displacement(self) -> Vector3:
+        """That it imposes at full load, m."""
+        return self.by
+
+    def part(self, share: float) -> Self:
+        """The same at a part of its full size."""
+        moved: Self = scaled(self, "by", share)
+        return moved

@@ -24,7 +24,8 @@ class CheckedRod:
 
     `natural` are the same at rest, where it is not straight.
 
-    `l` (n - 1,) are the lengths at rest, `C` (6,) the stiffnesses EA, GA2, GA3 (N), GJ, EI2, EI3 (N m^2); modes in
+    `l` (n - 1,) are the lengths at rest, `C` (6,) the stiffnesses EA, GA2, GA3 (N), GJ, EI2, EI3 (N m^2), or (n - 1, 6)
+    those of each element; modes in
     `rigid` have no stiffness of their own, and what they carry is what balances the rest best.
     """
 
@@ -53,9 +54,9 @@ class CheckedRod:
         e, Ra = len(self.l), self.R[:-1]
         theta, inverse, middle, d, A = self._elements
         Gamma = np.einsum("eki,ek->ei", middle, d) / self.l[:, None] - self._at_rest[0]
-        carried = Gamma * self.C[:3]
+        carried = Gamma * self.C[..., :3]
         carried[:, list(self.rigid)] = 0.0
-        M = np.einsum("eij,ekj,ek->ei", Ra, inverse, (theta - self._at_rest[1]) / self.l[:, None] * self.C[3:])
+        M = np.einsum("eij,ekj,ek->ei", Ra, inverse, (theta - self._at_rest[1]) / self.l[:, None] * self.C[..., 3:])
         g = self._onto_nodes(np.einsum("eij,ej->ei", middle, carried)[:, None], M[:, None], d, A)[:, :, 0]
         unit = np.zeros((e, len(self.rigid), 3)) + middle[:, :, list(self.rigid)].transpose(0, 2, 1)
         by = np.zeros((e + 1, 6, e, len(self.rigid)))
@@ -126,8 +127,8 @@ class CheckedRod:
         weakest = np.linalg.norm(1.0 / self.l)
         turn = away / arm
         own = np.setdiff1d(np.arange(3), self.rigid)
-        along = self.C[own].max(initial=0.0) * (away * weakest + turn * np.sqrt(len(self.l)))
-        return float(along + self.C[3:].max() * turn * weakest / self.l.sum())
+        along = self.C[..., own].max(initial=0.0) * (away * weakest + turn * np.sqrt(len(self.l)))
+        return float(along + self.C[..., 3:].max() * turn * weakest / self.l.sum())
 
 
 def rotation_vector(R: Floats) -> Floats:

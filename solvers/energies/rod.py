@@ -19,7 +19,7 @@ from softmark.records import dataclass
 from softmark.solvers.energies.blocks import add_blocks, definite
 from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
 from softmark.solvers.energies.rod_kinematics import Segments, segments_of
-from softmark.solvers.energies.rod_section import RodStiffness
+from softmark.solvers.energies.rod_section import RodStiffness, VaryingStiffness
 from softmark.solvers.energies.rod_state import lengths
 
 
@@ -28,7 +28,8 @@ class RodElastic(Energy):
     """E = sum of l/2 (eps - eps0) . C (eps - eps0), eps = (Gamma, K) at the middle of each element, in J.
 
     eps0 are the strains of the undeformed state `rest` (nodes * 7,), which may be bent, twisted and placed
-    at will; C = diag(EA, GA2, GA3, GJ, EI2, EI3). A rigid motion changes neither energy nor resultants.
+    at will; C = diag(EA, GA2, GA3, GJ, EI2, EI3), one or one of each element. A rigid motion changes neither energy
+    nor resultants.
     Neighbouring nodes must turn by less than 180 degrees against each other: beyond, the shorter way round
     counts. Sources: Simo & Vu-Quoc 1986 (energy and strains), Crisfield & Jelenic 1999 (objective
     interpolation).
@@ -36,7 +37,7 @@ class RodElastic(Energy):
 
     rest: Floats
     elements: Ints  # (n, 2)
-    stiffness: RodStiffness
+    stiffness: RodStiffness | VaryingStiffness
     offset: Floats = field(default_factory=lambda: np.zeros(6))  # (n, 6) or (6,), added to eps - eps0
     conservative: bool = True
 
@@ -69,7 +70,7 @@ class RodElastic(Energy):
 
     def mode_energies(self, x: Floats) -> Floats:
         """Strain energy (6,) in J of stretch, the two shears, twist and the two bendings."""
-        return np.asarray(self.lengths @ self.strains(x) ** 2 * self.stiffness.diagonal / 2)
+        return np.asarray(self.lengths @ (self.strains(x) ** 2 * self.stiffness.diagonal) / 2)
 
     def rigid_fraction(self, x: Floats) -> float:
         """Part of the strain energy that switched-off modes still hold."""
@@ -92,13 +93,13 @@ class RodElastic(Energy):
     def rounding(self, x: Floats) -> float:
         """Bound, N, on the gradient that rounding of positions leaves: eps |x| C / l, root of squares."""
         noise = np.finfo(np.float64).eps * np.max(np.abs(x.reshape(-1, 7)[:, :3]))
-        largest = np.max(self.stiffness.diagonal[:3])
+        largest = np.max(self.stiffness.diagonal[..., :3])
         return float(noise * largest * np.sqrt(2 * np.sum(1 / self.lengths**2)))
 
     def value(self, x: Floats) -> float:
         """Strain energy, J; with an offset, that of the springs behind the switched-off modes included."""
         strains = self.strains(x) + self.offset
-        return float(self.lengths @ strains**2 @ self.stiffness.diagonal / 2)
+        return float(np.sum(self.lengths @ (strains**2 * self.stiffness.diagonal)) / 2)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Internal nodal forces, N, and moments about the material axes, N m."""

@@ -59,6 +59,14 @@ class RodStiffness:
 
 
 @dataclass(frozen=True)
+class VaryingStiffness:
+    """Stiffnesses that differ from element to element: `diagonal` (n, 6), as those of `RodStiffness` in a row."""
+
+    diagonal: Floats
+    rigid: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
 class RodSection:
     """A homogeneous isotropic cross-section, e2 and e3 along its principal axes."""
 

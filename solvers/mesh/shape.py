@@ -183,6 +183,7 @@ class Shape:
     prebuilt: ClassVar[bool] = False  # its cells are those of a file, and a size has no part in them
     enclosed: ClassVar[bool] = False  # it is filled with tetrahedra, and asks a mesher for them
     flat: ClassVar[bool] = False  # it is a region of a plane, for plane problems
+    wired: ClassVar[bool] = False  # it is a network of axes, of which no cells are made
     gap: ClassVar[str] = "hollow"  # why a point between others that it holds may be outside, where it is not convex
 
     @property
@@ -301,6 +302,10 @@ class Swept(Shape):
     def bend(self) -> float:
         """The curvature of its axis, 1/m."""
         return 0.0
+
+    def section_at(self, station: float) -> Section:
+        """The cross-section at a station, m from the root."""
+        return self.section
 
     def centre(self, station: float) -> Vector3:
         """The centre of the section at a station, m from the root along the axis."""

@@ -35,6 +35,7 @@ from softmark.interpreter.metrics.curves import Course, Curve
 from softmark.interpreter.metrics.measure import measured_by
 from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
 from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.models import MODELS
 from softmark.interpreter.models.builders import build, load
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.models.shared.prepared import Workshop
@@ -66,6 +67,10 @@ scene "contract"
 material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
 body bar = solid(box(size = (40, 20, 20) mm, origin = (0, -10, -10) mm), gel)
 """
+NETWORK = BODY.replace(
+    "solid(box(size = (40, 20, 20) mm, origin = (0, -10, -10) mm), gel)",
+    "network([(0, 0, 0), (20, 0, 0), (40, 0, 0)] mm, members = [(1, 2), (2, 3)], material = gel, side = 20 mm)",
+)
 CLAMP = "support wall = fixed(bar, where = x <= 0 mm)\n"
 LOOK = "probe tip = point(bar, at = (40, 0, 0) mm)\n"
 BEADS = 'reference beads = markers("beads.csv", unit = 1 mm, uncertainty = 0.1 mm)\n'
@@ -87,6 +92,7 @@ SUPPORTED = {
     "turned": "turned(bar, where = x >= 40 mm, axis = +x, angle = 10 deg)",
     "symmetric": "symmetric(bar, where = y <= -10 mm)",
     "follows": "follows(bar, where = x >= 40 mm, of = beads, reach = 15 mm)",
+    "hinged": "hinged(bar, where = x >= 40 mm, by = (0, 0, 1) mm, components = z)",
 }
 ANALYSED = {
     "rest": "",
@@ -355,7 +361,7 @@ def check_model(cls: type[Any], words: str, before: str = "") -> set[str]:
                                                                     ANALYSED.items()):  # fmt: skip
         if grip and load_word != "gravity":
             continue  # each load, and each support: not each pair
-        text = f"{BODY}{CLAMP}{LOOK}{BEADS}{analysis}load push = {push}\n"
+        text = f"{_body(cls)}{CLAMP}{LOOK}{BEADS}{analysis}load push = {push}\n"
         text += f"support grip = {grip}\n" if grip else ""
         what = f"{load_word}, {held or 'a clamp'}, {how}"
         if _takes(f"{text}{before}model m = {words}\n", what):
@@ -364,8 +370,20 @@ def check_model(cls: type[Any], words: str, before: str = "") -> set[str]:
     return taken
 
 
+def _body(cls: type[Any]) -> str:
+    """The body that a model is tried on."""
+    return NETWORK if cls.wired else BODY
+
+
+def _class_of(words: str) -> type[Any]:
+    found: type[Any] = MODELS[words.partition("(")[0]]
+    return found
+
+
 def _made(before: str, words: str) -> tuple[Declared, Case]:
-    scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}load push = gravity(1 m/s^2)\n{before}model m = {words}\n")
+    scene, found = scene_of(
+        f"{_body(_class_of(words))}{CLAMP}{LOOK}load push = gravity(1 m/s^2)\n{before}model m = {words}\n"
+    )
     assert errors(found) == []
     return scene.declared["m"], case_for(scene, scene.declared["m"])
 
@@ -401,7 +419,8 @@ def refuses_foreign(words: str, before: str = "") -> None:
     with added(LOADS, "magnet", Magnet) as magnet, added(SUPPORTS, "cushion", Cushion) as cushion:
         for line, who in ((f"load push = {magnet}(bar, 1 N)", "push"),
                           (f"support pad = {cushion}(bar, where = x >= 40 mm)", "pad")):  # fmt: skip
-            _, found = scene_of(f"{BODY}{CLAMP}{LOOK}load w = gravity(1 m/s^2)\n{line}\n{before}model m = {words}\n")
+            body = _body(_class_of(words))
+            _, found = scene_of(f"{body}{CLAMP}{LOOK}load w = gravity(1 m/s^2)\n{line}\n{before}model m = {words}\n")
             said = [d for d in found if d.code == "E501" and f"`{who}`" in d.message]
             assert len(said) >= 1, (who, [d.message for d in found])
             assert all(d.label and d.help and d.span for d in said)
@@ -436,7 +455,8 @@ def _takes(text: str, what: str) -> bool:
 
 def check_result(words: str, before: str = "", analysis: str = "") -> ModelResult:
     """A run of a model: its entry of the report has its keys, and nothing but JSON's own types."""
-    scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}{analysis}load push = gravity(1 m/s^2)\n"
+    body = _body(_class_of(words))
+    scene, found = scene_of(f"{body}{CLAMP}{LOOK}{analysis}load push = gravity(1 m/s^2)\n"
                             f"metric sag = displacement(tip, along = -z)\n{before}model m = {words}\n")  # fmt: skip
     assert errors(found) == []
     report = run(scene, found, Options(draw=False, stated=()))

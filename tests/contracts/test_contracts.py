@@ -58,15 +58,17 @@ MODELLED = {
             ("fem(tet4, strain = finite, size = 10 mm, mass = lumped, cap = 3)", ""),
             ("fem(tet10, strain = finite, size = 20 mm, formulation = mixed)", "")],
     "beam6dof": [("beam6dof(segments = 4)", "")],
+    "frame6dof": [("frame6dof(segments = 4)", "")],
     "mass_spring": [("mass_spring(stiffness = from_material(), size = 10 mm)", "")],
     "modal": [("modal(of = full, modes = 2)", FULL)],
     "pod": [("pod(of = full, training = [1])", FULL)],
 }  # fmt: skip
-TAKES = {  # of 60: each load, and each support under gravity, in each of five analyses; lines for all but springs
+TAKES = {  # of 70: each load, and each support under gravity, in each of five analyses; lines for all but springs
     "fem(hex8": 46,  # its consistent mass is no explicit one
     "fem(tet4": 35,  # a cap has no part in a path or a disturbed start, nor in a turn at rest
     "fem(tet10": 23,  # pressures have no mass, and no way downhill
     "beam6dof(segments = 4)": 43,  # no pressure, no tracked points; tendons
+    "frame6dof(segments = 4)": 18,  # forces, lines, clamps and hinges; torques at rest alone
     "mass_spring(stiffness = from_material()": 53,  # no turns along a path or from a disturbed start
     "modal(of = full": 31,  # turns at rest alone
     "pod(of = full": 31,
@@ -177,7 +179,7 @@ def test_references(name: str) -> None:
 def test_models(cls: type[Any], words: str, before: str) -> None:
     taken = check_model(cls, words, before)
     assert {f"gravity, {held}, rest" for held in ("a clamp", "displaced")} <= taken
-    if cls is not MODELS["beam6dof"]:
+    if cls not in (MODELS["beam6dof"], MODELS["frame6dof"]):
         assert {"pressure, a clamp, rest", "gravity, follows, rest"} <= taken
     assert len(taken) == TAKES[words.partition(",")[0]], sorted(taken)
 

@@ -90,6 +90,9 @@ USUAL = {
     ("thickness", ""): ("10 mm",),
 }
 PLACES = ("(100, 0, 0) mm", "(50, 0, 0) mm", "(0, 0, 0) mm")  # on the axis of a cylinder
+TOGETHER = (  # words that go with one another alone: in what may be amiss
+    "network", "frame6dof", "hinged", "plane_strain", "plane_stress", "axisymmetric", "tendon", "rucker_webster",
+)  # fmt: skip
 FUSSY = ("region", "reference", "published", "study", "metric", "course")  # kinds that seldom fit what else there is
 WANTED = ("density", "size", "segments")  # fields that are not required, and mostly needed
 LIKELY = {
@@ -156,6 +159,8 @@ class Maker:
 
     def possible(self, kind: str, name: str) -> bool:
         """Whether everything that a constructor needs is declared."""
+        if name in TOGETHER:
+            return False
         constructor = CATALOGUE.constructor(kind, name)
         needed = [f for f in constructor.fields if f.required] if constructor else []
         return not any((f.form in ("name", "names") and not self._there(f)) or f.form == "file" for f in needed)
@@ -300,6 +305,23 @@ class Maker:
             return "[60, 30, 20] kPa"
         items = ", ".join(self.number() for _ in range(self.pick((1, 2, 3, 0))))
         return f"[{items}]{self.pick(('', ' mm', ' kPa', ' s'))}"
+
+    def _vectors(self, asked: Field, depth: int) -> str:
+        count = self.pick((2, 3, 1, 0)) if self.wrong else 2
+        return f"[{', '.join(self._vector(asked, depth) for _ in range(count))}]"
+
+    def _points(self, asked: Field, depth: int) -> str:
+        return str(self.pick(("[(5, 0), (20, 0), (20, 10)] mm", "[(5, 0)] mm", "[]", "(5, 0) mm")) if self.wrong
+                   else "[(5, 0), (20, 0), (20, 10)] mm")  # fmt: skip
+
+    def _pairs(self, asked: Field, depth: int) -> str:
+        return str(
+            self.pick(("[(1, 2)]", "[(2, 1)]", "[(1, 1)]", "[(0, 3)]", "[]", "[1]")) if self.wrong else "[(1, 2)]"
+        )
+
+    def _each(self, asked: Field, depth: int) -> str:
+        one = self._quantity(asked, depth)
+        return self.pick((one, f"[{one}]", f"[{one}, {one}]", "[]")) if self.wrong else one
 
     def expectation(self) -> str:
         """A condition on a metric, or on none."""

@@ -192,7 +192,7 @@ def test_new_scenes_come_with_what_they_read(tmp_path: Path) -> None:
     assert "`dsl new pull --out DIR` writes both" in printed.stderr
     assert printed.stdout == (tmp_path / "mine" / "pull.scene").read_text()
     names = [line.split()[0] for line in dsl("new", "--list", cwd=tmp_path).stdout.splitlines()]
-    assert {"beam", "pull", "press", "inclusion", "actuator", "organ"} <= set(names)
+    assert {"beam", "pull", "press", "inclusion", "actuator", "organ", "network"} <= set(names)
 
 
 def test_fmt_writes_only_what_it_can_keep(tmp_path: Path) -> None:

@@ -101,7 +101,7 @@ metric closer = displacement(skin, along = -z)
 def test_a_tube_is_drawn_closed_and_cut_by_its_axis() -> None:
     """The picture's skin is closed and outward, a polygon's share of the volume; half a ring lies below its middle."""
     from softmark.interpreter.problem.parts.sections import share
-    from softmark.interpreter.problem.prism_surface import skin_of
+    from softmark.solvers.mesh.skin import skin_of
 
     tube = Tube(0.1, 0.01, 0.006)
     X, triangles = skin_of(tube, 128, 4)

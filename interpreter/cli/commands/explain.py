@@ -204,7 +204,7 @@ def _constructor(c: Constructor) -> str:
 def _facts(f: Field) -> str:
     """Dimension, range and default of a field."""
     facts = [f.expected if f.form != "quantity" or f.dimension is None else _dimension(f)]
-    if f.interval is not None and f.form in ("quantity", "vector", "integer"):
+    if f.interval is not None and f.form in ("quantity", "vector", "integer", "each"):
         facts.append(f.interval.words(f.dimension or units.NONE))
     facts += ["may vary in space"] if f.varies else []
     facts.append("required" if f.required else f"default {_default(f)}")
@@ -248,13 +248,16 @@ _FITTING = {
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
 }  # fmt: skip
 _FILES = {"filled": '"file.stl"', "markers": '"file.csv"', "table": '"file.csv"', "ct_volume": '"file.nrrd"'}
-_CHOSEN = {"arc": ("side",), "curve_error": ("over",)}  # fields that may be left out, but mostly are needed
+_CHOSEN = {  # fields that may be left out, but mostly are needed, one or another of them
+    "arc": ("side",), "curve_error": ("over",), "network": ("radius",),
+}  # fmt: skip
 _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "files": '"file.csv"',
     "texts": '"force"', "amount": "1 mm", "direction": "-z", "condition": "x <= 0 mm",
     "components": "(x, y)", "names": "[NAME_OF_MODEL, NAME_OF_MODEL]", "list": "[10, 5, 2.5] mm",
     "points": "[(5, 0), (20, 0), (20, 10)] mm", "target": "NAME_OF_PARAMETER", "targets": "[NAME_OF_PARAMETER]",
-    "variants": "[10, 5, 2.5] mm",
+    "variants": "[10, 5, 2.5] mm", "vectors": "[(0, 0, 0), (0, 0, 1), (1, 0, 1)] m", "pairs": "[(1, 2), (2, 3)]",
+    "each": "20 mm",
 }  # fmt: skip
 
 

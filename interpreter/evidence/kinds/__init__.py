@@ -13,12 +13,14 @@ from typing import Any
 from softmark.interpreter.evidence.kinds.voucher import Voucher
 from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.network.words import Frame6Dof
 from softmark.interpreter.models.reduced.words import Reduced
 from softmark.interpreter.models.springs.words import MassSpring
 
 VOUCHERS: dict[type[Any], str] = {
     Fem: "softmark.interpreter.evidence.kinds.solids",
     Beam6Dof: "softmark.interpreter.evidence.kinds.beams",
+    Frame6Dof: "softmark.interpreter.evidence.kinds.networks",
     MassSpring: "softmark.interpreter.evidence.kinds.springs",
     Reduced: "softmark.interpreter.evidence.kinds.reductions",
 }

@@ -18,6 +18,7 @@ from softmark.interpreter.results.loads import Vector
 from softmark.interpreter.results.reactions import Reaction
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.mesh.shape import Swept
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
@@ -143,9 +144,15 @@ def _plain(forces: Floats) -> Floats:
 
 
 def holders(case: Case, mesh: Mesh | None, thing: Any) -> list[Holder]:
-    """The supports of a model on a mesh, or else of a beam, in the order of the scene, and what each holds of it."""
+    """The supports of a model on a mesh, or else of beams, in the order of the scene, and what each holds of it."""
     if mesh is not None:
         return [_of_mesh(case, support, mesh) for support in case.supports]
+    if not isinstance(case.shape, Swept):
+        from softmark.interpreter.models.network.layout import Layout
+
+        layout = Layout.of(case, thing.segments)
+        masks = [(support.name, layout.holds(support)) for support in case.supports]
+        return [Holder(name, mask, np.asarray(mask.any(axis=1), dtype=np.float64)) for name, mask in masks]
     from softmark.interpreter.models.beam.holding import held_by
 
     stations = np.array(thing.stations(case))

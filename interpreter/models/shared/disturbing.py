@@ -39,9 +39,11 @@ def doubts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         return []
     model, word = declared.thing, f"`disturbed = {known.kind}`"
     if not model.recovers:
-        problem = f"{word} has no meaning for `{declared.name}`, which knows a few fields of displacements only"
+        few = "has no meaning for", "which knows a few fields of displacements only"
+        does, why = few if model.reduces is not None else ("is not known of", "which starts from rest")
+        help_ = "leave it out: networks start from rest" if model.wired else "use `fem`, `mass_spring` or `beam6dof`"
         return [
-            diagnostic("E571", declared.at(), problem, "cannot be disturbed", "use `fem`, `mass_spring` or `beam6dof`")
+            diagnostic("E571", declared.at(), f"{word} {does} `{declared.name}`, {why}", "cannot be disturbed", help_)
         ]
     found = []
     for field in model.shortcuts:

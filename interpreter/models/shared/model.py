@@ -24,7 +24,7 @@ from softmark.interpreter.vocabulary.loads import (
     Tensile,
     Turning,
 )
-from softmark.interpreter.vocabulary.supports import Holding
+from softmark.interpreter.vocabulary.supports import Hinged, Holding
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
 
 MOST = "`fem(...)` takes all"
+OF_NETWORKS = "networks take gravity, forces and lines of force on axes, and torques; `fixed`, `displaced` and `hinged`"
 _SOME: dict[type, tuple[str, str]] = {  # loads of some models alone: why, and what to do
     PerLength: ("not a load that it takes", "use a traction on a strip; `fem(...)` and beams take lines"),
     Routed: ("it presses along a line, which has no limit in a solid", "tendons are of beams: `beam6dof(...)`"),
@@ -47,6 +48,7 @@ class Model:
     loads: tuple[type[Any], ...] = (PerMass, PerArea, Tensile, Follower, Turning, AtPoint)  # how they may act
     supports: tuple[type[Any], ...] = (Holding,)  # what they are
     moves = True  # it takes dynamic analyses
+    wired = False  # it is of networks of axes, and of nothing else
     composite = False  # it takes bodies with parts of other materials
     graded = False  # it takes materials whose constants vary in space
     recovers = False  # it finds back to rest from any state
@@ -128,15 +130,22 @@ class Model:
                              "use `fem(...)` or `beam6dof(...)` in a dynamic analysis")  # fmt: skip
         for load in case.loads:
             if not isinstance(load.thing.action, self.loads):
-                label, help = _SOME.get(type(load.thing.action), ("not a load that it takes", MOST))
+                label, help = _SOME.get(type(load.thing.action), ("not a load that it takes", self._most))
                 yield diagnostic("E501", load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
                                  label, help)  # fmt: skip
         for support in case.supports:
             if not isinstance(support.thing, self.supports):
+                hinge = "a hinge holds points of a `network(...)`, and `frame6dof(...)` takes it"
                 yield diagnostic("E501", support.at(),
                                  f"`{declared.name}` cannot represent the support `{support.name}`",
-                                 "not a support that it takes", MOST)  # fmt: skip
+                                 "not a support that it takes",
+                                 hinge if isinstance(support.thing, Hinged) else self._most)  # fmt: skip
         yield from self.turns(declared, case)
+
+    @property
+    def _most(self) -> str:
+        """What takes it, of what it does not take itself."""
+        return OF_NETWORKS if self.wired else MOST
 
     def turns(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
         """Errors for supports that turn, where it cannot follow them."""

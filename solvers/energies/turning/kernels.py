@@ -261,7 +261,7 @@ def rod(
 ) -> float:  # fmt: skip
     """The strain energy, J; g (n, 6) += scale forces; data[slots] += scale their tangent by what T turns (n, 3, 3).
 
-    An empty `g` or `slots` asks for none; negative slots are left out. `C` (6,), `rest` strains (m, 6).
+    An empty `g` or `slots` asks for none; negative slots are left out. `C` and `rest` strains are (m, 6).
     """
     energy = 0.0
     theta, w, M, tw, tM, ttM, N, Gamma, moment, p = np.zeros((10, 4))
@@ -278,7 +278,7 @@ def rod(
             for k in range(3):
                 Gamma[i] += R[k, i] * (at[b, k] - at[a, k]) / l[e]
             gap, bend = Gamma[i] - rest[e, i], theta[i] / l[e] - rest[e, 3 + i]
-            N[i], M[i] = C[i] * gap, C[3 + i] * bend
+            N[i], M[i] = C[e, i] * gap, C[e, 3 + i] * bend
             energy += 0.5 * l[e] * (N[i] * gap + M[i] * bend)
         if g.shape[0] == 0 and slots.shape[0] == 0:
             continue
@@ -289,8 +289,8 @@ def rod(
         _increments(theta, m, factors, R, Gamma, l[e], A, J, by)
         for i in range(3):
             for j in range(12):
-                by[3, i, j] = C[i] * by[2, i, j]
-                by[5, i, j] = C[3 + i] * by[0, i, j] / l[e]
+                by[3, i, j] = C[e, i] * by[2, i, j]
+                by[5, i, j] = C[e, 3 + i] * by[0, i, j] / l[e]
         _tangent(e, elements, l[e], theta, m, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
         _put(e, elements, T, slots, scale, block, moment, data)
     return energy

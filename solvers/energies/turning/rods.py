@@ -87,7 +87,8 @@ class TurningRod(Energy):
     def _parts(self) -> Any:
         """Elements, lengths, stiffnesses and strains at rest, as the kernel takes them."""
         rod = self.elastic
-        return np.ascontiguousarray(rod.elements), rod.lengths, rod.stiffness.diagonal, rod.rest_strains
+        C = np.ascontiguousarray(np.broadcast_to(rod.stiffness.diagonal, rod.rest_strains.shape))
+        return np.ascontiguousarray(rod.elements), rod.lengths, C, rod.rest_strains
 
     def _run(
         self, turned: Turned, scale: float, g: Floats = NO_FORCES, slots: Any = NO_SLOTS, data: Floats = NO_DATA

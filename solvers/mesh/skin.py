@@ -1,4 +1,4 @@
-"""The surface of a body along an axis for pictures, without a mesh: rings along its axis, and a cap at each end."""
+"""The surface of a body along an axis, without a mesh: rings along its axis, and a cap at each end."""
 
 from __future__ import annotations
 
@@ -18,14 +18,16 @@ AROUND, ALONG = 32, 48
 
 def skin_of(shape: Swept, around: int = AROUND, along: int = ALONG) -> tuple[Floats, Ints]:
     """Points (n, 3) in m and triangles (t, 3), outward."""
-    ring, hole = shape.section.outline(around), shape.section.hole(around)  # (k, 2), counter-clockwise
-    k = len(ring)
     stations = np.linspace(0.0, shape.length, along + 1).tolist()
+    sections = [shape.section_at(s) for s in stations]
+    rings = np.array([section.outline(around) for section in sections])  # (along + 1, k, 2), counter-clockwise
+    k = rings.shape[1]
     axis = np.array([shape.centre(s) for s in stations])
     frames = np.array([shape.frame(s)[1:] for s in stations])  # (along + 1, 2, 3)
-    sides = (axis[:, None, :] + ring @ frames).reshape(-1, 3)
-    if hole is not None:
-        return _hollow(sides, (axis[:, None, :] + hole @ frames).reshape(-1, 3), k, along)
+    sides = (axis[:, None, :] + rings @ frames).reshape(-1, 3)
+    holes = [hole for hole in (section.hole(around) for section in sections) if hole is not None]
+    if holes:
+        return _hollow(sides, (axis[:, None, :] + np.array(holes) @ frames).reshape(-1, 3), k, along)
     points = np.concatenate([sides, axis[:1], axis[-1:]])
     first, last = len(sides), len(sides) + 1
     i = np.arange(k)

@@ -1,0 +1,1 @@
+"""Beams that meet in rigid joints: words, places, supports and loads, and what builds them."""

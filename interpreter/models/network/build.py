@@ -1,0 +1,175 @@
+"""Building and solving a network: everything here is arrays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.answers.carried import Carried
+from softmark.interpreter.models.answers.vibrations import about
+from softmark.interpreter.models.network import places
+from softmark.interpreter.models.network.layout import Layout
+from softmark.interpreter.models.network.sections import at_nodes, stiffnesses
+from softmark.interpreter.models.network.shifts import Shifts
+from softmark.interpreter.models.network.words import Frame6Dof
+from softmark.interpreter.models.shared import outcome
+from softmark.interpreter.models.shared.prepared import Meshless, Prepared, Solution, Workshop
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.loads import AtPoint, PerLength, PerMass, Turning
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.rod import RodElastic, RodLoad
+from softmark.solvers.energies.rod_joints import Jointed
+from softmark.solvers.energies.rod_section import VaryingStiffness
+from softmark.solvers.linear import factorisations
+from softmark.solvers.statics.equilibrium import Equilibrium, Statics, equilibrium
+from softmark.solvers.statics.rod_network import RodNetwork
+
+if TYPE_CHECKING:
+    from softmark.solvers.statics.equilibrium import Watch
+
+
+@dataclass(frozen=True)
+class PreparedNetwork(Meshless):
+    """A network at rest and its static problem."""
+
+    declared: Declared
+    layout: Layout
+    problem: Statics
+    size: dict[str, int]
+    applied: tuple[tuple[Declared, Energy], ...]  # every load by itself
+
+    @property
+    def points(self) -> Floats:
+        """Where its loads act (p, 3), m, undeformed."""
+        return self.layout.X
+
+    def forces(self) -> list[tuple[Declared, Floats]]:
+        """Of every load by itself at the points, at rest: forces and moments in space (p, 6), N and N m."""
+        axes, found = self.layout.axes, []
+        for load, energy in self.applied:
+            f = acting(energy, self.layout.rest, self.layout.count)
+            found.append((load, np.hstack([f[:, :3], np.einsum("pij,pj->pi", axes, f[:, 3:])])))
+        return found
+
+    def warm(self) -> None:
+        """Nothing to compile; but libraries and classes are made at their first use."""
+        factorisations.warm(len(self.problem.assembly.tangent(self.layout.rest, 1.0, projected=True).data))
+
+    def solve(self, watch: Watch) -> Solution:
+        """Static equilibrium from rest."""
+        problem = replace(self.problem, watch=watch)
+        return outcome.solution(lambda: equilibrium(problem), "try more segments or a smaller load", self._finish)
+
+    def _finish(self, found: Equilibrium) -> Solution:
+        solution = outcome.found(found, Shifts(self.layout, found.x))
+        modes = about(self.problem.assembly, found.x, self.layout.mass, self.problem.linear)
+        seen = replace(solution, notes=outcome.doubts(self.declared, found), vibrations=modes if found.solved else None)
+        return replace(seen, carried=cache(lambda: self._carried(found.x)))
+
+    def _carried(self, x: Floats) -> Carried:
+        """What acts at the points in a state x (n * 7,); moments are about the axes of the points."""
+        layout, count = self.layout, self.layout.count
+        left = self.problem.assembly.gradient(x, 1.0).reshape(-1, 6)
+        own = {load.name: acting(energy, x, count) for load, energy in self.applied}
+        energy = float(sum(e.value(x) for e in self.problem.assembly.internal))
+        now = x.reshape(-1, 7)[layout.first, :3]
+        work = {load.name: -e.value(x) if e.conservative else None for load, e in self.applied}
+        return Carried(layout.X, now - layout.X, now, left, own, energy, work, layout.frames(x))
+
+
+def acting(load: Energy, x: Floats, points: int) -> Floats:
+    """Forces and moments about the axes of the points of a load in a state x (p, 6)."""
+    g = np.zeros(6 * points)
+    load.add_gradient(x, g)
+    return -g.reshape(-1, 6)
+
+
+def load(model: Frame6Dof) -> None:
+    """All that building needs is imported with this module."""
+
+
+def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """A network with all that solving needs, at rest or in motion. Raises Fault."""
+    layout = Layout.of(case, model.segments)
+    fixed, target = layout.held()
+    held = np.zeros((layout.count, 6), dtype=bool)
+    held.ravel()[fixed] = True
+    joints, extent = layout.joints, layout.network.diagonal
+    elastic, alone = rods(layout), tuple((load, _load(layout, load)) for load in case.loads)
+    applied = tuple((load, Jointed(energy, joints)) for load, energy in alone)
+    assembly = Assembly(6 * layout.count, fixed, [Jointed(elastic, joints)], [energy for _, energy in applied])
+    space = RodNetwork(layout.rest, layout.elements, joints, held[:, :3])
+    problem = Statics(
+        assembly,
+        space,
+        layout.rest,
+        fixed,
+        target,
+        case.analysis.tolerance,
+        case.analysis.max_iterations,
+        jumped=space.jumped,
+        bold=bool(np.any(target)),  # where members close a loop, what is imposed bends all of them at once
+        extent=extent,
+        weights=np.tile([1.0, 1.0, 1.0, *[1.0 / extent] * 3], layout.count),
+        path=case.analysis.path,
+    )
+    size = {"nodes": layout.count, "elements": len(layout.elements), "dofs": len(assembly.free)}
+    static = PreparedNetwork(declared, layout, problem, size, applied)
+    if not isinstance(case.analysis, Dynamic):
+        return static
+    from softmark.interpreter.models.network.moving import moving
+
+    return moving(static, declared, case, layout, elastic, problem, alone)
+
+
+def rods(layout: Layout) -> RodElastic:
+    """The members as one energy."""
+    found = [
+        stiffnesses(member, layout.stations(number), layout.case.material)
+        for number, member in enumerate(layout.network.members)
+    ]
+    return RodElastic(layout.rest, layout.elements, VaryingStiffness(np.concatenate(found)))
+
+
+def _load(layout: Layout, load: Declared) -> Energy:
+    """One load: forces at nodes, or what turns the section of one."""
+    forces = np.zeros((len(layout.point), 3))
+    match load.thing.action:
+        case Turning(where=where, moment=moment):
+            from softmark.solvers.energies.rod_loads import RodMoments
+
+            node = int(layout.first[places.selected(where, layout.network)[0][0]])
+            return RodMoments(np.array([node]), np.array([moment]))
+        case PerMass(acceleration=g):
+            for number, member in enumerate(layout.network.members):
+                areas = at_nodes(member, layout.stations(number), lambda section: [section.area])
+                forces[layout.nodes(number)] += areas * layout.case.material.density * np.array(g)
+        case AtPoint(at=at, force=force):
+            number, s = places.at(layout.network, at) or (0, 0.0)
+            stations = layout.stations(number)
+            node = int(np.clip(np.searchsorted(stations, s, side="right") - 1, 0, layout.segments - 1))
+            part = (s - stations[node]) / (stations[node + 1] - stations[node])
+            forces[layout.nodes(number)][node : node + 2] += np.outer([1.0 - part, part], force)
+        case PerLength(begin=begin, end=end, force=q):
+            number, first, last = places.line(layout.network, begin, end) or (0, 0.0, 0.0)
+            forces[layout.nodes(number)] += _shares(layout, number, first, last)[:, None] * np.array(q)
+        case unknown:  # refused when a scene is checked
+            raise TypeError(f"no network knows a load that acts as {type(unknown).__name__}")
+    return RodLoad(layout.rest, forces)
+
+
+def _shares(layout: Layout, member: int, begin: float, end: float) -> Floats:
+    """What each node of a member carries of its axis from one station to another (segments + 1,), m."""
+    stations = layout.stations(member)
+    low, high = (np.clip(s, stations[:-1], stations[1:]) for s in (begin, end))
+    length, middle = high - low, 0.5 * (low + high)
+    behind = length * (middle - stations[:-1]) / np.diff(stations)
+    found: Floats = np.append(length - behind, 0.0) + np.insert(behind, 0, 0.0)
+    return found
