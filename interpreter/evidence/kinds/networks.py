@@ -14,10 +14,10 @@ from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.kinds.beams import BENT, STRETCHED, Beams
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found
-from softmark.interpreter.evidence.load_check import Unchecked
 from softmark.interpreter.evidence.orders import COARSE
 from softmark.interpreter.evidence.probe_answers import NO_ERROR, ProbeAnswer, Unknown
 from softmark.interpreter.evidence.reaction_check import summed
+from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.beam import ribbon
