@@ -47,7 +47,6 @@ def test_a_good_scene_is_not_complained_about() -> None:
 MEANT = {  # scenes about these warnings
     "beam-at-the-extremes": {"W302", "W322"},
     "pressure-vessels": {"W301"},
-    "rubber-vessels": {"W301"},
     "cooks-membrane": {"W301"},
     "silicone-beam": {"W301", "W302", "W321", "W322"},
     "silicone-beam-as-published": {"W301", "W302", "W321", "W323"},
