@@ -357,7 +357,7 @@ def check_model(cls: type[Any], words: str, before: str = "") -> set[str]:
                                                                     ANALYSED.items()):  # fmt: skip
         if grip and load_word != "gravity":
             continue  # each load, and each support: not each pair
-        text = f"{_body(cls)}{CLAMP}{LOOK}{BEADS}{analysis}load push = {push}\n"
+        text = f"{_body(words)}{CLAMP}{LOOK}{BEADS}{analysis}load push = {push}\n"
         text += f"support grip = {grip}\n" if grip else ""
         what = f"{load_word}, {held or 'a clamp'}, {how}"
         if _takes(f"{text}{before}model m = {words}\n", what):
@@ -366,20 +366,13 @@ def check_model(cls: type[Any], words: str, before: str = "") -> set[str]:
     return taken
 
 
-def _body(cls: type[Any]) -> str:
+def _body(words: str) -> str:
     """The body that a model is tried on."""
-    return NETWORK if cls.wired else BODY
-
-
-def _class_of(words: str) -> type[Any]:
-    found: type[Any] = MODELS[words.partition("(")[0]]
-    return found
+    return NETWORK if MODELS[words.partition("(")[0]].wired else BODY
 
 
 def _made(before: str, words: str) -> tuple[Declared, Case]:
-    scene, found = scene_of(
-        f"{_body(_class_of(words))}{CLAMP}{LOOK}load push = gravity(1 m/s^2)\n{before}model m = {words}\n"
-    )
+    scene, found = scene_of(f"{_body(words)}{CLAMP}{LOOK}load push = gravity(1 m/s^2)\n{before}model m = {words}\n")
     assert errors(found) == []
     return scene.declared["m"], case_for(scene, scene.declared["m"])
 
@@ -415,7 +408,7 @@ def refuses_foreign(words: str, before: str = "") -> None:
     with added(LOADS, "magnet", Magnet) as magnet, added(SUPPORTS, "cushion", Cushion) as cushion:
         for line, who in ((f"load push = {magnet}(bar, 1 N)", "push"),
                           (f"support pad = {cushion}(bar, where = x >= 40 mm)", "pad")):  # fmt: skip
-            body = _body(_class_of(words))
+            body = _body(words)
             _, found = scene_of(f"{body}{CLAMP}{LOOK}load w = gravity(1 m/s^2)\n{line}\n{before}model m = {words}\n")
             said = [d for d in found if d.code == "E501" and f"`{who}`" in d.message]
             assert len(said) >= 1, (who, [d.message for d in found])
@@ -451,7 +444,7 @@ def _takes(text: str, what: str) -> bool:
 
 def check_result(words: str, before: str = "", analysis: str = "") -> ModelResult:
     """A run of a model: its entry of the report has its keys, and nothing but JSON's own types."""
-    body = _body(_class_of(words))
+    body = _body(words)
     scene, found = scene_of(f"{body}{CLAMP}{LOOK}{analysis}load push = gravity(1 m/s^2)\n"
                             f"metric sag = displacement(tip, along = -z)\n{before}model m = {words}\n")  # fmt: skip
     assert errors(found) == []

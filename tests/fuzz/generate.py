@@ -82,19 +82,52 @@ ORDER = (
     "published",
     "study",
 )
-USUAL = {
-    ("young", ""): ("60 kPa", "1 MPa"),
-    ("density", ""): ("1000 kg/m^3", "1070 kg/m^3"),
-    ("length", ""): ("100 mm",),
-    ("radius", ""): ("10 mm",),
-    ("thickness", ""): ("10 mm",),
+USUAL = {  # by name and form, in scenes with nothing amiss
+    ("young", "quantity"): ("60 kPa", "1 MPa"),
+    ("density", "quantity"): ("1000 kg/m^3", "1070 kg/m^3"),
+    ("length", "quantity"): ("100 mm",),
+    ("radius", "quantity"): ("10 mm",),
+    ("radius", "each"): ("10 mm",),
+    ("inner", "quantity"): ("5 mm",),
+    ("inner", "each"): ("5 mm",),
+    ("outer", "quantity"): ("100 mm",),
+    ("thickness", "quantity"): ("10 mm",),
+    ("size", "quantity"): ("10 mm",),
+    ("points", "vectors"): ("[(0, 0, 0), (100, 0, 0)] mm",),
+    ("from", "vector"): ("(0, 5, 0) mm",),
+    ("to", "vector"): ("(100, 5, 0) mm",),
+    ("first", "vector"): ("(0, 0, 0) mm",),
+    ("second", "vector"): ("(100, 0, 0) mm",),
+    ("third", "vector"): ("(100, 20, 0) mm",),
+    ("fourth", "vector"): ("(0, 20, 0) mm",),
 }
 PLACES = ("(100, 0, 0) mm", "(50, 0, 0) mm", "(0, 0, 0) mm")  # on the axis of a cylinder
-TOGETHER = (  # words that go with one another alone: in what may be amiss
-    "network", "frame6dof", "hinged", "plane_strain", "plane_stress", "axisymmetric", "tendon", "rucker_webster",
+ALONE = (  # words that go with their own kind of body alone
+    "network", "frame6dof", "hinged", "group", "tendon", "rucker_webster", "kirsch", "plane_strain", "plane_stress",
+    "axisymmetric", "quarter_ring", "quadrilateral", "quad4", "quad8", "quad9", "tri3", "tri6",
+)  # fmt: skip
+Words = dict[str, tuple[str, ...]]
+FLAT: Words = {
+    "shape": ("quarter_ring", "quadrilateral"), "element": ("quad8", "quad4", "quad9", "tri6", "tri3"),
+    "model": ("fem",), "region": ("part",), "support": ("fixed", "displaced"),
+    "load": ("gravity", "pressure", "traction"), "probe": ("point", "line"),
+}  # fmt: skip
+IN_PLANE: Words = {
+    "direction": ("-y",), "components": ("y", "(x, y)"), "at": ("(50, 1, 0) mm",),
+    "from": ("(20, 1, 0) mm",), "to": ("(50, 1, 0) mm",),
+    "young": ("60 kPa", 'field("parts/stiffness.vtu", unit = 1 kPa, length = 1 mm)', "50 kPa + x * 1 kPa/mm"),
+}  # fmt: skip
+WORLDS: tuple[tuple[Words, Words], ...] = (  # words of kinds that go with one another, and values of names and forms
+    ({}, {}),
+    ({"shape": ("cylinder", "box", "tube"), "body": ("solid",), "model": ("beam6dof",), "support": ("fixed",),
+      "load": ("tendon", "gravity"), "reference": ("rucker_webster",), "region": ()}, {}),
+    ({"shape": (), "body": ("network",), "model": ("frame6dof",), "support": ("fixed", "hinged"), "region": (),
+      "load": ("gravity", "point_force"), "reference": (), "probe": ("point",)}, {}),
+    (FLAT | {"body": ("plane_strain", "plane_stress"), "reference": ("kirsch",)}, IN_PLANE),
+    (FLAT | {"body": ("axisymmetric",), "reference": ()}, IN_PLANE | {"condition": ("y <= 0 mm",)}),
 )  # fmt: skip
 FUSSY = ("region", "reference", "published", "study", "metric", "course")  # kinds that seldom fit what else there is
-WANTED = ("density", "size", "segments")  # fields that are not required, and mostly needed
+WANTED = ("density", "size", "segments", "radius", "direction")  # fields that are not required, and mostly needed
 LIKELY = {
     "shape": "cylinder",
     "body": "solid",
@@ -114,16 +147,19 @@ class Maker:
 
     pick: Pick
     names: dict[str, list[str]] = field(default_factory=dict)
+    world: Words = field(default_factory=dict)
+    values: Words = field(default_factory=dict)
     wrong: bool = False  # whether something may be amiss: in half of the scenes, in one value of twelve
 
     def scene(self) -> str:
         """Parameters, declarations of most kinds, and expectations."""
         self.wrong = self.pick((False, True))
+        self.world, self.values = self.pick((*[WORLDS[0]] * 4, *WORLDS[1:]))
         rows = ["param p0 = 2", f"param p1 = {self.number()} * 1 {self.pick(('mm', 'kPa', 's', 'kg/m^3'))}"]
         for kind in ORDER:
             few = 1 if kind in ("body", "material", "analysis") else self.pick((1, 1, 1, 2, 0))
             few = self.pick((0, 1)) if kind in FUSSY and not self.wrong else few
-            if not self.wrong and not any(self.possible(kind, name) for name in CATALOGUE[kind]):
+            if not self.known(kind):
                 continue
             for i in range(few if kind != "analysis" or self.wrong else self.pick((0, 0, 0, 1))):
                 rows.append(self.declaration(kind, f"{kind}{i}"))
@@ -146,24 +182,33 @@ class Maker:
 
     def call(self, kind: str, depth: int = 0) -> str:
         """A constructor of a kind with all fields that it needs, and some that it does not."""
-        known = list(CATALOGUE[kind])
-        if not self.wrong:
-            known = [n for n in known if self.possible(kind, n)] or known
-        name = self.pick((*[LIKELY[kind]] * len(known), *known)) if kind in LIKELY else self.pick(known)
+        known = self.known(kind) or list(CATALOGUE[kind])
+        likely = known[0] if kind in self.world else LIKELY.get(kind)
+        name = self.pick((*[likely] * len(known), *known)) if likely else self.pick(known)
         constructor = CATALOGUE.constructor(kind, name)
         fields = constructor.fields if constructor else ()
+        fields = tuple(f for f in fields if f.required or self.wrong or self.given(f))
         often = (False, False, True) if self.wrong else (False,) * 12 + (True,)
         given = [f for f in fields if (f.required and not self.odd()) or (not f.required and self.pick(often))]
         given += [f for f in fields if not f.required and f.name in WANTED and f not in given]
         return f"{name}({', '.join(f'{f.name} = {self.value(f, depth)}' for f in given)})"
 
+    def known(self, kind: str) -> list[str]:
+        """The words of a kind that may stand here: those that fit, where nothing is amiss."""
+        known = list(self.world.get(kind, CATALOGUE[kind]))
+        return known if self.wrong else [name for name in known if self.possible(kind, name)]
+
     def possible(self, kind: str, name: str) -> bool:
-        """Whether everything that a constructor needs is declared."""
-        if name in TOGETHER:
+        """Whether it goes with the others, and everything that a constructor needs is declared."""
+        if name in ALONE and kind not in self.world:
             return False
         constructor = CATALOGUE.constructor(kind, name)
         needed = [f for f in constructor.fields if f.required] if constructor else []
-        return not any((f.form in ("name", "names") and not self._there(f)) or f.form == "file" for f in needed)
+        return all(self.given(f) and f.form != "file" for f in needed)
+
+    def given(self, asked: Field) -> bool:
+        """Whether there is what a field names."""
+        return asked.form not in ("name", "names") or bool(self._there(asked))
 
     def _there(self, asked: Field) -> list[str]:
         return [name for kind in (asked.kind, *asked.also) for name in self.names.get(kind, ())]
@@ -189,6 +234,9 @@ class Maker:
                     )
                 )
             )
+        usual = self.values.get(asked.name) or self.values.get(asked.form) or USUAL.get((asked.name, asked.form))
+        if usual and not self.wrong:
+            return str(self.pick(usual))
         return str(getattr(self, f"_{asked.form}")(asked, depth))
 
     def number(self) -> str:
@@ -207,14 +255,12 @@ class Maker:
         interval = asked.interval
         inside = [n for n in NUMBERS if interval is None or float(n) in interval] or ["1"]
         number = self.pick(inside if self.wrong else inside[:4])
-        if not self.wrong and (asked.name, asked.kind) in USUAL:
-            return str(self.pick(USUAL[asked.name, asked.kind]))
         return f"{number}{self.unit(asked)}"
 
     def _vector(self, asked: Field, depth: int) -> str:
         if not self.wrong:
             if asked.dimension != units.LENGTH:
-                return f"(0, 0, 1){self.unit(asked)}"
+                return f"(0, -1, 0){self.unit(asked)}"
             return str(self.pick(PLACES)) if asked.interval is None else "(100, 20, 20) mm"
         parts = [self.pick(("0", "0", "1", "0.1", "0.05", "-1")) for _ in range(3)]
         return f"({', '.join(parts)}){self.unit(asked)}"
@@ -273,7 +319,8 @@ class Maker:
 
     def _value(self, asked: Field, depth: int) -> str:
         if asked.kind == "element":
-            return str(self.pick(list(CATALOGUE.words())))
+            words = [word for word in CATALOGUE.words() if self.wrong or word not in ALONE]
+            return str(self.pick(self.world.get("element", words)))
         there = self.names.get(asked.kind, [])
         if there and self.pick((True, True, False)):
             return str(self.pick(there))

@@ -22,7 +22,10 @@ from softmark.interpreter.front.load import checked
 from softmark.scenes import ROOT
 
 SCENES = sorted(ROOT.rglob("*.scene"))
-SAMPLES = [60, pytest.param(250, marks=pytest.mark.slow)]  # mutations of each scene
+SAMPLES = [  # mutations of each scene: quick ones are so many of all scenes together
+    pytest.param(1500 // len(SCENES), id="few"),
+    pytest.param(250, id="many", marks=pytest.mark.slow),
+]
 PLACES = {
     "(": "[",
     ")": "]",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -99,7 +100,7 @@ class Loaded:
         """m^2, of some facets (f, k) alone."""
         return self.of_facets(facets).area
 
-    @property
+    @cached_property
     def area(self) -> float:
         """m^2, on the mesh."""
         return self.area_of(0.0)
