@@ -287,7 +287,7 @@ def test_a_hinge_that_does_not_turn_is_no_answer(monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.slow
 def test_the_largest_load_of_lees_frame() -> None:
-    """18.5584 E I / L^2, by collocation of thin beams that do not stretch (scipy): 0.03 % above the 18.552 as published.
+    """18.5584 E I / L^2, by collocation of beams that do not stretch (scipy): 0.03 % above what was published.
 
     The scene `rigid-frames` holds the model to the published number within 0.2 %.
 
