@@ -38,7 +38,8 @@ def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]
     scale, allowed = _measures(carried, known, float(found.solution.facts.get("residual") or 0.0))
     again, noise, unknown = _again(voucher, found) if scale != 0.0 else ({}, 0.0, None)
     if scale <= noise:  # which is all that there is where a body is moved as a whole
-        nothing = {"force": 0.0, "moment": 0.0, "allowed": 0.0, "apart": None, "reason": "nothing acts"}
+        why = "what acts is less than rounding leaves" if scale > 0.0 else "nothing acts"
+        nothing = {"force": 0.0, "moment": 0.0, "allowed": 0.0, "apart": None, "reason": why}
         return {"reactions": nothing}, None
     force, moment = _relative(_total(carried, known), carried, scale)
     facts: dict[str, Any] = {"force": force, "moment": moment, "allowed": allowed / scale}

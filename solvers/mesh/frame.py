@@ -279,7 +279,7 @@ class Network(Shape):
         return other if math.hypot(*cross(one.axis, two.axis)) <= ALONG else None
 
     def crossing(self) -> tuple[int, int] | None:
-        """The first two members, from 1, whose axes meet where they share no point; None where there are none."""
+        """The first two members, from 1, whose axes meet where they share no point, or lie on each other; else None."""
         near = CROSSED * self.diagonal
         spans = [sorted((m.begin[0], m.end[0])) for m in self.members]
         order = sorted(range(len(spans)), key=lambda i: spans[i][0])
@@ -287,10 +287,19 @@ class Network(Shape):
             for j in order[place + 1 :]:
                 if spans[j][0] > spans[i][1] + near:
                     break
-                apart = set(self.pairs[i]).isdisjoint(self.pairs[j])
-                if apart and _apart(self.members[i], self.members[j]) <= near:
+                shared = set(self.pairs[i]) & set(self.pairs[j])
+                if self._along(i, j, near) if shared else _apart(self.members[i], self.members[j]) <= near:
                     return min(i, j) + 1, max(i, j) + 1
         return None
+
+    def _along(self, i: int, j: int, near: float) -> bool:
+        """Whether the end that one of two members has for itself is on the axis of the other, within near, m."""
+        for one, other in ((i, j), (j, i)):
+            end = next(n for n in self.pairs[one] if n not in self.pairs[other])
+            s, u, v = self.members[other].own(self.points[end - 1])
+            if math.hypot(u, v) <= near and 0.0 <= s <= self.members[other].length:
+                return True
+        return False
 
     @cached_property
     def bounds(self) -> Bounds:

@@ -54,7 +54,10 @@ def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: Linear, count
     except (NotSettled, Singular) as error:
         raise Undefined(str(error)) from error
     if (left := unsettled(K, M, values, modes)) > CLOSE:
-        raise Undefined(f"{count} modes were not found, to {left:.1g} of their forces only: ask for fewer")
+        what, remedy = (
+            (f"{count} modes were", "ask for fewer") if count > 1 else ("one mode was", "others are too stiff")
+        )
+        raise Undefined(f"{what} not found, to {left:.1g} of the forces only: {remedy}")
     if values[0] < -UNSTABLE * np.abs(values).max():
         raise Undefined("the equilibrium is unstable: what moves away from it does not come back")
     found: Floats = np.sqrt(np.maximum(values, 0.0)) / (2.0 * np.pi)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.grammar.diagnostic import Diagnostic
@@ -20,6 +21,8 @@ from softmark.solvers.mesh.shape import Prism, Swept
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
+
+MOST_WOUND = 0.5 * math.pi * (1.0 + 1e-9)  # rad, of a tendon along a segment; from half a turn on it seems to wind back
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,9 @@ class Beam6Dof(Model):
     def _between(self, load: Declared, case: Case) -> str:
         """Why what turns a section cannot do that here, or nothing."""
         action = load.thing.action
-        if isinstance(action, Routed) and action.guides is not None:
+        if isinstance(action, Routed) and action.guides is None:
+            return self._wound(case, action)
+        if isinstance(action, Routed):
             places, what = guides(case, action), "guided"
         elif isinstance(action, AtPoint) and station(case, action.at) is None:
             places, what = [beside(case, action.at) or 0.0], "beside the axis"
@@ -97,6 +102,15 @@ class Beam6Dof(Model):
         nodes, slack = self.stations(case), 1e-6 * case.prism.length
         near = all(any(abs(s - place) <= slack for s in nodes) for place in places)
         return "" if near else f"{what} where no node can be put: use more segments"
+
+    def _wound(self, case: Case, action: Routed) -> str:
+        """Why segments do not see how a tendon winds, each of which looks where its middle is; or nothing."""
+        ends, nodes = guides(case, action), self.stations(case)
+        longest = max(b - a for a, b in pairwise(nodes))
+        turn = abs(action.winding) * min(longest / abs(ends[1] - ends[0]), 1.0)
+        if turn <= MOST_WOUND:
+            return ""
+        return f"winds by {math.degrees(turn):.3g} deg along a segment, and 90 deg are the most: use more segments"
 
     def _supports(self, declared: Declared, case: Case) -> list[Diagnostic]:
         found = []

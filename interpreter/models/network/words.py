@@ -186,6 +186,9 @@ def _crossing(declared: Declared, case: Case, network: Network) -> Iterator[Diag
     """A warning where members pass through each other without a joint."""
     pair = network.crossing()
     if pair is not None:
-        yield diagnostic("W358", case.body.at(), f"members {pair[0]} and {pair[1]} of `{case.body.name}` cross where "
-                         "they share no point", "not joined there", "members are joined at points alone: put one where "
-                         "they cross, or leave them apart")  # fmt: skip
+        one, other = pair
+        shared = set(network.pairs[one - 1]) & set(network.pairs[other - 1])
+        where = f"lie on each other beyond point {min(shared)}" if shared else "cross where they share no point"
+        yield diagnostic("W358", case.body.at(), f"members {one} and {other} of `{case.body.name}` {where}",
+                         "not joined there", "members are joined at points alone: put one where they cross or end, or "
+                         "leave them apart")  # fmt: skip

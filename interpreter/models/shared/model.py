@@ -35,8 +35,9 @@ if TYPE_CHECKING:
 
 MOST = "`fem(...)` takes all"
 OF_NETWORKS = "networks take gravity, forces and lines of force on axes, and torques; `fixed`, `displaced` and `hinged`"
+UNKNOWN = "not a load that it takes"
 _SOME: dict[type, tuple[str, str]] = {  # loads of some models alone: why, and what to do
-    PerLength: ("not a load that it takes", "use a traction on a strip; `fem(...)` and beams take lines"),
+    PerLength: (UNKNOWN, "use a traction on a strip; `fem(...)` and beams take lines"),
     Routed: ("it presses along a line, which has no limit in a solid", "tendons are of beams: `beam6dof(...)`"),
 }
 
@@ -130,7 +131,8 @@ class Model:
                              "use `fem(...)` or `beam6dof(...)` in a dynamic analysis")  # fmt: skip
         for load in case.loads:
             if not isinstance(load.thing.action, self.loads):
-                label, help = _SOME.get(type(load.thing.action), ("not a load that it takes", self._most))
+                label, help = _SOME.get(type(load.thing.action), (UNKNOWN, self._most))
+                label = UNKNOWN if case.shape.wired else label  # which is no solid
                 yield diagnostic("E501", load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
                                  label, help)  # fmt: skip
         for support in case.supports:
