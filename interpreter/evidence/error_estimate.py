@@ -25,6 +25,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.evidence import orders, rounding
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.doubts import DOUBTS, doubts_of, is_doubt
+from softmark.interpreter.evidence.faceted import facets
 from softmark.interpreter.evidence.kinds import voucher_of
 from softmark.interpreter.evidence.probe_answers import Floats, ProbeAnswer, Unknown
 from softmark.interpreter.evidence.selection_error import selection
@@ -95,7 +96,7 @@ class Stated(Answer):
             from softmark.interpreter.evidence.graded import lost
 
             found |= lost(self)
-        found |= of_selections(self.result.loads)
+        found |= of_selections(self.result.loads) | facets(self)
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
     def _discretisation(self, seen: ProbeAnswer) -> float:
