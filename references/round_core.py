@@ -174,14 +174,26 @@ class RoundCore:
         """
         if not math.isfinite(self.outer) or not any(self.stress):
             return 0.0
-        t = np.linspace(0.0, 0.5 * math.pi, 13)
-        turn, tilt = (a.ravel() for a in np.meshgrid(t, t if self.n == 3 else t[:1]))
-        away = np.stack([np.cos(turn) * np.cos(tilt), np.sin(turn) * np.cos(tilt), np.sin(tilt)], axis=1)
-        free, most = replace(self, outer=math.inf), 0.0
+        away, free, most = self._away, replace(self, outer=math.inf), 0.0
         for inside in (False,) if self.core is None else (False, True):
             apart = self._fields(away, inside)[1] - free._fields(away, inside)[1]
             most = max(most, float(np.linalg.norm(apart, axis=(1, 2)).max()))
         return most / math.hypot(*self.stress)
+
+    @cached_property
+    def largest_gradient(self) -> float:
+        """The largest norm of du/dX at the border of the core, on both sides, and at that of the body."""
+        ends = [self._fields(self._away, inside)[0] for inside in ((False,) if self.core is None else (False, True))]
+        if math.isfinite(self.outer):
+            ends.append(self._fields(self.outer / self.inner * self._away, False)[0])
+        return max(float(np.linalg.norm(H, axis=(1, 2)).max()) for H in ends)
+
+    @property
+    def _away(self) -> Array:
+        """Unit vectors in directions between the axes (k, 3)."""
+        t = np.linspace(0.0, 0.5 * math.pi, 13)
+        turn, tilt = (a.ravel() for a in np.meshgrid(t, t if self.n == 3 else t[:1]))
+        return np.stack([np.cos(turn) * np.cos(tilt), np.sin(turn) * np.cos(tilt), np.sin(tilt)], axis=1)
 
     def _own(self, X: Array) -> Array:
         """In units of the core's radius, from the centre, (n, 3): of a slice without z."""

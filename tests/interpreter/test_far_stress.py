@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import pytest
 import softmark
 from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.problem.case import case_of
-from softmark.interpreter.problem.far_stress import core_of
+from softmark.interpreter.problem.far_stress import core_of, said
 from softmark.interpreter.report.run.html import render
 from softmark.interpreter.report.run.terminal import table
 from softmark.references.round_core import Hookean, RoundCore
@@ -257,6 +258,17 @@ def test_stress_is_held_against_theory() -> None:
     assert told in table(report, terminal=False)
     assert told in render(report)
     assert theory.metrics["hoop"].details["where_materials_meet"] == 0
+
+
+def test_it_is_said_where_small_strains_are_large() -> None:
+    """A linear theory in proportion to its load: with what it calls small at 0.9 % nothing is said, at 10 % it is."""
+    plate = core(PLATE)
+    slight, large = (
+        replace(plate, stress=(s / plate.largest_gradient * plate.stress[0], 0.0, 0.0)) for s in (9e-3, 0.1)
+    )
+    told = "it takes strains and rotations for small, which come to "
+    assert told not in said(slight)
+    assert said(large).endswith(f"{told}10 %: a body that obeys large ones differs")
 
 
 def test_theories_without_stress_are_refused() -> None:

@@ -282,6 +282,7 @@ def at_rest(
         extent=mesh.extent,
         path=case.analysis.path,
         way=way,
+        linear=formulations.spared(Linear(), assembly),
     )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
     shape = model.mesh or case.shape
