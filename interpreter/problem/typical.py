@@ -34,7 +34,7 @@ def typical(material: Any, shape: Any) -> Any:
         else:
             most = max(seen)  # above its range, which is said, it stands for a solid like others
             largest = max(-0.999, most if most <= 0.5 else ORDINARY)
-            new[name] = largest if name == "poisson" else abs(math.fsum(seen)) / len(seen)
+            new[name] = largest if name == "poisson" else abs(math.fsum(v / len(seen) for v in seen))
     if not new:
         return material
     of = getattr(material, "of", None)

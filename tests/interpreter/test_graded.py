@@ -451,3 +451,17 @@ model m = fem(hex20, strain = small, size = 10 mm)"""
         assert found[0][name][1] == found[1][name][1]
         if found[0][name][0] is not None:
             assert found[1][name][0] == pytest.approx(found[0][name][0], rel=1e-3)
+
+
+@pytest.mark.parametrize("text", ["", "<VTK"])
+def test_a_file_that_is_no_mesh_is_said(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The library that reads meshes ends the whole process then."""
+    monkeypatch.chdir(tmp_path)
+    Path("a.vtu").write_text(text)
+    young = 'field("a.vtu", unit = 1 kPa, length = 1 mm)'
+    with pytest.raises(softmark.SceneError, match="cannot be read"):
+        softmark.loads(bar(young, "model m = fem(hex8, strain = small, size = 10 mm)")).run()
+
+
+def test_huge_constants_have_a_mean() -> None:
+    softmark.loads(bar("1e306 Pa * exp(z / 20 mm)", "model m = fem(hex8, strain = small, size = 10 mm)"))
