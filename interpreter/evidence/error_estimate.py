@@ -25,6 +25,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.evidence import orders, rounding
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.doubts import DOUBTS, doubts_of, is_doubt
+from softmark.interpreter.evidence.faceted import facets
 from softmark.interpreter.evidence.kinds import voucher_of
 from softmark.interpreter.evidence.probe_answers import Floats, ProbeAnswer, Unknown
 from softmark.interpreter.evidence.selection_error import selection
@@ -42,7 +43,7 @@ from softmark.interpreter.results.plain import clean
 from softmark.interpreter.results.report import ModelResult, ProbeResult
 from softmark.interpreter.results.stated import StatedError
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import PerLength
+from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.deformed import Nodal
@@ -95,7 +96,7 @@ class Stated(Answer):
             from softmark.interpreter.evidence.graded import lost
 
             found |= lost(self)
-        found |= of_selections(self.result.loads)
+        found |= of_selections(self.result.loads) | facets(self)
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
     def _discretisation(self, seen: ProbeAnswer) -> float:
@@ -108,13 +109,18 @@ class Stated(Answer):
         return settled(self, seen, voucher.discretisation)
 
     def _must_have_limit(self, seen: ProbeAnswer) -> None:
-        """Raises Unknown of a displacement of a solid under a line of force."""
-        if any(isinstance(load.thing.action, PerLength) for load in self.case.loads) and seen.metric is not None:
-            from softmark.interpreter.evidence.stress_limits import unbounded
+        """Raises Unknown of a displacement of a solid under a force on a point or along a line, and of what it does."""
+        if not any(isinstance(load.thing.action, AtPoint | PerLength) for load in self.case.loads):
+            return
+        from softmark.interpreter.evidence.stress_limits import endless, place_of, unbounded
 
-            for x in seen.X[-1:] if seen.metric.last else seen.X:
-                if seen.metric.summed_by == "max" and (place := unbounded(self.case, self.prepared.mesh, x)):
-                    raise Unknown(f"it looks at {place}, where displacements grow with every refinement")
+        if seen.metric is None or seen.metric.summed_by != "max":
+            return
+        mesh, last = self.prepared.mesh, slice(-1 if seen.metric.last else 0, None)
+        if seen.metric.measured_from is None and (load := endless(seen.metric, self.case, mesh, seen.size)):
+            raise Unknown(f"it is or holds the work of `{load.name}`, which grows with every refinement")
+        if load := unbounded(self.case, mesh, seen.X[last], seen.u[..., last, :]):
+            raise Unknown(f"it looks at {place_of(load)}, where displacements grow with every refinement")
 
     def _model(self, seen: ProbeAnswer) -> float:
         return voucher_of(self.declared.thing).model(self, seen)

@@ -18,8 +18,11 @@ import numpy as np
 
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Unknown
+from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.metrics.metric import Metric
+from softmark.interpreter.metrics.strain_energy import StrainEnergy
 from softmark.interpreter.metrics.tensors import OfTensors
+from softmark.interpreter.metrics.work import LoadWork
 from softmark.interpreter.models.shared.gripping import grip
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
@@ -35,6 +38,7 @@ if TYPE_CHECKING:
 ALONG = 0.99  # squared cosine: a facet's normal is among the directions in which it is held
 FLAT = 0.17  # cosine of 80 degrees: faces that enclose 100 degrees and more, of which a right angle is none
 FACE = 1e-6  # of the thickness of a slice: a facet whose nodes differ less in z is of its faces
+TRIFLE = 1e-3  # relative: what refinement adds without a word to a displacement that has no limit
 UNSETTLED = 0.25  # relative: what refinement may change by more than that may have no limit
 
 
@@ -87,21 +91,67 @@ def _places(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
         yield "the edge where parts of different materials end on the surface", mesh.points[ends]
     for load in case.loads:
         if isinstance(load.thing.action, AtPoint):
-            yield f"the point that `{load.name}` acts at", np.array([load.thing.action.at])
+            yield place_of(load), np.array([load.thing.action.at])
         if isinstance(load.thing.action, PerLength):
-            yield f"the line that `{load.name}` acts along", _points_along(load.thing.action, _edge(mesh))
+            yield place_of(load), _points_along(load.thing.action, _edge(mesh))
 
 
-def unbounded(case: Case, mesh: Mesh | None, x: Floats) -> str | None:
-    """The line of force whose displacements have no limit where a point x (3,), m, is; None where there is none."""
-    for load in case.loads if mesh is not None else ():
-        action = load.thing.action
-        if mesh is not None and isinstance(action, PerLength):
-            begin, way = np.array(action.begin), np.array(action.end) - np.array(action.begin)
-            nearest = begin + np.clip((x - begin) @ way / (way @ way), 0.0, 1.0) * way
-            if np.linalg.norm(x - nearest) < _edge(mesh):
-                return f"the line that `{load.name}` acts along"
+def unbounded(case: Case, mesh: Mesh | None, X: Floats, u: Floats) -> Declared | None:
+    """The force on a point or along a line where any of X (n, 3), m, is that went u (n, 3) or (t, n, 3), m.
+
+    None where displacements have a limit, or where what refinement adds is TRIFLE of them: a force at the end of a long
+    bar dents it by less than it bends it.
+    """
+    if mesh is None or not len(X):
+        return None
+    level = (1.0, 1.0, 0.0) if case.planar else (1.0, 1.0, 1.0)  # of a plane body the same for all z
+    moved, edge = np.linalg.norm(u, axis=-1).reshape(-1, len(X)).max(axis=0), _edge(mesh)
+    for load in case.loads:
+        if isinstance(action := load.thing.action, AtPoint | PerLength):
+            near = np.linalg.norm(level * (X - _nearest(action, X)), axis=1) < edge
+            if np.any(near & (_dent(action, case, edge) > TRIFLE * moved)):
+                return load
     return None
+
+
+def endless(metric: Metric, case: Case, mesh: Mesh | None, value: float) -> Declared | None:
+    """The force on a point or along a line whose work, J, a metric is or holds, which has no limit; else None."""
+    if mesh is None or not isinstance(metric, LoadWork | StrainEnergy):
+        return None
+    for load in case.loads:
+        if isinstance(metric, LoadWork) and load.name != metric.of:
+            continue
+        if isinstance(action := load.thing.action, AtPoint | PerLength):
+            length = action.length if isinstance(action, PerLength) else 1.0
+            work = length * float(np.linalg.norm(action.force)) * _dent(action, case, _edge(mesh))
+            if work > TRIFLE * abs(value):
+                return load
+    return None
+
+
+def _dent(action: AtPoint | PerLength, case: Case, edge: float) -> float:
+    """What refinement adds to the displacement under a force, m, by its order: Boussinesq's and Flamant's."""
+    young = min(material.young for material in case.typical)
+    across = edge if isinstance(action, AtPoint) else 1.0  # of a line its force is per length already
+    if case.planar and isinstance(action, AtPoint):
+        across = case.body.thing.thickness
+    dent: float = np.linalg.norm(action.force) / (young * across)
+    return dent
+
+
+def place_of(load: Declared) -> str:
+    """Where a force on a point or along a line acts, in words."""
+    how = "line that `{}` acts along" if isinstance(load.thing.action, PerLength) else "point that `{}` acts at"
+    return f"the {how.format(load.name)}"
+
+
+def _nearest(action: AtPoint | PerLength, X: Floats) -> Floats:
+    """The points nearest to X (n, 3) of those that a force acts at (n, 3), or (1, 3)."""
+    if isinstance(action, AtPoint):
+        return np.array([action.at])
+    begin, way = np.array(action.begin), np.array(action.end) - np.array(action.begin)
+    nearest: Floats = begin + np.clip((X - begin) @ way / (way @ way), 0.0, 1.0)[:, None] * way
+    return nearest
 
 
 def _points_along(line: PerLength, step: float) -> Floats:

@@ -15,7 +15,7 @@ from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.shared.prepared import Prepared
 from softmark.interpreter.problem.view import View
-from softmark.interpreter.vocabulary.loads import PerLength
+from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
 
 APART = 0.25  # of the recovered stress, in the mean square over the cells around: the mesh does not show what is there
 
@@ -29,30 +29,33 @@ def unresolved(scene: Scene, view: View, prepared: Prepared) -> tuple[Diagnostic
     """Warnings about metrics of stress and strain whose value has no limit, or lies where cells do not agree."""
     asked = [m for m in scene.of_kind("metric").values() if isinstance(m.thing, OfTensors)]
     found = [d for metric in asked for d in _said(metric, view, prepared)]
-    if any(isinstance(load.thing.action, PerLength) for load in view.case.loads):
-        found += _under_lines(scene, view, prepared)
+    if any(isinstance(load.thing.action, AtPoint | PerLength) for load in view.case.loads):
+        found += _under_forces(scene, view, prepared)
     return tuple(found)
 
 
-def _under_lines(scene: Scene, view: View, prepared: Prepared) -> Iterator[Diagnostic]:
-    """Displacements of a solid that are looked at under a line of force."""
-    from softmark.interpreter.evidence.stress_limits import unbounded
+def _under_forces(scene: Scene, view: View, prepared: Prepared) -> Iterator[Diagnostic]:
+    """Displacements of a solid that are looked at under a force on a point or along a line."""
+    from softmark.interpreter.evidence.stress_limits import place_of, unbounded
 
     for metric in scene.of_kind("metric").values():
         seen = view.probes.get(metric.thing.looked_at or "")
         if not isinstance(metric.thing, OfDisplacements) or metric.thing.summed_by != "max" or seen is None:
             continue
-        points = seen.points[-1:] if metric.thing.last else seen.points
-        place = next((found for x in points if (found := unbounded(view.case, prepared.mesh, x))), None)
-        if place:
+        last = slice(-1 if metric.thing.last else 0, None)
+        if seen.displacement is None:
+            continue
+        if load := unbounded(view.case, prepared.mesh, seen.points[last], seen.displacement[last]):
+            line = isinstance(load.thing.action, PerLength) or view.case.planar
+            grows = "by the logarithm of the size of cells" if line else "as one over the size of cells"
             yield diagnostic(
                 "W384",
                 metric.at("probe"),
-                f"`{metric.name}` looks at {place}, where displacements of a solid have no limit: what is found is what"
-                " the mesh allows",
+                f"`{metric.name}` looks at {place_of(load)}, where displacements of a solid have no limit: what is"
+                " found is what the mesh allows",
                 "no limit there",
-                "every refinement finds more, by the logarithm of the size of cells; look a cell or more away, or use a"
-                " traction on a strip",
+                f"every refinement finds more, {grows}; look a cell or more away, or use a traction on a "
+                f"{'strip' if line else 'patch'}",
             )
 
 

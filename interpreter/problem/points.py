@@ -26,6 +26,7 @@ from softmark.records import dataclass
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
 from softmark.solvers.mesh import shape as geometry
+from softmark.solvers.mesh.filled import Enclosed
 from softmark.solvers.mesh.skin import skin_of
 
 if TYPE_CHECKING:
@@ -106,7 +107,8 @@ def _size(shape: geometry.Shape) -> float:
 def _inner(shape: geometry.Shape) -> float:
     """An edge length of tetrahedra throughout a shape, six in a cube of it, that are no more than MANY."""
     size = COARSER * _size(shape)
-    return size if shape.volume is None else max(size, (6.0 * shape.volume / MANY) ** (1 / 3))
+    volume = shape.closed(size).volume if isinstance(shape, Enclosed) else shape.volume
+    return size if volume is None else max(size, (6.0 * volume / MANY) ** (1 / 3))
 
 
 def _surface(probe: Declared, case: Case) -> ProbePoints:

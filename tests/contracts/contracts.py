@@ -249,12 +249,8 @@ def _amount(action: Any) -> Any:
             return np.array(a)
         case PerArea(traction=t) | Turning(moment=t):
             return np.array(t)
-        case Tensile(stress=s):
+        case Tensile(stress=s) | Follower(pressure=s) | Routed(tension=s):
             return np.array(s)
-        case Follower(pressure=p):
-            return np.array(p)
-        case Routed(tension=T):
-            return np.array(T)
     return np.array(action.force)
 
 

@@ -55,6 +55,7 @@ MEANT = {  # scenes about these warnings
     "silicone-beam-release": {"W301", "W321", "W322"},
     "silicone-beam-trade": {"W301", "W302", "W321", "W322"},
     "uniaxial-stretch": {"W301"},
+    "rubber-vessels": {"W301"},  # what locks is shown
     "line-of-force": {"W312", "W335"},  # a slice in plane strain, one cell thick; half of a force
 }
 

@@ -17,6 +17,7 @@ import os
 import re
 import shlex
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,7 @@ FOLDER = Path(__file__).parents[1] / "errors"
 SCENES = sorted(FOLDER.glob("*.scene"))
 HEAD = re.compile(r"(?:error|warning)\[([EW]\d{3})\]: ")
 COMMAND = re.compile(r"# \$ dsl (.+)")
+COMBINED = re.compile(rb"\b(?:union|difference|intersection)\(")
 RUN = re.compile(r"(?m)^# \$ dsl (run|compare|stress|convergence) ")
 QUOTED = re.compile(r"^ *(?:-->|\d+ \|)")  # a place, a line of the scene
 # a measured number has a point, an exponent or a unit behind it; without, as in `40 of 40 cells`, it is a count
@@ -104,6 +106,16 @@ def test_golden(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert expected.is_file(), "no expected text: bless it, and read it"
     assert same == wanted
     assert (status == 0) == ("error[" not in found)
+
+
+@pytest.mark.parametrize("scene", [p for p in SCENES if COMBINED.search(p.read_bytes())], ids=lambda p: p.stem)
+def test_no_message_hangs_on_a_library_that_may_be_missing(
+    scene: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What says more of shapes that are combined where manifold3d is installed is not in a golden message."""
+    monkeypatch.setitem(sys.modules, "manifold3d", None)
+    _, found = shown(scene.read_text(encoding="utf-8"), scene.name, capsys)
+    assert found == scene.with_suffix(".expected").read_text(encoding="utf-8")
 
 
 def test_a_computed_number_may_round_either_way_and_nothing_else_may() -> None:

@@ -87,3 +87,41 @@ def test_the_report_has_force_and_moment_of_a_line_and_no_error_where_there_is_n
     assert "the line that `blade` acts along, where displacements grow" in str(stated["sink"].reason)
     assert stated["stays"].value is not None
     assert [w.code for w in report.warnings if w.code == "W384"] == ["W384"]
+
+
+PINNED = """
+material gel   = linear_elastic(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     block = solid(box(size = ({long}, 20, 20) mm), gel)
+support  floor = fixed(block, where = {held} <= 0 mm)
+load     pin   = point_force(block, at = ({long}, 10, 20) mm, vector = (0, 0, {push}) mN)
+model    cells = fem(hex20, strain = small, size = {size} mm)
+probe    under = point(block, at = ({long}, 10, 20) mm)
+metric   sink  = displacement(under, along = -z)
+metric   done  = work(pin)
+metric   kept  = strain_energy(block)
+"""
+
+
+def pinned(size: float, long: float, held: str, push: float) -> softmark.Report:
+    loaded = softmark.loads(PINNED.format(size=size, long=long, held=held, push=push))
+    return run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=()))
+
+
+@pytest.mark.slow
+def test_a_force_on_a_point_has_no_limit_beneath_it_and_its_work_has_none() -> None:
+    """With cells of half the size nearly twice is found, of all three."""
+    coarse, fine = (pinned(size, 20.0, "z", -1.0) for size in (10.0, 5.0))
+    for name in ("sink", "done", "kept"):
+        found = [report.models["cells"].metrics[name].value for report in (coarse, fine)]
+        assert found[1] > 1.3 * found[0]
+        assert "grows with every" in str(coarse.models["cells"].stated[name].reason).replace("grow ", "grows ")
+    assert [w.code for w in coarse.warnings if w.code == "W384"] == ["W384"]
+
+
+@pytest.mark.slow
+def test_a_force_at_the_end_of_a_long_bar_dents_it_by_less_than_it_bends_it() -> None:
+    """Bent by F L^3 / (3 E I), and dented by some F / (E h): a 54th of it on 60 mm, a 2000th on 200 mm."""
+    short, long = (pinned(10.0, length, "x", -1e-3) for length in (60.0, 200.0))
+    assert "W384" in [w.code for w in short.warnings]
+    assert "W384" not in [w.code for w in long.warnings]
+    assert "no limit" not in str(long.models["cells"].stated["sink"].reason)

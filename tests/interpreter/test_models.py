@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -178,6 +180,16 @@ def test_an_axis_of_free_turns_is_found_where_it_lies() -> None:
     thread = np.eye(6)[[1, 2, 4, 5]]
     rows = np.concatenate([thread, [[1.0, 0, 0, -0.1, 0, 0]]])
     assert motions(rows) == ["screw about the axis through (0, 0, 0) mm along x"]
+
+
+def test_what_holds_many_points_takes_memory_like_them_not_like_their_square() -> None:
+    """2000 points: rows of 0.3 MB, whose left singular vectors would be 288 MB."""
+    rows = point_rows(np.random.default_rng(1).standard_normal((2000, 3)), (0, 1, 2))
+    tracemalloc.start()
+    assert motions(rows) == []
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 20 * rows.nbytes
 
 
 def motions(rows: np.ndarray) -> list[str]:

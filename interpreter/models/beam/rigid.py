@@ -49,7 +49,7 @@ def _null(rows: Floats) -> Floats:
     """The motions (k, 6) that no row resists."""
     if len(rows) == 0:
         return np.eye(6)
-    _, s, vt = np.linalg.svd(rows, full_matrices=True)
+    _, s, vt = np.linalg.svd(rows, full_matrices=len(rows) < 6)  # of many rows the left side would be (n, n)
     rank = int(np.sum(s > LEVEL * s[0])) if s[0] > 0 else 0
     null: Floats = vt[rank:]
     return null

@@ -160,7 +160,7 @@ def _followed(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floa
             "use a larger `reach`, or another `where`",
         )
     # nearly in one plane, as a layer of beads is, only their place within the plane says anything
-    centre, axes = points.mean(axis=0), np.linalg.svd(points - points.mean(axis=0))[2]
+    centre, axes = points.mean(axis=0), np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
     flat = spread[2] < 0.1 * spread[1]
     frame = axes[: 2 if flat else 3].T
     try:
