@@ -18,6 +18,7 @@ from softmark.interpreter.evidence.probe_answers import Remembered, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.models.answers.stressed import stress_of
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.shared.pieces import typical
 from softmark.interpreter.models.shared.prepared import Moved, Workshop
 from softmark.interpreter.problem.case import Case
 from softmark.solvers.elements import element_of
@@ -43,7 +44,7 @@ def found(
         raise Unknown("a finer space with pressures as unknowns costs more than it tells")
     try:
         above = finer(solved.mesh, None if model.mesh is not None else case.shape)
-        thing = _freed(model, case, above.mesh.kind)
+        thing = _freed(model, typical(case, solved.mesh), above.mesh.kind)
         budget.check()
         static, _ = at_rest(thing, replace(declared, thing=thing), case, Workshop(scene=scene), above.mesh)
         problem = static.problem
@@ -65,14 +66,15 @@ def remembered(model: Fem, case: Case, mesh: Moved) -> Remembered:
     return Remembered(displacement_of(mesh.mesh, mesh.displacement), stress_of(model, case, mesh), {})
 
 
-def _freed(model: Fem, case: Case, kind: str) -> Fem:
-    """The model on the finer cells, of an element that does not lock where its own would."""
+def _freed(model: Fem, materials: tuple[Any, ...], kind: str) -> Fem:
+    """The model of some materials on the finer cells, of an element that does not lock where its own would."""
     from softmark.solvers.materials import mixed_for
 
     thing = model.plain(element=kind)
     full = model.integration == "full" and model.formulation == "displacement" and model.rotation == "point"
     freed = "mean_dilatation" in element_of(kind).formulations
-    if freed and full and case.largest_poisson >= FREED and all(mixed_for(m, model.strain) for m in case.typical):
+    tight = max(m.poisson for m in materials) >= FREED
+    if freed and full and tight and all(mixed_for(m, model.strain) for m in materials):
         return replace(thing, formulation="mean_dilatation")
     return thing
 

@@ -9,6 +9,7 @@ import numpy as np
 from softmark.interpreter.evidence.orders import COARSE
 from softmark.interpreter.evidence.probe_answers import Floats, ProbeAnswer, Unknown
 from softmark.interpreter.evidence.tone_answers import ToneAnswer
+from softmark.interpreter.models.shared.pieces import typical
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.report import ModelResult
@@ -25,7 +26,7 @@ def part(result: ModelResult, case: Case, mesh: Moved | None, cells: int, seen: 
     if EPS * far > LOST * cell:
         raise Unknown(f"it lies so far from the origin that rounding takes {EPS * far / cell:.1g} of a cell")
     if isinstance(seen, ToneAnswer):
-        return seen.lost(case, far, cell)
+        return seen.lost(typical(case, None if mesh is None else mesh.mesh), far, cell)
     if facts.get("rounding") is not None:
         return float(facts["rounding"]) * seen.size
     if facts.get("condition") is not None:

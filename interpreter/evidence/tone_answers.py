@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from softmark.interpreter.evidence.probe_answers import NO_ERROR, Floats, ProbeA
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.shared.prepared import Solution
-from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.view import View
 from softmark.records import dataclass
 
@@ -52,11 +52,14 @@ class ToneAnswer(ProbeAnswer):
             raise Unknown(f"a coarser one has {len(found)} modes")
         return float(found[-1])
 
-    def lost(self, case: Case, far: float, cell: float) -> float:
-        """What rounding takes of it, Hz: that of the coordinates of cells (`far` from the origin, m), and that of the
-        fastest vibration of a mesh, some waves of pressure across a cell, in which the slow one is told."""
-        law = min(case.typical, key=lambda m: m.density)
-        stiff = max(m.shear_modulus * 4.0 / 3.0 + min(m.bulk_modulus, HARD * m.shear_modulus) for m in case.typical)
+    def lost(self, materials: tuple[Any, ...], far: float, cell: float) -> float:
+        """What rounding takes of it, Hz, in cells of these materials.
+
+        That of the coordinates of cells (`far` from the origin, m), and that of the fastest vibration of a mesh, some
+        waves of pressure across a cell, in which the slow one is told.
+        """
+        law = min(materials, key=lambda m: m.density)
+        stiff = max(m.shear_modulus * 4.0 / 3.0 + min(m.bulk_modulus, HARD * m.shear_modulus) for m in materials)
         fastest = WAVES * math.sqrt(stiff / law.density) / cell  # rad/s
         ratio = fastest / (2.0 * math.pi * self.tone) if self.tone > 0.0 else math.inf
         found = 10.0 * EPS * (far / cell + ratio**2)

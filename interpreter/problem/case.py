@@ -104,7 +104,7 @@ class Case:
             return self.materials
         from softmark.interpreter.problem.typical import typical
 
-        return tuple(typical(material, self.shape.bounds) for material in self.materials)
+        return tuple(typical(material, self.shape) for material in self.materials)
 
     @property
     def plain(self) -> Case:

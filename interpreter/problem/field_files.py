@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+from contextlib import redirect_stderr, redirect_stdout
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -142,8 +144,11 @@ def _mesh(field: Field, file: Path) -> OnMesh:
 
     if field.length is None:
         raise Unreadable(file.name, "a mesh does not say in which unit its lengths are", "give `length = 1 mm`")
-    with rationed(file):
-        read = meshio.read(file)
+    with rationed(file), redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+        try:
+            read = meshio.read(file)
+        except SystemExit:  # meshio's way to say that a reader failed
+            raise Unreadable(file.name, "it cannot be read as what its name says", "write the file again") from None
     known = {element.meshio: name for name, element in reversed(ELEMENTS.items()) if element.family != "plane"}
     blocks = [i for i, block in enumerate(read.cells) if block.type in known]
     kinds = {read.cells[i].type for i in blocks}

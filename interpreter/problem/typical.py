@@ -11,11 +11,9 @@ from typing import Any
 from softmark.interpreter.language.profiles import Profile
 from softmark.solvers.materials.isotropic import constants
 
-ALONG = 9  # places along each axis of the body's box that are looked at before anything is built
+ALONG = 9  # places along each axis of a body's box, of which those within it are looked at before anything is built
 ORDINARY = 0.3  # Poisson's ratio
 UNKNOWN = {"young": 1e30, "poisson": 0.0, "density": 1000.0}  # of what only files tell: nothing is doubted of it
-
-Bounds = Any  # the lowest and the highest coordinates of a body, m; None where they are not known
 
 
 def profiles(material: Any) -> dict[str, Profile]:
@@ -23,30 +21,31 @@ def profiles(material: Any) -> dict[str, Profile]:
     return {name: value for name, value in constants(material).items() if isinstance(value, Profile)}
 
 
-def typical(material: Any, bounds: Bounds) -> Any:
-    """A material with numbers in place of what varies: means over the body's box, of Poisson's ratio the largest.
+def typical(material: Any, shape: Any) -> Any:
+    """A material with numbers in place of what varies: means over the body, of Poisson's ratio the largest.
 
     For what is said of it before anything is built, and for orders of magnitude. One of constant numbers is itself.
     """
     new: dict[str, float] = {}
     for name, profile in profiles(material).items():
-        seen = [v for _, v in looked(profile, bounds) if math.isfinite(v)]
+        seen = [v for _, v in looked(profile, shape) if math.isfinite(v)]
         if not seen:
             new[name] = UNKNOWN[name]
         else:
             most = max(seen)  # above its range, which is said, it stands for a solid like others
             largest = max(-0.999, most if most <= 0.5 else ORDINARY)
-            new[name] = largest if name == "poisson" else abs(math.fsum(seen)) / len(seen)
+            new[name] = largest if name == "poisson" else abs(math.fsum(v / len(seen) for v in seen))
     if not new:
         return material
     of = getattr(material, "of", None)
     return replace(material, **new, **({} if of is None else {"of": replace(of, **new)}))
 
 
-def looked(profile: Profile, bounds: Bounds) -> Iterator[tuple[tuple[float, ...], float]]:
-    """Places of the body's box, and the constant there; none where only a file tells."""
-    if bounds is None or profile.fields:
+def looked(profile: Profile, shape: Any) -> Iterator[tuple[tuple[float, ...], float]]:
+    """Places of a body, and the constant there; none where only a file tells."""
+    if shape.bounds is None or profile.fields:
         return
-    axes = ([a + (b - a) * i / (ALONG - 1) for i in range(ALONG)] for a, b in zip(*bounds, strict=True))
+    axes = ([a + (b - a) * i / (ALONG - 1) for i in range(ALONG)] for a, b in zip(*shape.bounds, strict=True))
     for place in product(*axes):
-        yield place, profile.value(place)
+        if shape.contains(place):
+            yield place, profile.value(place)

@@ -87,7 +87,8 @@ class Recovered:
 
     def _recover(self, nodes: Ints) -> None:
         parents = {n: self._parents[n] for n in nodes.tolist() if n in self._parents}
-        self._fit(np.unique(np.concatenate([*parents.values()])))
+        if parents:
+            self._fit(np.unique(np.concatenate([*parents.values()])))
         for n, corners in parents.items():
             self._nodal[n] = np.mean([self._valued(c, self.mesh.points[n]) for c in corners.tolist()], axis=0)
         if len(parents) < len(nodes):  # a file may have nodes of no cell

@@ -362,3 +362,106 @@ model  m = fem(hex8, strain = small, size = 10 mm)"""
     held = report.models["m"].reactions["low"].reaction
     assert held is not None
     assert held.force[2] == pytest.approx(-100.0 * 1e-4, rel=1e-9)
+
+
+TUBE = """
+material gel  = linear_elastic(young = {young}, poisson = {nu}, density = 1000 kg/m^3)
+body     hose = solid(tube(length = 20 mm, radius = 12 mm, inner = 9 mm), gel)
+support  low  = fixed(hose, where = x <= 0 mm)
+load     side = gravity(1 m/s^2, direction = -z)
+model    m    = fem(hex8, strain = small, size = 6 mm)
+"""
+
+
+def test_what_lies_beside_the_body_does_not_count() -> None:
+    """In the bore and in the corners of its box young is 1e30 Pa and more, and poisson above 0.5."""
+    from softmark.interpreter.models.shared.pieces import typical
+    from softmark.interpreter.problem.case import case_of
+
+    r = "((y^2 + z^2) / (12 mm)^2)"
+    loaded = softmark.loads(TUBE.format(young=f"10 kPa * {r}^(-20)", nu=f"0.495 * {r}"))
+    case = case_of(loaded.scene, "hose")
+    assert case.largest_poisson == pytest.approx(0.495)  # it was 0.3, as of a solid of which nothing is known
+    assert "W301" in {w.code for w in loaded.warnings}
+    (known,) = typical(case, case.shape.mesh("hex8", 3e-3))
+    assert 1e4 < known.young < 1e4 * (12.0 / 9.0) ** 40
+    assert known.poisson == pytest.approx(0.495)
+
+
+def test_cells_of_triangles_are_looked_at_within() -> None:
+    """Poisson's ratio is in its range in the body alone, and a linear constant is integrated to the last digits.
+
+    The finer rule was that of hexahedra, with points beyond the longest side of each triangle.
+    """
+    text = """
+material gel  = linear_elastic(young = 10 kPa * (1 + x / 1 cm), poisson = 0.499 * x / 1 cm, density = 1000 kg/m^3)
+body     leaf = plane_strain(quadrilateral((0, 0, 0) mm, (1, 0, 0) cm, (1, 1, 0) cm, (0, 1, 0) cm), gel,
+                             thickness = 1 mm)
+support  left = symmetric(leaf, where = x <= 0 mm)
+support  low  = symmetric(leaf, where = y <= 0 mm)
+load     pull = traction(leaf, where = x >= 1 cm, vector = (10, 0, 0) Pa)
+model    a    = fem(tri3, strain = small, size = 5 mm)
+model    b    = fem(tri6, strain = small, size = 5 mm)
+"""
+    report = softmark.loads(text).run()
+    for model in report.models.values():
+        assert model.status == "converged", model.message
+        said = model.solve["graded"]["leaf.young"]
+        assert said["integral_lost"] < 1e-12
+        assert said["mean"] == pytest.approx(1.5e4)
+        assert (said["least"], said["most"]) == pytest.approx((1e4, 2e4))
+
+
+@pytest.mark.slow
+def test_a_poisson_ratio_counts_by_what_it_does_to_moduli() -> None:
+    """From 0.01 to 0.09 nothing changes; from 0.4 to 0.495 what resists a change of volume does, eighteen times."""
+    model = "model m = fem(hex8, strain = small, size = 10 mm, integration = selective)"
+    small, large = (softmark.loads(bar("10 kPa", model, nu)).run() for nu in (
+        "0.05 + 0.04 * sin(z / 1 mm * 3.1 rad)", "0.4 + 0.095 * z / 40 mm",
+    ))  # fmt: skip
+    assert "W337" not in {w.code for w in small.warnings}
+    assert small.models["m"].solve["graded"]["bar.poisson"]["integral_lost"] < 0.05
+    assert "W337" in {w.code for w in large.warnings}
+    mixed = softmark.loads(
+        bar("10 kPa", "model m = fem(hex8, strain = small, size = 10 mm, formulation = mixed)", "0.4 + 0.1 * z / 4 cm")
+    ).run()
+    assert "W337" not in {w.code for w in mixed.warnings}  # pressures take any
+    assert math.isfinite(mixed.models["m"].solve["graded"]["bar.poisson"]["within_cells"])
+
+
+@pytest.mark.slow
+def test_stated_errors_know_what_files_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Constants of a file and the same ones in the text have one stated error: locking is seen in both."""
+    monkeypatch.chdir(tmp_path)
+    corners = np.array([[x, y, z] for z in (0.0, 40.0) for x, y in ((0, 0), (10, 0), (10, 10), (0, 10))])
+    data = {"E": np.full(8, 10.0), "nu": np.full(8, 0.49)}
+    meshio.Mesh(corners, [("hexahedron", np.arange(8)[None])], point_data=data).write("a.vtu")
+    read = 'field("a.vtu", array = "{}", unit = {}, length = 1 mm)'
+    more = """load side = gravity(1 m/s^2, direction = +x)
+metric out = displacement(end, along = +x)
+metric f = frequency(bar)
+model m = fem(hex20, strain = small, size = 10 mm)"""
+    found = []
+    for young, nu in (("10 kPa", "0.49"), (read.format("E", "1 kPa"), read.format("nu", "1"))):
+        loaded = softmark.loads(bar(young, more, nu))
+        report = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=()))
+        assert "W301" in {w.code for w in report.warnings}
+        found.append({n: (s.value, s.reason) for n, s in report.models["m"].stated.items()})
+    for name in ("out", "f"):
+        assert found[0][name][1] == found[1][name][1]
+        if found[0][name][0] is not None:
+            assert found[1][name][0] == pytest.approx(found[0][name][0], rel=1e-3)
+
+
+@pytest.mark.parametrize("text", ["", "<VTK"])
+def test_a_file_that_is_no_mesh_is_said(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The library that reads meshes ends the whole process then."""
+    monkeypatch.chdir(tmp_path)
+    Path("a.vtu").write_text(text)
+    young = 'field("a.vtu", unit = 1 kPa, length = 1 mm)'
+    with pytest.raises(softmark.SceneError, match="cannot be read"):
+        softmark.loads(bar(young, "model m = fem(hex8, strain = small, size = 10 mm)")).run()
+
+
+def test_huge_constants_have_a_mean() -> None:
+    softmark.loads(bar("1e306 Pa * exp(z / 20 mm)", "model m = fem(hex8, strain = small, size = 10 mm)"))

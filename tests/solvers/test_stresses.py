@@ -344,6 +344,18 @@ def test_cells_whose_nodes_are_all_on_borders_have_a_stress_of_their_own() -> No
     assert found.shared(X.T.copy()) == 2
 
 
+def test_all_nodes_after_those_of_one_material_have_a_stress() -> None:
+    """One cell of each material: once the nodes of one were asked for, what is left of the mesh is not its own."""
+    points = np.array([[x, y, z] for x in range(3) for y in range(2) for z in range(2)], dtype=float)
+    cells = np.array([[0, 4, 6, 2, 1, 5, 7, 3], [4, 8, 10, 6, 5, 9, 11, 7]])
+    mesh = Mesh(points, cells, "hex8")
+    materials = tuple(MATERIALS["linear_elastic"](E, 0.0, 1.0) for E in (2.0, 10.0))
+    found = Layers.of(State(mesh, materials[0], "small", points * [0.1, 0.0, 0.0]), materials, np.array([0, 1]))
+    found.at(np.array([[1.5, 0.5, 0.5]]))
+    nodes = found.at_nodes().cauchy[:, 0, 0]
+    np.testing.assert_allclose(nodes, np.where(points[:, 0] < 0.5, 0.2, 1.0), rtol=1e-12)
+
+
 def test_points_of_several_probes_are_found_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nine sets of points asked in turn, in two layers: each is found once in the whole mesh, and in no layer again.
 

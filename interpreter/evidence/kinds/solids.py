@@ -18,6 +18,7 @@ from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Remembered,
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.shared.pieces import typical
 from softmark.interpreter.problem.case import case_for
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.checks.solids import ForceBalance
@@ -25,6 +26,12 @@ from softmark.solvers.elements import named
 
 THEORY = 2.0  # times the distance of two strain measures on another mesh
 ALIKE = 1.25  # the same on the mesh itself
+
+
+def _largest_poisson(answer: Answer) -> float:
+    """Of what the cells are made of: files are read by now."""
+    mesh = None if answer.mesh is None else answer.mesh.mesh
+    return float(max(material.poisson for material in typical(answer.own, mesh)))
 
 
 class Solids(Sized):
@@ -100,7 +107,7 @@ class Solids(Sized):
     def _from_coarser(self, answer: Answer, seen: ProbeAnswer) -> float:
         """From one or two coarser meshes. Raises Unknown."""
         thing: Fem = answer.solid.thing
-        if not answer.own.material.thin and thing.locks_at(answer.own.largest_poisson):
+        if not answer.own.material.thin and thing.locks_at(_largest_poisson(answer)):
             raise Unknown("its element locks at this Poisson's ratio, and coarse meshes agree on what is wrong")
         return from_coarser(self.coarser(answer), seen, float(thing.order))
 

@@ -39,6 +39,7 @@ OF_LAWS = ("young", "poisson")  # constants that laws are made of: masses have p
 FINE = 3  # Gauss points along each axis of a hexahedron by which integrals are looked at again
 STEEP = 2.0  # largest value of a constant within a cell by the smallest: beyond, the cell is too coarse for it
 MANY = 0.01  # of the volume of the body: in such cells without a warning
+HARD = 1e4  # modulus of pressure by that of shear
 BEYOND = 1e-3  # of the volume of the body: outside of a field without a warning
 LOST = 1e-6  # of an integral: what a finer rule finds less is rounding, or next to nothing
 
@@ -203,7 +204,7 @@ class Spread:
 def _fine(kind: str) -> Rule:
     """A rule that is finer than that of the element."""
     element = CELLS[kind]
-    if element.family == "tetrahedra":
+    if element.family != "hexahedra":
         return element.mass_quadrature()
     one, w = np.polynomial.legendre.leggauss(FINE)
     grid = np.stack(np.meshgrid(one, one, one, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -220,9 +221,11 @@ def spread_of(case: Case, mesh: Mesh, profile: Profile) -> Spread:
     each, total = (c * w).sum(axis=1), float(w.sum())
     seen = np.concatenate([c, values(profile, mesh.points[mesh.cells])], axis=1)
     low, high = seen.min(axis=1), seen.max(axis=1)
+    most, least = (_told(profile, v) for v in (high, low))
     with np.errstate(all="ignore"):
-        change = np.where(low * high > 0.0, np.maximum(np.abs(high / low), np.abs(low / high)), 1.0)
-    lost = float(np.abs(each - coarse.sum(axis=1)).sum() / np.abs(each).sum()) if np.any(each) else 0.0
+        change = np.where(most * least > 0.0, np.maximum(np.abs(most / least), np.abs(least / most)), 1.0)
+    size = each + w.sum(axis=1) if profile.name == "poisson" else each  # the shear modulus goes by 1 + nu
+    lost = float(np.abs(each - coarse.sum(axis=1)).sum() / np.abs(size).sum()) if np.any(each) else 0.0
     steep = float(w.sum(axis=1)[change > STEEP].sum()) / total
     found = Spread(float(seen.min()), float(seen.max()), float(each.sum()) / total, steep, float(change.max()), lost)
     out = _outside(profile, X)
@@ -231,6 +234,17 @@ def spread_of(case: Case, mesh: Mesh, profile: Profile) -> Spread:
     share = float(w[out].sum()) / total
     there = (float(c[out].min()), float(c[out].max())) if out.any() else (0.0, 0.0)
     return replace(found, outside=share, there=there, read=True)
+
+
+def _told(profile: Profile, found: Floats) -> Floats:
+    """What a cell may not resolve of a constant: of Poisson's ratio the modulus of pressure by that of shear.
+
+    Beyond HARD it is that of a solid that keeps its volume.
+    """
+    if profile.name != "poisson":
+        return found
+    told: Floats = 2.0 * (1.0 - found) / np.maximum(1.0 - 2.0 * found, 1.0 / HARD)
+    return told
 
 
 def _outside(profile: Profile, X: Floats) -> Any:
@@ -272,6 +286,26 @@ def facts(case: Case, mesh: Mesh, parts: Sequence[Part]) -> dict[str, Any]:
     return {"graded": {f"{of}.{profile.name}": spread.facts() for of, profile, spread in _each(case, mesh, parts)}}
 
 
+def _locks(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnostic]:
+    """That its element locks at the largest Poisson's ratio of its cells, where the look before did not tell."""
+    before, known = (
+        declared.thing.locking(declared, replace(case, other_material=replace(case.typical[0], poisson=nu), parts=()))
+        for nu in (case.largest_poisson, poisson)
+    )
+    if before is None and known is not None:
+        yield known
+
+
+def typical(case: Case, mesh: Mesh, parts: Sequence[Part]) -> tuple[Any, ...]:
+    """The materials of a case with the means over their cells for what varies, of Poisson's ratio the largest."""
+    names, found = [case.body.name, *(part.name for part in case.parts)], list(case.materials)
+    for of, profile, spread in _each(case, mesh, parts):
+        number = names.index(of)
+        value = spread.most if profile.name == "poisson" else spread.mean
+        found[number] = with_constants(found[number], {profile.name: value})
+    return tuple(m if getattr(m, "uniform", True) else known for m, known in zip(found, case.typical, strict=True))
+
+
 def lost(case: Case, mesh: Mesh, parts: Sequence[Part]) -> float:
     """The largest share of an integral of a constant that a rule of a mesh misses, where it is more than rounding."""
     found = max((spread.lost for _, _, spread in _each(case, mesh, parts)), default=0.0)
@@ -290,14 +324,16 @@ def notes(declared: Declared, case: Case, mesh: Mesh, parts: Sequence[Part]) -> 
                 "places outside have the value of the nearest place that has one: look at `origin`, `x`, `z` and"
                 " `length` of the field, or at the body's place",
             )  # fmt: skip
-        if profile.name == "poisson" and (profile.fields or case.shape.bounds is None):  # not known before
-            solid = replace(case.typical[0], poisson=spread.most)
-            locks = declared.thing.locking(declared, replace(case, other_material=solid, parts=()))
-            yield from () if locks is None else (locks,)
-        if spread.steep > MANY:
+        if profile.name == "poisson":
+            yield from _locks(declared, case, spread.most)
+        pressed = profile.name == "poisson" and declared.thing.formulation == "mixed"  # which takes any
+        if spread.steep > MANY and not pressed:
+            what = (
+                "what resists a change of volume, by `poisson`," if profile.name == "poisson" else f"`{profile.name}`"
+            )
             yield diagnostic(
                 "W337", declared.at("size" if declared.thing.own_mesh is None else "mesh"),
-                f"`{profile.name}` changes by more than {STEEP:g} times within cells of `{declared.name}` with"
+                f"{what} changes by more than {STEEP:g} times within cells of `{declared.name}` with"
                 f" {100 * spread.steep:.3g} % of the volume of `{of}`",
                 f"up to {spread.contrast:.3g} times in one cell",
                 "a cell has a polynomial for its displacements, whatever its material does: use a finer mesh, or a"

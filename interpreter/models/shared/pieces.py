@@ -73,6 +73,15 @@ def lost(case: Case, mesh: Mesh) -> float:
     return graded.lost(case, mesh, _whole(case, mesh))
 
 
+def typical(case: Case, mesh: Mesh | None) -> tuple[Any, ...]:
+    """As `Case.typical`, from the cells of a mesh: files are read, and what lies beside the body does not count."""
+    if case.uniform or mesh is None:
+        return case.typical
+    from softmark.interpreter.models.shared import graded
+
+    return graded.typical(case, mesh, _whole(case, mesh))
+
+
 def facts(case: Case, mesh: Mesh | None) -> dict[str, Any]:
     """What a report says of parts and of what varies on a mesh; nothing of a body that is the same everywhere."""
     found: dict[str, Any] = {}
