@@ -54,7 +54,11 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "tests/interpreter/test_networks.py": {"test_a_scene_without_networks_imports_nothing_for_them": NONE},
     "tests/interpreter/test_tendons.py": {"test_between_guides_a_tendon_is_straight": NONE},
-    "tests/interpreter/test_moving_beams.py": {"test_it_comes_to_rest_where_the_static_analysis_is": NONE},
+    "tests/interpreter/test_moving_beams.py": {
+        "test_it_comes_to_rest_where_the_static_analysis_is": NONE,
+        "test_a_free_bar_flies_on_and_turns_about_its_centre": NONE,
+    },
+    "tests/interpreter/test_moving_networks.py": {"test_momenta_of_a_free_star": NONE},
     "tests/interpreter/test_groups.py": {"test_a_scene_without_groups_imports_nothing_for_them": NONE},
     "tests/interpreter/test_regions.py": {"test_a_scene_without_regions_loads_none_of_this": NONE},
     "tests/interpreter/test_plane.py": {
@@ -94,6 +98,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_a_run_beside_a_busy_loop_is_flagged": NONE,
         "test_rounds_are_interleaved_and_every_run_is_a_process_of_its_own": NONE,
     },
+    "tests/interpreter/test_study_cli.py": {"test_a_model_is_timed_once_the_second_time_from_the_journal": NONE},
     "tests/interpreter/test_study_pool.py": {"test_a_cluster_finds_the_same": NONE},
     "tests/interpreter/test_supports_as_geometry.py": {
         "test_narrow_and_wide_hold_the_conforming_answer_between_them": ("0", "1"),
