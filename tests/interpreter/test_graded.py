@@ -64,9 +64,13 @@ def test_forces_are_found_again_by_other_formulas() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("law", ["neo_hookean", "neo_hookean_isochoric", "st_venant_kirchhoff", "stable_neo_hookean"])
 def test_forces_of_every_element_and_law_are_found_again(law: str) -> None:
-    """A pressure that is eliminated is the same as one that is solved for: the two agree to the solver's tolerance."""
-    found = judged(ALL, law)
-    for strain in ("small", "corotational", "finite"):
+    """A pressure that is eliminated is the same as one that is solved for: the two agree to the solver's tolerance.
+
+    Where strain is small, turned or not, all laws are Hooke's: one is tried.
+    """
+    strains = ("small", "corotational", "finite") if law == "neo_hookean" else ("finite",)
+    found = judged([words for words in ALL if any(f"strain = {strain}" in words for strain in strains)], law)
+    for strain in strains:
         mean, mixed = (found[f"hex8, strain = {strain}, formulation = {f}"] for f in ("mean_dilatation", "mixed"))
         assert mean == pytest.approx(mixed, rel=1e-8)
 

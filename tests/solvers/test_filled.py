@@ -19,7 +19,7 @@ from softmark.solvers.mesh.distort import qualities
 from softmark.solvers.mesh.files.closed import Closed, closed, signed
 from softmark.solvers.mesh.files.flaws import UnreadableMesh
 from softmark.solvers.mesh.files.near import closest, crossing
-from softmark.solvers.mesh.filled import Filled
+from softmark.solvers.mesh.filled import Enclosed, Filled
 from softmark.solvers.mesh.shapes import Box
 
 Surface = tuple[Any, Any]
@@ -289,7 +289,7 @@ def test_what_fills_a_surface_is_what_it_encloses(name: str, kept: Path) -> None
     surface, volume = FILLED[name]
     known = closed(*surface)
     mesh = filling.filled(known, 0.003, 1e-4)
-    found = facts(mesh)["filled"]
+    found = facts(Enclosed(), mesh)["filled"]
     assert abs(float(mesh.volumes.sum()) - 1e-9 * volume) < 1e-4 * known.area
     if not known.crossings:
         assert max(found["mesh_to_surface_m"], found["surface_to_mesh_m"]) < 2e-4
