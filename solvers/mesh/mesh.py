@@ -90,6 +90,10 @@ class Mesh:
         """Parts of its boundary that were selected, by what selected them: found once for all who ask."""
         return {}
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what was found by conditions, which are functions: it is found again where it is asked for."""
+        return {name: value for name, value in vars(self).items() if name != "selections"}
+
     @cached_property
     def extent(self) -> float:
         """Diagonal of the bounding box, m."""

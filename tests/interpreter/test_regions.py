@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import pickle
 import subprocess
 import sys
 from dataclasses import replace
@@ -361,3 +362,11 @@ def test_errors_of_means_count_points_by_their_volumes() -> None:
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -3, 0]])
     triangles = np.array([[0, 1, 2], [0, 3, 1]])  # of areas 1/2 and 3/2
     np.testing.assert_allclose(shares_of(corners, None, triangles), [1 / 3, 1 / 3, 1 / 12, 1 / 4], rtol=1e-14)
+
+
+def test_a_report_of_parts_can_be_pickled() -> None:
+    """Its meshes remember what conditions found on them, and conditions are functions, which no pickle takes."""
+    report = softmark.loads(chain("hex8, strain = small, size = 5 mm", where="x >= 20 mm and x <= 30 mm")).run()
+    again = pickle.loads(pickle.dumps(report))
+    assert again.models["m"].metrics["away"].value == report.models["m"].metrics["away"].value
+    np.testing.assert_array_equal(again.models["m"].mesh.mesh.points, report.models["m"].mesh.mesh.points)
