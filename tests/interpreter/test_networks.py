@@ -287,9 +287,9 @@ def test_a_hinge_that_does_not_turn_is_no_answer(monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.slow
 def test_the_largest_load_of_lees_frame() -> None:
-    """18.5584 E I / L^2, by collocation of beams that do not stretch (scipy): 0.03 % above what was published.
+    """18.5584 E I / L^2, by collocation of beams that do not stretch (scipy).
 
-    The scene `rigid-frames` holds the model to the published number within 0.2 %.
+    The scene `rigid-frames` holds the model to it within 0.2 %.
 
     Three pieces of lengths 1, 1/5 and 4/5, each x, y, angle and moment over its own 0 to 1; forces at the foot and the
     load are unknown, and how far the loaded point goes down is given.
