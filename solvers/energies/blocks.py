@@ -1,10 +1,12 @@
-"""What energies do with the local blocks of their Hessians."""
+"""What energies do with the local blocks of their Hessians, and energies of rods that are sums of such."""
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
-from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.energy import Energy, Floats, Ints
 
 
 def add_blocks(blocks: Floats, slots: Ints, data: Floats) -> None:
@@ -25,3 +27,32 @@ def cross_matrix(a: Floats) -> Floats:
     m = np.zeros((*a.shape, 3))
     m[..., 0, 1], m[..., 0, 2], m[..., 1, 2] = -a[..., 2], a[..., 1], -a[..., 0]
     return m - m.swapaxes(-1, -2)
+
+
+class OverElements(Energy):
+    """An energy of a rod at rest over its elements (m, 2), a node and another: what it says of each, added up."""
+
+    elements: Ints
+
+    @cached_property
+    def stencils(self) -> Ints:
+        """Six degrees of freedom of either node (m, 12)."""
+        found: Ints = (6 * self.elements[:, :, None] + np.arange(6)).reshape(-1, 12)
+        return found
+
+    def local_forces(self, x: Floats) -> Floats:
+        """The gradient of each element (m, 12), N and N m."""
+        raise NotImplementedError(f"{type(self).__name__} gives no local forces")
+
+    def local_hessians(self, x: Floats) -> Floats:
+        """The Hessian of each element (m, 12, 12), symmetric out of balance too."""
+        raise NotImplementedError(f"{type(self).__name__} gives no local Hessians")
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Forces on the nodes, N, and moments about the material axes, N m."""
+        g += np.bincount(self.stencils.ravel(), (scale * self.local_forces(x)).ravel(), len(g))
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Exact; `projected` clamps local eigenvalues at zero."""
+        local = self.local_hessians(x)
+        add_blocks(scale * (definite(local) if projected else local), slots, data)

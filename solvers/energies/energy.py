@@ -78,18 +78,6 @@ class Lagging(Energy):
         raise NotImplementedError(f"{type(self).__name__} has no lagged tangent")
 
 
-class OverElements(Energy):
-    """An energy of a rod at rest over its elements, whose local parts it gives."""
-
-    def local_forces(self, x: Floats) -> Floats:
-        """The gradient of each element (m, 12), N and N m."""
-        raise NotImplementedError(f"{type(self).__name__} gives no local forces")
-
-    def local_hessians(self, x: Floats) -> Floats:
-        """The Hessian of each element (m, 12, 12)."""
-        raise NotImplementedError(f"{type(self).__name__} gives no local Hessians")
-
-
 class Space(Protocol):
     """How a state moves by an increment of its degrees of freedom."""
 

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies.blocks import add_blocks, definite
+from softmark.solvers.energies.blocks import OverElements
 from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
 from softmark.solvers.energies.rod_kinematics import Segments, segments_of
 from softmark.solvers.energies.rod_section import RodStiffness, VaryingStiffness
@@ -24,7 +24,7 @@ from softmark.solvers.energies.rod_state import lengths
 
 
 @dataclass(frozen=True)
-class RodElastic(Energy):
+class RodElastic(OverElements):
     """E = sum of l/2 (eps - eps0) . C (eps - eps0), eps = (Gamma, K) at the middle of each element, in J.
 
     eps0 are the strains of the undeformed state `rest` (nodes * 7,), which may be bent, twisted and placed
@@ -50,11 +50,6 @@ class RodElastic(Energy):
     def rest_strains(self) -> Floats:
         """Strains (n, 6) of the undeformed state."""
         return Segments.of(self.rest, self.elements, self.lengths).strains
-
-    @cached_property
-    def stencils(self) -> Ints:
-        """Six degrees of freedom of either node (n, 12)."""
-        return (6 * self.elements[:, :, None] + np.arange(6)).reshape(-1, 12)
 
     def segments(self, x: Floats) -> Segments:
         """The elements in the state x."""
@@ -101,18 +96,10 @@ class RodElastic(Energy):
         strains = self.strains(x) + self.offset
         return float(np.sum(self.lengths @ (strains**2 * self.stiffness.diagonal)) / 2)
 
-    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Internal nodal forces, N, and moments about the material axes, N m."""
+    def local_forces(self, x: Floats) -> Floats:
+        """B^T l C (eps - eps0), (n, 12)."""
         segments = self.segments(x)
-        forces = scale * segments.forces(self._weighted(segments))
-        g += np.bincount(self.stencils.ravel(), forces.ravel(), len(g))
-
-    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Exact tangent, symmetric out of balance too; `projected` clamps its local eigenvalues at zero."""
-        local = self.local_hessians(x)
-        if projected:
-            local = definite(local)
-        add_blocks(scale * local, slots, data)
+        return segments.forces(self._weighted(segments))
 
     def local_hessians(self, x: Floats) -> Floats:
         """B^T l C B plus the geometric part, (n, 12, 12)."""

@@ -12,8 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies.blocks import add_blocks, cross_matrix, definite
-from softmark.solvers.energies.energy import Floats, Ints, OverElements
+from softmark.solvers.energies.blocks import OverElements, cross_matrix
+from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod_rotation import rotation
 
 SHORT = 1e-300  # m
@@ -33,11 +33,9 @@ class GuidedTendon(OverElements):
     conservative: bool = True
 
     @cached_property
-    def stencils(self) -> Ints:
-        """Six degrees of freedom of the sections of every two neighbouring guides (g - 1, 12)."""
-        pairs = np.stack([self.nodes[:-1], self.nodes[1:]], axis=1)
-        found: Ints = (6 * pairs[:, :, None] + np.arange(6)).reshape(-1, 12)
-        return found
+    def elements(self) -> Ints:
+        """The nodes of every two neighbouring guides (g - 1, 2)."""
+        return np.stack([self.nodes[:-1], self.nodes[1:]], axis=1)
 
     def _chords(self, x: Floats) -> tuple[Floats, Floats, Floats]:
         """Rotations of the sections (g, 3, 3), directions of the chords (g - 1, 3) and their lengths (g - 1,), m."""
@@ -88,15 +86,6 @@ class GuidedTendon(OverElements):
             found[:, own, own] += 0.5 * (both + both.swapaxes(1, 2))
             found[:, own, own] -= np.einsum("ci,ci->c", F, a)[:, None, None] * np.eye(3)
         return found
-
-    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus what the tendon does to the nodes: forces, N, and moments about the material axes, N m."""
-        g += np.bincount(self.stencils.ravel(), scale * self.local_forces(x).ravel(), len(g))
-
-    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Exact; `projected` clamps its local eigenvalues at zero."""
-        local = self.local_hessians(x)
-        add_blocks(scale * (definite(local) if projected else local), slots, data)
 
     def rounding(self, x: Floats) -> float:
         """Far below that of the rod."""

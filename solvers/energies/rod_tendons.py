@@ -17,8 +17,8 @@ from functools import cached_property
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies.blocks import add_blocks, cross_matrix, definite
-from softmark.solvers.energies.energy import Floats, Ints, OverElements
+from softmark.solvers.energies.blocks import OverElements, cross_matrix
+from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod_kinematics import Segments, segments_of
 from softmark.solvers.energies.rod_state import lengths
 
@@ -45,12 +45,6 @@ class RodTendons(OverElements):
     def lengths(self) -> Floats:
         """Undeformed lengths (m,) of the elements, m."""
         return lengths(self.rest, self.elements)
-
-    @cached_property
-    def stencils(self) -> Ints:
-        """Six degrees of freedom of either node (m, 12)."""
-        found: Ints = (6 * self.elements[:, :, None] + np.arange(6)).reshape(-1, 12)
-        return found
 
     def joined(self, other: RodTendons) -> RodTendons:
         """Both, on the same rod."""
@@ -116,15 +110,6 @@ class RodTendons(OverElements):
         B = segments.gradients
         found: Floats = B.swapaxes(1, 2) @ D @ B
         return found + segments.hessians(self._carried(segments), np.zeros((len(self.lengths), 6)))
-
-    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus what the tendons do to the nodes: forces, N, and moments about the material axes, N m."""
-        g += np.bincount(self.stencils.ravel(), scale * self.local_forces(x).ravel(), len(g))
-
-    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Exact; `projected` clamps its local eigenvalues at zero."""
-        local = self.local_hessians(x)
-        add_blocks(scale * (definite(local) if projected else local), slots, data)
 
     def rounding(self, x: Floats) -> float:
         """Far below that of the rod."""

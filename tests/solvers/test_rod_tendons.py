@@ -18,7 +18,7 @@ from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.scheme import Motion
 from softmark.solvers.dynamics.turning import Turning
-from softmark.solvers.energies.energy import OverElements
+from softmark.solvers.energies.blocks import OverElements
 from softmark.solvers.energies.rod import RodElastic
 from softmark.solvers.energies.rod_guides import GuidedTendon
 from softmark.solvers.energies.rod_rotation import exponential, product, rotation

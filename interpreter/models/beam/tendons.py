@@ -12,7 +12,8 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.loads import Routed
-from softmark.solvers.energies.energy import Energy, Floats, OverElements
+from softmark.solvers.energies.blocks import OverElements
+from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod_guides import GuidedTendon
 from softmark.solvers.energies.rod_state import chain
 from softmark.solvers.energies.rod_tendons import RodTendons

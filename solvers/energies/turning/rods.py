@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies.blocks import add_blocks, cross_matrix, definite
-from softmark.solvers.energies.energy import Energy, Floats, Ints, OverElements, no_stencils
+from softmark.solvers.energies.blocks import OverElements, add_blocks, cross_matrix, definite
+from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
 from softmark.solvers.energies.rod import RodElastic
 from softmark.solvers.energies.turning import kernels
 
