@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.energies.rod_kinematics import Turns, segments_of
+from softmark.solvers.energies.rod_kinematics import Segments, Turns, segments_of
 from softmark.solvers.energies.rod_rotation import (
     between,
     conjugate,
@@ -55,6 +55,22 @@ class RodSpace:
         q = product(old[:, 3:], exponential(step[:, 3:]))
         q = q / np.sqrt(np.einsum("em,em->e", q, q))[:, None]
         return np.concatenate([old[:, :3] + step[:, :3], q], axis=1).ravel()
+
+
+def axes_behind(before: Segments, step: Floats, turns: Turns) -> Floats:
+    """The axis vectors l R(new) (Gamma + dGamma . d), (n, 3), m, of elements behind a step d (n, 12) to new `turns`."""
+    Gamma = before.strains[:, :3] + np.einsum("eij,ej->ei", before.gradients[:, :3], step)
+    return np.asarray(np.einsum("eki,ei->ek", turns.middle, Gamma) * before.l[:, None])
+
+
+def jumped(before: Floats, after: Floats, elements: Ints) -> bool:
+    """Whether an element has turned from one state to another by more than 180 degrees against itself.
+
+    Rotations between its nodes are known but for whole turns: such a step is one through half a turn, where the
+    other way round becomes the shorter, and twist or bending is lost.
+    """
+    c, d = (Turns.of(x.reshape(-1, 7)[:, 3:], elements).c for x in (before, after))
+    return bool(np.any(np.einsum("em,em->e", c, d) < 0.0))
 
 
 @dataclass(frozen=True)
@@ -96,7 +112,8 @@ class RodChain:
         nodes, step = moved.reshape(-1, 7), d.reshape(-1, 6)
         turns = Turns.of(nodes[:, 3:], self.elements)
         excess = np.zeros((len(self.held), 3))
-        axes = self._axes(x, step, turns)
+        ends = np.concatenate([step[:-1], step[1:]], axis=1)
+        axes = axes_behind(segments_of(x, self.elements, self.lengths), ends, turns)
         np.cumsum(axes - (nodes[1:, :3] - nodes[:-1, :3]), axis=0, out=excess[1:])
         excess -= self._drift(excess)
         nodes[:, :3] += excess
@@ -104,20 +121,8 @@ class RodChain:
         return moved
 
     def jumped(self, before: Floats, after: Floats) -> bool:
-        """Whether an element has turned from one state to another by more than 180 degrees against itself.
-
-        Rotations between its nodes are known but for whole turns: such a step is one through half a turn, where the
-        other way round becomes the shorter, and twist or bending is lost.
-        """
-        c, d = (Turns.of(x.reshape(-1, 7)[:, 3:], self.elements).c for x in (before, after))
-        return bool(np.any(np.einsum("em,em->e", c, d) < 0.0))
-
-    def _axes(self, x: Floats, step: Floats, turns: Turns) -> Floats:
-        """The axis vectors l R(new) (Gamma + dGamma . d), (n, 3), for steps (nodes, 6) to new `turns`."""
-        before = segments_of(x, self.elements, self.lengths)
-        ends = np.concatenate([step[:-1], step[1:]], axis=1)
-        Gamma = before.strains[:, :3] + np.einsum("eij,ej->ei", before.gradients[:, :3], ends)
-        return np.asarray(np.einsum("eki,ei->ek", turns.middle, Gamma) * self.lengths[:, None])
+        """As the function of this name has it."""
+        return jumped(before, after, self.elements)
 
     def _drift(self, excess: Floats) -> Floats:
         """What the correction adds at the held nodes, linear between them; its mean where none is held."""

@@ -12,7 +12,7 @@ from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod_joints import Joints
 from softmark.solvers.energies.rod_kinematics import Turns, segments_of
-from softmark.solvers.energies.rod_state import RodSpace, lengths
+from softmark.solvers.energies.rod_state import RodSpace, axes_behind, jumped, lengths
 from softmark.solvers.linear.factorisations import Factor, factor
 
 
@@ -47,23 +47,15 @@ class RodNetwork:
         moved = RodSpace(len(self.joints.point)).move(x, step)
         nodes, ends = moved.reshape(-1, 7), self.elements
         turns = Turns.of(nodes[:, 3:], ends)
-        short = self._axes(x, step.reshape(-1, 6), turns) - (nodes[ends[:, 1], :3] - nodes[ends[:, 0], :3])
+        axes = axes_behind(segments_of(x, ends, self.lengths), step.reshape(-1, 6)[ends].reshape(-1, 12), turns)
+        short = axes - (nodes[ends[:, 1], :3] - nodes[ends[:, 0], :3])
         nodes[:, :3] += self._moved_on(short)[self.joints.point]
         segments_of(moved, ends, self.lengths, turns)  # it will be asked for
         return moved
 
     def jumped(self, before: Floats, after: Floats) -> bool:
-        """Whether an element has turned by more than 180 degrees against itself: as `RodChain.jumped` has it."""
-        c, d = (Turns.of(x.reshape(-1, 7)[:, 3:], self.elements).c for x in (before, after))
-        return bool(np.any(np.einsum("em,em->e", c, d) < 0.0))
-
-    def _axes(self, x: Floats, step: Floats, turns: Turns) -> Floats:
-        """The axis vectors that elements are to have (e, 3), m."""
-        before = segments_of(x, self.elements, self.lengths)
-        Gamma = before.strains[:, :3] + np.einsum(
-            "eij,ej->ei", before.gradients[:, :3], step[self.elements].reshape(-1, 12)
-        )
-        return np.asarray(np.einsum("eki,ei->ek", turns.middle, Gamma) * self.lengths[:, None])
+        """As `rod_state.jumped` has it."""
+        return jumped(before, after, self.elements)
 
     @cached_property
     def _differences(self) -> sparse.csr_matrix:
