@@ -9,7 +9,7 @@ moments about their own axes; their tangent is by the unknowns. Another energy i
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -166,6 +166,8 @@ class TurnedLoad(Energy):
     of forces g about a node's own axes is that plus [g]x / 2, by turns about these axes.
     """
 
+    ROTATIONS: ClassVar[tuple[slice, ...]] = (slice(0, 3),)  # of a stencil: each the three of a node
+
     chart: RodChart
     energy: Energy
     conservative: bool = False
@@ -192,12 +194,18 @@ class TurnedLoad(Energy):
         if projected:
             self.energy.add_hessian(state, data, slots, scale, True)
             return
-        g, local = np.zeros(x.size), np.zeros((*self.stencils.shape, 3))
+        T, (g, local) = self.chart.turned(x)[2], self._parts(state)
+        for own in self.ROTATIONS:
+            local[:, own, own] += cross_matrix(0.5 * g[:, own])
+            local[:, :, own] = local[:, :, own] @ T[self.stencils[:, own.start] // 6]
+        add_blocks(scale * local, slots, data)
+
+    def _parts(self, state: Floats) -> tuple[Floats, Floats]:
+        """Of each stencil the forces (m, k) and their tangent (m, k, k) at rest, to be written on."""
+        g, local = np.zeros(len(state) // 7 * 6), np.zeros((*self.stencils.shape, self.stencils.shape[1]))
         self.energy.add_gradient(state, g)
         self.energy.add_hessian(state, local.reshape(-1), np.arange(local.size).reshape(local.shape))
-        local += cross_matrix(0.5 * g[self.stencils])
-        turned = local @ self.chart.turned(x)[2][self.stencils[:, 0] // 6]
-        add_blocks(scale * turned, slots, data)
+        return g[self.stencils], local
 
     def rounding(self, x: Floats) -> float:
         """Of the load."""
@@ -205,42 +213,18 @@ class TurnedLoad(Energy):
 
 
 @dataclass(frozen=True)
-class TurnedElements(Energy):
-    """A load on the elements of a rod at rest, an `energy` of positions and quaternions, over the unknowns of a chart.
+class TurnedElements(TurnedLoad):
+    """A load on the elements of a rod at rest: of each by itself what `TurnedLoad` is of nodes."""
 
-    Forces and tangents are as those of `TurnedLoad`, of each element by itself.
-    """
+    ROTATIONS: ClassVar[tuple[slice, ...]] = (slice(3, 6), slice(9, 12))
 
-    chart: RodChart
     energy: OverElements
-    conservative: bool = False
 
-    @property
+    @cached_property
     def stencils(self) -> Ints:
         """Those of the load."""
         return self.energy.stencils
 
-    def value(self, x: Floats) -> float:
-        """Of the load, J."""
-        return self.energy.value(self.chart.state(x))
-
-    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus its forces and its moments about the nodes' own axes."""
-        self.energy.add_gradient(self.chart.state(x), g, scale)
-
-    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """The tangent of the forces; `projected` is that of the load."""
-        state = self.chart.state(x)
-        if projected:
-            self.energy.add_hessian(state, data, slots, scale, True)
-            return
-        T, nodes = self.chart.turned(x)[2], self.stencils[:, ::6] // 6
-        g, local = self.energy.local_forces(state), self.energy.local_hessians(state)
-        for side, own in enumerate((slice(3, 6), slice(9, 12))):
-            local[:, own, own] += cross_matrix(0.5 * g[:, own])
-            local[:, :, own] = local[:, :, own] @ T[nodes[:, side]]
-        add_blocks(scale * local, slots, data)
-
-    def rounding(self, x: Floats) -> float:
-        """Of the load."""
-        return self.energy.rounding(self.chart.state(x))
+    def _parts(self, state: Floats) -> tuple[Floats, Floats]:
+        """Those that it gives of each element."""
+        return self.energy.local_forces(state), self.energy.local_hessians(state)
