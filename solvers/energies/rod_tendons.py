@@ -68,19 +68,20 @@ class RodTendons(OverElements):
         found: Floats = (self.shares * self.lengths * self._ways(segments_of(x, self.elements, self.lengths))[1]).sum(1)
         return found
 
+    @cached_property
+    def at_rest(self) -> Floats:
+        """The same undeformed."""
+        return self.paths(self.rest)
+
     def nearest(self, x: Floats) -> Floats:
         """To which part of their distance at rest the nearest neighbours among its guides have come (k,)."""
         now, then = (self._ways(segments_of(s, self.elements, self.lengths))[1] for s in (x, self.rest))
         found: Floats = np.where(self.shares > 0.0, now / then, np.inf).min(axis=1)
         return found
 
-    @cached_property
-    def _at_rest(self) -> Floats:
-        return self.paths(self.rest)
-
     def value(self, x: Floats) -> float:
         """Potential, zero in the undeformed state, J."""
-        return float(self.tension @ (self.paths(x) - self._at_rest))
+        return float(self.tension @ (self.paths(x) - self.at_rest))
 
     @cached_property
     def _weights(self) -> Floats:

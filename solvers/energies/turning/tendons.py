@@ -43,7 +43,7 @@ class TurnedTendons(Energy):
 
     def value(self, x: Floats) -> float:
         """Potential, zero in the undeformed state, J."""
-        return self._run(x, 1.0) - float(self.tendons.tension @ self.tendons.paths(self.tendons.rest))
+        return self._run(x, 1.0) - float(self.tendons.tension @ self.tendons.at_rest)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus its forces, N, and its moments about the nodes' own axes, N m."""
