@@ -206,13 +206,11 @@ def _increments(
 
 @part
 def _tangent(
-    e: int, elements: Ints, l: float, theta: Floats, m: float, factors: tuple[float, float, float, float], R: Floats,
-    Gamma: Floats, N: Floats, M: Floats, w: Floats, tw: Floats, ttM: Floats, A: Floats, J: Floats, by: Floats,
-    D_a: Floats, D_b: Floats, block: Floats,
+    l: float, theta: Floats, factors: tuple[float, float, float, float], R: Floats, Gamma: Floats, N: Floats, M: Floats,
+    w: Floats, tw: Floats, ttM: Floats, A: Floats, J: Floats, by: Floats, D_a: Floats, D_b: Floats, block: Floats,
 ) -> None:  # fmt: skip
     """The `block` (12, 12) of an element by turns about own axes, where `by` has what N and M are by increments."""
-    _, tau_t, beta, beta_t = factors
-    tau = factors[0]
+    tau, tau_t, beta, beta_t = factors
     D_a[:], D_b[:], block[:] = 0.0, 0.0, 0.0
     dot = theta[0] * M[0] + theta[1] * M[1] + theta[2] * M[2]
     _hat(w, -0.5 * tau, D_a)
@@ -291,7 +289,7 @@ def rod(
             for j in range(12):
                 by[3, i, j] = C[e, i] * by[2, i, j]
                 by[5, i, j] = C[e, 3 + i] * by[0, i, j] / l[e]
-        _tangent(e, elements, l[e], theta, m, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
+        _tangent(l[e], theta, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
         _put(e, elements, T, slots, scale, block, moment, data)
     return energy
 
@@ -342,7 +340,7 @@ def tendons(
                     change[i, j] = pulls[k, e] / size * (change[i, j] - along * pull[i])
                     by[3, i, j] += change[i, j]
             _add_cross(arms[k, e], change, 1.0, by[5])
-        _tangent(e, elements, l[e], theta, m, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
+        _tangent(l[e], theta, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
         _put(e, elements, T, slots, scale, block, moment, data)
     return energy
 
