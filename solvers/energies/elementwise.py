@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.solvers.energies.blocks import cross_matrix
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 
 Polar = Callable[[Floats], Floats]  # F (m, 3, 3) -> the rotations nearest to them (m, 3, 3)
@@ -107,9 +108,7 @@ class ElementRotation(Energy):
 
 def _stacked_cross(v: Floats) -> Floats:
     """[v_a]x of each row, one below the other (m, 3a, 3), for v (m, a, 3)."""
-    c = np.zeros((*v.shape, 3))
-    c[..., 0, 1], c[..., 0, 2], c[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
-    return (c - c.swapaxes(-1, -2)).reshape(len(v), -1, 3)
+    return cross_matrix(v).reshape(len(v), -1, 3)
 
 
 def stiffness(dNdX: Floats, w: Floats, A: Floats) -> Floats:
