@@ -27,7 +27,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_rotation import rotation
-from softmark.solvers.energies.rod_section import RodSection, RodStiffness
+from softmark.solvers.energies.rod_section import RodSection, RodStiffness, of_section
 from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, lengths, rod_at_rest
 from softmark.solvers.linear import factorisations
 from softmark.solvers.mesh.shape import Prism
@@ -178,11 +178,7 @@ def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
 
 def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
     """Stiffnesses of the section; e2 and e3 lie along the transverse axes of the shape."""
-    section, material = case.prism.section, case.material
-    # `moments` are about the first and the second transverse axis: about e2 the distance is X3
-    I2, I3 = section.moments
-    kappa = section.shear_factor(material.poisson)
-    whole = RodSection(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
+    whole = of_section(case.prism.section, case.material)
     return whole.stiffness.without(case.prism.length, shear=model.shear, axial=model.axial)
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.energies.rod_section import RodSection
+from softmark.solvers.energies.rod_section import of_section
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.frame import Member
@@ -53,6 +53,4 @@ def _sampled(member: Member, stations: Floats, of: Callable[[Section], Any]) -> 
 
 def _diagonal(section: Section, material: Any) -> Floats:
     """Of a section; e2 and e3 lie along its first and second axis."""
-    (I2, I3), kappa = section.moments, section.shear_factor(material.poisson)
-    whole = RodSection(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
-    return whole.stiffness.diagonal
+    return of_section(section, material).stiffness.diagonal
