@@ -14,6 +14,7 @@ from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.vibrations import about, none
 from softmark.interpreter.models.beam import holding
 from softmark.interpreter.models.beam.carrying import acting, on_rod
+from softmark.interpreter.models.beam.sharing import of_force, of_line
 from softmark.interpreter.models.beam.words import Beam6Dof, beside, station
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_rod
@@ -223,15 +224,6 @@ def _load(case: Case, load: Declared, rest: Floats, stations: Floats) -> Energy:
     return RodLoad(rest, _forces(case, load, rest, stations))
 
 
-def _along(begin: float, end: float, stations: Floats) -> Floats:
-    """What each node carries of a line from one station to another (n,), m: integrals of its linear shape function."""
-    low, high = (np.clip(s, stations[:-1], stations[1:]) for s in (begin, end))
-    length, middle = high - low, 0.5 * (low + high)
-    behind = length * (middle - stations[:-1]) / np.diff(stations)
-    found: Floats = np.concatenate([length - behind, [0.0]]) + np.concatenate([[0.0], behind])
-    return found
-
-
 def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Floats:
     """Of one load, at the nodes (n, 3), N."""
     shape, forces = case.prism, np.zeros((len(stations), 3))
@@ -247,17 +239,11 @@ def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Float
             node = 0 if coverage(where, shape, 0.0) == "all" else -1
             forces[node] = shape.section.area * np.array(traction)
         case AtPoint(at=at, force=force):
-            node, share = _place(station(case, at) or 0.0, stations)
-            forces[node : node + 2] = np.outer([1 - share, share], force)
+            nodes, shares = of_force(station(case, at) or 0.0, force, stations)
+            forces[nodes] = shares
         case PerLength(begin=begin, end=end, force=q):
             ends = sorted(station(case, p) or 0.0 for p in (begin, end))
-            forces += np.outer(_along(ends[0], ends[1], stations), q)
+            forces += np.outer(of_line(ends[0], ends[1], stations), q)
         case unknown:  # refused when a scene is checked
             raise TypeError(f"no beam knows a load that acts as {type(unknown).__name__}")
     return forces
-
-
-def _place(s: float, stations: Floats) -> tuple[int, float]:
-    """The element that holds a station, and how far along it the station lies, from 0 to 1."""
-    node = int(np.clip(np.searchsorted(stations, s, side="right") - 1, 0, len(stations) - 2))
-    return node, float((s - stations[node]) / (stations[node + 1] - stations[node]))

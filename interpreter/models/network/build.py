@@ -11,6 +11,7 @@ import numpy as np
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.carried import Carried
 from softmark.interpreter.models.answers.vibrations import about
+from softmark.interpreter.models.beam.sharing import of_force, of_line
 from softmark.interpreter.models.network import places
 from softmark.interpreter.models.network.layout import Layout
 from softmark.interpreter.models.network.sections import at_nodes, stiffnesses
@@ -153,23 +154,11 @@ def _load(layout: Layout, load: Declared) -> Energy:
                 forces[layout.nodes(number)] += areas * layout.case.material.density * np.array(g)
         case AtPoint(at=at, force=force):
             number, s = places.at(layout.network, at) or (0, 0.0)
-            stations = layout.stations(number)
-            node = int(np.clip(np.searchsorted(stations, s, side="right") - 1, 0, layout.segments - 1))
-            part = (s - stations[node]) / (stations[node + 1] - stations[node])
-            forces[layout.nodes(number)][node : node + 2] += np.outer([1.0 - part, part], force)
+            nodes, shares = of_force(s, force, layout.stations(number))
+            forces[layout.nodes(number)][nodes] += shares
         case PerLength(begin=begin, end=end, force=q):
             number, first, last = places.line(layout.network, begin, end) or (0, 0.0, 0.0)
-            forces[layout.nodes(number)] += _shares(layout, number, first, last)[:, None] * np.array(q)
+            forces[layout.nodes(number)] += np.outer(of_line(first, last, layout.stations(number)), q)
         case unknown:  # refused when a scene is checked
             raise TypeError(f"no network knows a load that acts as {type(unknown).__name__}")
     return RodLoad(layout.rest, forces)
-
-
-def _shares(layout: Layout, member: int, begin: float, end: float) -> Floats:
-    """What each node of a member carries of its axis from one station to another (segments + 1,), m."""
-    stations = layout.stations(member)
-    low, high = (np.clip(s, stations[:-1], stations[1:]) for s in (begin, end))
-    length, middle = high - low, 0.5 * (low + high)
-    behind = length * (middle - stations[:-1]) / np.diff(stations)
-    found: Floats = np.append(length - behind, 0.0) + np.insert(behind, 0, 0.0)
-    return found
