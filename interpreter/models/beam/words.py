@@ -303,7 +303,11 @@ def beside(case: Case, point: tuple[float, float, float]) -> float | None:
 
 def station(case: Case, point: tuple[float, float, float]) -> float | None:
     """Distance from the root along the axis of a point on the axis, or None if it lies off it."""
-    shape = case.prism
+    return on_axis(case.prism, point)
+
+
+def on_axis(shape: Swept, point: tuple[float, float, float]) -> float | None:
+    """The same of any shape along an axis, give or take 1e-9 of its length."""
     s, u, v = shape.own(point)
     slack = 1e-9 * shape.length
     held = math.hypot(u, v) <= slack and -slack <= s <= shape.length + slack

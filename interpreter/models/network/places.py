@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from softmark.interpreter.language.conditions import Condition
+from softmark.interpreter.models.beam.words import on_axis
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.frame import Member, Network
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
 HALVINGS = 12  # of a member, in which bounds decide what a condition selects of it
 END = 1e-3  # of a member: what is selected this near to its end is the end
-ON = 1e-9  # of a member: points this near to its axis are on it
 
 
 @lru_cache(maxsize=256)
@@ -58,18 +57,15 @@ def _along(condition: Condition, member: Member, size: float) -> set[bool]:
 def at(network: Network, point: Vector3) -> tuple[int, float] | None:
     """The first member whose axis a point is on, from 0, and its station there, m; None of a point beside all axes."""
     for i, member in enumerate(network.members):
-        s, u, v = member.own(point)
-        slack = ON * member.length
-        if math.hypot(u, v) <= slack and -slack <= s <= member.length + slack:
-            return i, min(max(s, 0.0), member.length)
+        if (s := on_axis(member, point)) is not None:
+            return i, s
     return None
 
 
 def line(network: Network, begin: Vector3, end: Vector3) -> tuple[int, float, float] | None:
     """The member along whose axis a line goes, from 0, and the stations of its ends, m; None of any other line."""
     for i, member in enumerate(network.members):
-        slack = ON * member.length
-        found = [member.own(point) for point in (begin, end)]
-        if all(math.hypot(u, v) <= slack and -slack <= s <= member.length + slack for s, u, v in found):
-            return i, *sorted(min(max(s, 0.0), member.length) for s, _, _ in found)  # type: ignore[return-value]
+        first, last = on_axis(member, begin), on_axis(member, end)
+        if first is not None and last is not None:
+            return i, min(first, last), max(first, last)
     return None
